@@ -1,0 +1,106 @@
+//! Both ends of a path: a light emits radiance, a camera emits importance, and both are an [`Endpoint`].
+//!
+//! An endpoint is sampled in two steps, point then direction. What "point" and "direction" mean follows the [`Place`](crate::geometry::Place) of the point:
+//!
+//! | place | density of the point | density of the direction | emitted quantity (radiance or importance) |
+//! |---|---|---|---|
+//! | `Area` | per area | per projected solid angle | per area and projected solid angle |
+//! | `Dirac` | probability | per solid angle | per solid angle |
+//! | `Infinite` | per solid angle, or a probability if the direction is Dirac | per area perpendicular to the ray | radiance, or irradiance on a perpendicular plane if the direction is Dirac |
+//!
+//! With these, `p(x_0) · p⊥(x_0 → x_1) · G(x_0, x_1)` is the density of the first edge in every case.
+
+use crate::film::FilmRegion;
+use crate::geometry::{Bounds, SurfacePoint};
+use crate::math::{PerArea, PerProjected, Rgb};
+use glam::{DVec2, DVec3};
+
+/// A sampled point of an endpoint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointSample {
+    /// The point; its primitive and surface ids are those that the scene's intersections report.
+    pub point: SurfacePoint,
+    /// Its density in the measure of its place.
+    pub pdf: PerArea,
+}
+
+/// A sampled direction of an endpoint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DirectionSample {
+    /// The point to start the ray from: the given one, except at infinity, where the position is sampled with the "direction".
+    pub from: SurfacePoint,
+    /// Unit direction of the ray, away from the endpoint.
+    pub direction: DVec3,
+    /// Density of the direction.
+    pub pdf: PerProjected,
+    /// Emitted radiance or importance divided by `pdf`.
+    pub weight: Rgb,
+}
+
+/// What a camera and a light have in common. Open for users to implement.
+pub trait Endpoint: Sync {
+    /// Samples a point to start a walk from. `None` if there is nothing to emit.
+    fn sample_point(&self, u1: f64, u2: DVec2) -> Option<PointSample>;
+
+    /// The density with which `sample_point` chooses `point`, which must be on this endpoint.
+    fn point_pdf(&self, point: &SurfacePoint) -> PerArea;
+
+    /// Samples the direction of a walk that starts at `point`. For a camera, `u` is the position in the film's window, from (0, 0) at
+    /// the upper left to (1, 1) at the lower right; values slightly outside are valid (pixel filters reach there).
+    fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample>;
+
+    /// The density with which `sample_direction` chooses `direction`. At infinity it does not depend on the position.
+    fn direction_pdf(&self, point: &SurfacePoint, direction: DVec3) -> PerProjected;
+
+    /// Emitted radiance or importance at `point` into `direction` (away from the endpoint).
+    fn emit(&self, point: &SurfacePoint, direction: DVec3) -> Rgb;
+
+    /// Samples a point to connect `receiver` to. The default is `sample_point`.
+    fn sample_from(&self, receiver: &SurfacePoint, u1: f64, u2: DVec2) -> Option<PointSample> {
+        let mut sample = self.sample_point(u1, u2)?;
+        sample.point = self.facing(&sample.point, receiver);
+        Some(sample)
+    }
+
+    /// The density with which `sample_from` chooses `point`, which must be on this endpoint.
+    fn pdf_from(&self, _receiver: &SurfacePoint, point: &SurfacePoint) -> PerArea {
+        self.point_pdf(point)
+    }
+
+    /// The same point, positioned so that the segment between it and `receiver` is the one that visibility must be tested on.
+    /// Only points at infinity, which have a direction but no position of their own, need to move.
+    fn facing(&self, point: &SurfacePoint, _receiver: &SurfacePoint) -> SurfacePoint {
+        *point
+    }
+}
+
+/// Identifies a light of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LightId(pub u32);
+
+/// An endpoint that emits radiance.
+pub trait Light: Endpoint {
+    /// Emitted flux (W per channel), or an estimate of it; decides how often the light is chosen, never the image's mean.
+    fn power(&self) -> Rgb;
+
+    /// Whether a ray can reach it by chance: area lights and environments, not Dirac lights.
+    fn can_be_hit(&self) -> bool;
+
+    /// Whether it can be connected to: everything but a light with both Dirac position and Dirac direction.
+    fn can_be_connected(&self) -> bool {
+        true
+    }
+
+    /// Tells lights at infinity the extent of the scene that they must illuminate. Called by a scene once, before rendering.
+    fn set_scene_bounds(&mut self, _bounds: &Bounds) {}
+}
+
+/// An endpoint that emits importance, normalised such that its integral over the film's window, all directions and the lens is 1.
+pub trait Camera: Endpoint {
+    /// The film's resolution and the window of it that is rendered.
+    fn film(&self) -> FilmRegion;
+
+    /// Where on the film (in pixels of the full film) the ray from `point` into `direction` is recorded; `None` if it cannot be, as
+    /// behind the camera. The result may lie outside the window.
+    fn raster(&self, point: &SurfacePoint, direction: DVec3) -> Option<DVec2>;
+}

@@ -1,0 +1,105 @@
+//! What integrators produce and where it goes: contributions, sinks and the film.
+
+use crate::math::Rgb;
+use glam::{DVec2, UVec2};
+
+/// A film's resolution and the window of it that is rendered, in pixels; (0, 0) is the upper left corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct FilmRegion {
+    /// Full resolution.
+    pub resolution: UVec2,
+    /// First rendered pixel.
+    pub window_min: UVec2,
+    /// One past the last rendered pixel.
+    pub window_max: UVec2,
+}
+
+impl FilmRegion {
+    /// The whole film of the given resolution.
+    #[must_use]
+    pub fn full(resolution: UVec2) -> Self {
+        Self { resolution, window_min: UVec2::ZERO, window_max: resolution }
+    }
+
+    /// Width and height of the window in pixels.
+    #[must_use]
+    pub fn window_size(&self) -> UVec2 {
+        self.window_max - self.window_min
+    }
+
+    /// Number of pixels in the window.
+    #[must_use]
+    pub fn pixels(&self) -> u32 {
+        let size = self.window_size();
+        size.x * size.y
+    }
+
+    /// From pixels of the full film to window coordinates, (0, 0) to (1, 1).
+    #[must_use]
+    pub fn to_window(&self, raster: DVec2) -> DVec2 {
+        (raster - self.window_min.as_dvec2()) / self.window_size().as_dvec2()
+    }
+
+    /// From window coordinates to pixels of the full film.
+    #[must_use]
+    pub fn from_window(&self, u: DVec2) -> DVec2 {
+        self.window_min.as_dvec2() + u * self.window_size().as_dvec2()
+    }
+
+    /// Index (row-major in the window) of the pixel that contains a point of the film, `None` outside the window.
+    #[must_use]
+    pub fn pixel_index(&self, raster: DVec2) -> Option<u32> {
+        let cell = raster.floor();
+        let (min, max) = (self.window_min.as_dvec2(), self.window_max.as_dvec2());
+        (cell.cmpge(min).all() && cell.cmplt(max).all()).then(|| (cell.y - min.y) as u32 * self.window_size().x + (cell.x - min.x) as u32)
+    }
+}
+
+/// One way to draw a path: `s` vertices from the light, `t` from the camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Technique {
+    /// Number of vertices drawn from the light.
+    pub s: u16,
+    /// Number of vertices drawn from the camera.
+    pub t: u16,
+}
+
+/// What one path adds to the film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contribution {
+    /// Position on the film, in pixels of the full film.
+    pub raster: DVec2,
+    /// Unweighted estimate `f(x) / (n p(x))`, in radiance averaged over the window.
+    pub value: Rgb,
+    /// Multiple importance sampling weight.
+    pub weight: f64,
+    /// How the path was drawn.
+    pub technique: Technique,
+}
+
+/// Receives contributions: a film, a pyramid of techniques, statistics, an audit.
+pub trait Sink {
+    /// Takes one contribution.
+    fn add(&mut self, contribution: &Contribution);
+}
+
+impl<K: Sink + ?Sized> Sink for &mut K {
+    fn add(&mut self, contribution: &Contribution) {
+        (**self).add(contribution);
+    }
+}
+
+/// Both sinks receive every contribution.
+impl<A: Sink, B: Sink> Sink for (A, B) {
+    fn add(&mut self, contribution: &Contribution) {
+        self.0.add(contribution);
+        self.1.add(contribution);
+    }
+}
+
+/// Collects contributions as they come.
+impl Sink for Vec<Contribution> {
+    fn add(&mut self, contribution: &Contribution) {
+        self.push(*contribution);
+    }
+}

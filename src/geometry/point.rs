@@ -1,0 +1,113 @@
+//! A point that a path can have as a vertex.
+
+use glam::{DVec2, DVec3};
+
+/// What kind of point it is, which decides the measure of its density and its geometry term.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Place {
+    /// On a surface with area.
+    Area,
+    /// A single point without a surface: a pinhole, a point light. No cosine.
+    Dirac,
+    /// Infinitely far away in the direction opposite to its normal's: environment, directional light, orthographic camera.
+    Infinite,
+}
+
+/// A point on a surface, at a Dirac position, or at infinity. Plain data, without lifetime or generics.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// World position. At infinity: where the segment to test for visibility ends, or where the ray starts.
+    pub position: DVec3,
+    /// Bound on the rounding error of `position` along any axis, in world units.
+    pub error: f64,
+    /// Unit normal of the true surface; emission and sidedness follow it. At infinity: the direction *into* the scene,
+    /// in which a light there emits. Without meaning at a Dirac position.
+    pub geometric_normal: DVec3,
+    /// Unit normal that scattering uses; equal to the geometric one on flat surfaces.
+    pub shading_normal: DVec3,
+    /// Direction of growing u, not necessarily orthogonal to the shading normal; zero if the surface has no preferred direction.
+    pub tangent: DVec3,
+    /// Surface parameters.
+    pub uv: DVec2,
+    /// What kind of point it is.
+    pub place: Place,
+    /// The primitive that the point lies on, as numbered by the scene; [`SurfacePoint::NONE`] if there is none.
+    pub primitive: u32,
+    /// The surface (object, material slot …) as numbered by the scene; [`SurfacePoint::NONE`] if there is none.
+    pub surface: u32,
+}
+
+impl SurfacePoint {
+    /// Stands for "no primitive" and "no surface".
+    pub const NONE: u32 = u32::MAX;
+
+    /// A point on a surface whose shading normal is the geometric one.
+    #[must_use]
+    pub fn on_surface(position: DVec3, error: f64, normal: DVec3) -> Self {
+        Self {
+            position,
+            error,
+            geometric_normal: normal,
+            shading_normal: normal,
+            tangent: DVec3::ZERO,
+            uv: DVec2::ZERO,
+            place: Place::Area,
+            primitive: Self::NONE,
+            surface: Self::NONE,
+        }
+    }
+
+    /// A Dirac position: a pinhole or a point light.
+    #[must_use]
+    pub fn dirac(position: DVec3) -> Self {
+        Self { place: Place::Dirac, ..Self::on_surface(position, 0.0, DVec3::Z) }
+    }
+
+    /// A point at infinity; `into_scene` is the unit direction from it into the scene.
+    #[must_use]
+    pub fn infinite(position: DVec3, into_scene: DVec3) -> Self {
+        Self { place: Place::Infinite, ..Self::on_surface(position, 0.0, into_scene) }
+    }
+
+    /// Whether shading and geometric normal are the same.
+    #[inline]
+    #[must_use]
+    pub fn is_flat(&self) -> bool {
+        self.shading_normal == self.geometric_normal
+    }
+
+    /// The cosine that enters the geometry term for a unit direction `w` at this point: `|n_g · w|` on a surface, 1 elsewhere.
+    #[inline]
+    #[must_use]
+    pub fn cosine(&self, w: DVec3) -> f64 {
+        match self.place {
+            Place::Area => self.geometric_normal.dot(w).abs(),
+            Place::Dirac | Place::Infinite => 1.0,
+        }
+    }
+
+    /// The origin of a ray that leaves the surface into direction `w`: moved along the geometric normal to that side, just beyond the
+    /// error bound of the position (Wächter 2008; Pharr, Jakob and Humphreys 2016, section 3.9). Scale-free: no absolute epsilon.
+    #[inline]
+    #[must_use]
+    pub fn origin_towards(&self, w: DVec3) -> DVec3 {
+        if self.place != Place::Area {
+            return self.position;
+        }
+        let n = self.geometric_normal;
+        // A cube of half side `error` around the position extends this far along the normal.
+        let offset = self.error * n.abs().element_sum();
+        let origin = self.position + n * if n.dot(w) < 0.0 { -offset } else { offset };
+        // The sum is rounded; go one step further away in each coordinate that moved.
+        let away = |p: f64, o: f64| {
+            if o > p {
+                o.next_up()
+            } else if o < p {
+                o.next_down()
+            } else {
+                o
+            }
+        };
+        DVec3::new(away(self.position.x, origin.x), away(self.position.y, origin.y), away(self.position.z, origin.z))
+    }
+}

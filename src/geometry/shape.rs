@@ -1,0 +1,190 @@
+//! The shapes that surfaces are made of, and uniform sampling of their area.
+
+use super::{Bounds, SurfacePoint};
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+
+/// Relative rounding error of one operation, 2⁻⁵³.
+const UNIT_ROUNDOFF: f64 = 0.5 * f64::EPSILON;
+
+/// Bound on the relative error of n operations in a row, γ_n = n ε / (1 - n ε) (Higham 2002, section 3.1).
+#[must_use]
+pub(crate) const fn gamma(n: u32) -> f64 {
+    let ne = n as f64 * UNIT_ROUNDOFF;
+    ne / (1.0 - ne)
+}
+
+/// A triangle; its front side sees the vertices counter-clockwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Triangle {
+    /// Vertex positions.
+    pub vertices: [DVec3; 3],
+}
+
+/// A sphere, or the part of it on one side of a plane perpendicular to `axis`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// Centre.
+    pub center: DVec3,
+    /// Radius, positive.
+    pub radius: f64,
+    /// Unit vector from the centre to the pole.
+    pub axis: DVec3,
+    /// Only points with `cos_min <= n · axis <= cos_max` belong to the shape, n the outward normal; -1 and 1 for the whole sphere.
+    pub cos_min: f64,
+    /// See `cos_min`.
+    pub cos_max: f64,
+    /// Whether the front side is the inside.
+    pub inward: bool,
+}
+
+/// A parallelogram `origin + u edge_u + v edge_v`, u and v in [0, 1]; its normal is `edge_u × edge_v`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quad {
+    /// Corner.
+    pub origin: DVec3,
+    /// First edge.
+    pub edge_u: DVec3,
+    /// Second edge.
+    pub edge_v: DVec3,
+}
+
+/// A flat disk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disk {
+    /// Centre.
+    pub center: DVec3,
+    /// Unit normal, on the front side.
+    pub normal: DVec3,
+    /// Radius, positive.
+    pub radius: f64,
+}
+
+/// Any of the shapes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A triangle.
+    Triangle(Triangle),
+    /// A sphere or a zone of one.
+    Sphere(Sphere),
+    /// A parallelogram.
+    Quad(Quad),
+    /// A disk.
+    Disk(Disk),
+}
+
+impl Triangle {
+    /// Twice the area times the unit normal.
+    #[must_use]
+    pub fn cross(&self) -> DVec3 {
+        let [a, b, c] = self.vertices;
+        (b - a).cross(c - a)
+    }
+
+    /// The point with barycentric coordinates `1 - u - v, u, v` and the given normal, with its error bound.
+    #[must_use]
+    pub fn point_at(&self, u: f64, v: f64, normal: DVec3) -> SurfacePoint {
+        let [a, b, c] = self.vertices;
+        let w = 1.0 - u - v;
+        let (pa, pb, pc) = (a * w, b * u, c * v);
+        let error = gamma(7) * (pa.abs() + pb.abs() + pc.abs()).max_element();
+        SurfacePoint { uv: DVec2::new(u, v), tangent: b - a, ..SurfacePoint::on_surface(pa + pb + pc, error, normal) }
+    }
+}
+
+impl Sphere {
+    /// The whole sphere, front side outside.
+    #[must_use]
+    pub fn new(center: DVec3, radius: f64) -> Self {
+        Self { center, radius, axis: DVec3::Z, cos_min: -1.0, cos_max: 1.0, inward: false }
+    }
+
+    /// Whether nothing of the sphere is masked.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.cos_min <= -1.0 && self.cos_max >= 1.0
+    }
+
+    /// The point of the surface in direction `outward` (unit) from the centre, with its error bound.
+    #[must_use]
+    pub fn point_at(&self, outward: DVec3) -> SurfacePoint {
+        let position = self.center + outward * self.radius;
+        let error = gamma(6) * (self.center.abs() + DVec3::splat(self.radius)).max_element();
+        let normal = if self.inward { -outward } else { outward };
+        SurfacePoint { tangent: self.axis.cross(outward), ..SurfacePoint::on_surface(position, error, normal) }
+    }
+}
+
+impl Quad {
+    /// Area times the unit normal.
+    #[must_use]
+    pub fn cross(&self) -> DVec3 {
+        self.edge_u.cross(self.edge_v)
+    }
+
+    /// The point with parameters u, v, with its error bound.
+    #[must_use]
+    pub fn point_at(&self, u: f64, v: f64) -> SurfacePoint {
+        let (pu, pv) = (self.edge_u * u, self.edge_v * v);
+        let error = gamma(5) * (self.origin.abs() + pu.abs() + pv.abs()).max_element();
+        let normal = self.cross().normalize();
+        SurfacePoint { uv: DVec2::new(u, v), tangent: self.edge_u, ..SurfacePoint::on_surface(self.origin + pu + pv, error, normal) }
+    }
+}
+
+impl Shape {
+    /// Surface area.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        match self {
+            Self::Triangle(t) => 0.5 * t.cross().length(),
+            Self::Sphere(s) => 2.0 * PI * s.radius * s.radius * (s.cos_max - s.cos_min),
+            Self::Quad(q) => q.cross().length(),
+            Self::Disk(d) => PI * d.radius * d.radius,
+        }
+    }
+
+    /// The point that the unit square's `u` maps to, uniform by area; primitive and surface ids are left to the caller.
+    #[must_use]
+    pub fn sample_area(&self, u: DVec2) -> SurfacePoint {
+        match self {
+            Self::Triangle(t) => {
+                let b = crate::math::warp::square_to_triangle(u);
+                t.point_at(b.x, b.y, t.cross().normalize())
+            }
+            Self::Sphere(s) => {
+                let z = s.cos_min + (s.cos_max - s.cos_min) * u.x;
+                let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
+                let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+                let frame = super::Frame::from_normal(s.axis);
+                s.point_at(frame.to_world(DVec3::new(r * cos, r * sin, z)).normalize())
+            }
+            Self::Quad(q) => q.point_at(u.x, u.y),
+            Self::Disk(d) => {
+                let p = crate::math::warp::square_to_disk(u) * d.radius;
+                let frame = super::Frame::from_normal(d.normal);
+                let offset = frame.x * p.x + frame.y * p.y;
+                let error = gamma(6) * (d.center.abs() + offset.abs()).max_element();
+                SurfacePoint { uv: u, tangent: frame.x, ..SurfacePoint::on_surface(d.center + offset, error, d.normal) }
+            }
+        }
+    }
+
+    /// The smallest axis-aligned box around the shape (around the whole sphere for a masked one).
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        match self {
+            Self::Triangle(t) => Bounds::of_points(t.vertices),
+            Self::Sphere(s) => Bounds { min: s.center - s.radius, max: s.center + s.radius },
+            Self::Quad(q) => {
+                let (o, u, v) = (q.origin, q.edge_u, q.edge_v);
+                Bounds::of_points([o, o + u, o + v, o + u + v])
+            }
+            Self::Disk(d) => {
+                let n = d.normal;
+                let extent = DVec3::new(n.y.hypot(n.z), n.x.hypot(n.z), n.x.hypot(n.y)) * d.radius;
+                Bounds { min: d.center - extent, max: d.center + extent }
+            }
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! Discrete and two-dimensional piecewise-constant distributions.

@@ -1,0 +1,1 @@
+//! Tests of statistical hypotheses, for checking samplers, BSDFs and integrators.

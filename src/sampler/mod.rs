@@ -1,0 +1,57 @@
+//! Where random numbers come from: a [`Sampler`] per sample, made by a [`SampleSource`] from the sample's index.
+
+use glam::DVec2;
+
+/// What the next numbers are for; lets structured samplers keep their dimensions aligned whatever a path does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Stream {
+    /// Position on the film and the offset of the pixel filter.
+    Film,
+    /// The endpoint of the camera walk: a point on the lens.
+    Lens,
+    /// The start of the light walk: choice of light, point and direction.
+    Emission,
+    /// Scattering at the given vertex of the camera walk (1 = first surface).
+    CameraVertex(u32),
+    /// Scattering at the given vertex of the light walk (1 = first surface).
+    LightVertex(u32),
+    /// Emitter sampling from the given vertex of the camera walk.
+    EmitterSampling(u32),
+    /// Sampling of the lens from the given vertex of the light walk.
+    LensSampling(u32),
+}
+
+/// A source of numbers in `[0, 1)` for one sample. It is dyn-safe and open for users to implement.
+pub trait Sampler {
+    /// The next number in `[0, 1)`.
+    fn next_1d(&mut self) -> f64;
+
+    /// The next point of the unit square `[0, 1)²`.
+    fn next_2d(&mut self) -> DVec2 {
+        DVec2::new(self.next_1d(), self.next_1d())
+    }
+
+    /// Announces what the numbers from here on are for. Unstructured samplers ignore it.
+    fn stream(&mut self, _stream: Stream) {}
+}
+
+impl<T: Sampler + ?Sized> Sampler for &mut T {
+    fn next_1d(&mut self) -> f64 {
+        (**self).next_1d()
+    }
+    fn next_2d(&mut self) -> DVec2 {
+        (**self).next_2d()
+    }
+    fn stream(&mut self, stream: Stream) {
+        (**self).stream(stream);
+    }
+}
+
+/// Makes the sampler of each sample. The index alone decides its numbers, never the thread or the order of calls.
+pub trait SampleSource: Sync {
+    /// The sampler of one sample.
+    type Sampler: Sampler;
+
+    /// The sampler of sample number `pass` of pixel number `pixel` (row-major in the rendered window).
+    fn sampler(&self, pixel: u32, pass: u32) -> Self::Sampler;
+}

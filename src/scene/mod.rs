@@ -1,0 +1,62 @@
+//! The [`Scene`] trait, the one seam for other renderers, and the ready-made `World`.
+
+mod needs;
+
+pub use needs::Needs;
+
+use crate::bsdf::Bsdf;
+use crate::endpoint::{Light, LightId};
+use crate::geometry::SurfacePoint;
+use glam::{DVec2, DVec3};
+
+/// What an integrator asks of a scene. A host renderer implements it over its own geometry and materials.
+///
+/// Points go in, not rays: the scene owns robustness, so a surface never shadows itself and no epsilon leaks into integrators.
+pub trait Scene: Sync {
+    /// How a point scatters: an enum, one concrete model, or `&dyn Bsdf`; the host decides.
+    type Bsdf<'a>: Bsdf
+    where
+        Self: 'a;
+    /// The type of lights; may be `dyn Light`.
+    type Light: Light + ?Sized;
+
+    /// The nearest surface point that the ray from `from` into the unit vector `direction` meets, never `from` itself.
+    fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint>;
+
+    /// Whether the open segment between two points is free. For a point at infinity the position tells where the segment ends.
+    fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool;
+
+    /// The scattering function at a surface point that this scene returned.
+    fn bsdf(&self, x: &SurfacePoint) -> Self::Bsdf<'_>;
+
+    /// The light that a surface point belongs to, if it emits.
+    fn light_at(&self, x: &SurfacePoint) -> Option<LightId>;
+
+    /// The light that rays which leave the scene reach: an environment.
+    fn environment(&self) -> Option<LightId> {
+        None
+    }
+
+    /// A light by its id.
+    fn light(&self, id: LightId) -> &Self::Light;
+
+    /// Chooses a light with a number in `[0, 1)`; returns its probability too. `None` if there is no light.
+    fn pick_light(&self, u: f64) -> Option<(LightId, f64)>;
+
+    /// The probability with which `pick_light` chooses a light.
+    fn pick_pmf(&self, id: LightId) -> f64;
+
+    /// What rendering this scene takes; integrators leave out the rest.
+    fn needs(&self) -> Needs {
+        Needs::ALL
+    }
+}
+
+/// A scene whose surfaces can be sampled uniformly by area; only uniform-area path sampling asks for it.
+pub trait SurfaceArea: Scene {
+    /// Total area of all surfaces.
+    fn total_area(&self) -> f64;
+
+    /// A point uniform on the total area, density `1 / total_area`.
+    fn sample_surface(&self, u1: f64, u2: DVec2) -> SurfacePoint;
+}
