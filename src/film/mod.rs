@@ -55,6 +55,19 @@ impl FilmRegion {
     }
 }
 
+/// Where one sample looks.
+///
+/// The pixel filter is the pixel's box convolved with a kernel. A sample draws an offset from that kernel and everything it does is as if the
+/// film were displaced by it: camera walks start at `raster + offset`, and what a light walk projects to a point `p` of the film is recorded
+/// at `p - offset`. For a given offset all techniques see the same box-filtered film, so their weights need not know the filter.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FilmSample {
+    /// Position inside the window, in pixels of the full film: decides the pixel.
+    pub raster: DVec2,
+    /// Offset drawn from the filter's kernel, in pixels.
+    pub offset: DVec2,
+}
+
 /// One way to draw a path: `s` vertices from the light, `t` from the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Technique {

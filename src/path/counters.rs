@@ -1,0 +1,68 @@
+//! What a rendering did: rays, vertices, rejected contributions and the energy ledger.
+
+use crate::math::Rgb;
+use std::ops::AddAssign;
+
+/// Where the flux of the light walks went. In expectation, emitted = absorbed + escaped + truncated + rejected.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Flux that light walks started with.
+    pub emitted: Rgb,
+    /// Flux that surfaces absorbed.
+    pub absorbed: Rgb,
+    /// Flux that left the scene.
+    pub escaped: Rgb,
+    /// Flux still under way where the number of bounces was limited.
+    pub truncated: Rgb,
+    /// Flux lost in non-finite samples.
+    pub rejected: Rgb,
+}
+
+impl AddAssign for Ledger {
+    fn add_assign(&mut self, other: Self) {
+        self.emitted += other.emitted;
+        self.absorbed += other.absorbed;
+        self.escaped += other.escaped;
+        self.truncated += other.truncated;
+        self.rejected += other.rejected;
+    }
+}
+
+/// Counts of what integrators did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counters {
+    /// Samples: camera paths, light paths or pairs of them.
+    pub samples: u64,
+    /// Rays traced for the nearest hit.
+    pub closest_rays: u64,
+    /// Segments tested for visibility.
+    pub shadow_rays: u64,
+    /// Scattering vertices sampled.
+    pub scattered: u64,
+    /// Contributions that were infinite or not a number; they were not added to the film.
+    pub non_finite: u64,
+    /// Walks that the limit on bounces cut off.
+    pub truncated_walks: u64,
+    /// Energy ledger of the light walks.
+    pub ledger: Ledger,
+}
+
+impl Counters {
+    /// All rays.
+    #[must_use]
+    pub fn rays(&self) -> u64 {
+        self.closest_rays + self.shadow_rays
+    }
+}
+
+impl AddAssign for Counters {
+    fn add_assign(&mut self, other: Self) {
+        self.samples += other.samples;
+        self.closest_rays += other.closest_rays;
+        self.shadow_rays += other.shadow_rays;
+        self.scattered += other.scattered;
+        self.non_finite += other.non_finite;
+        self.truncated_walks += other.truncated_walks;
+        self.ledger += other.ledger;
+    }
+}
