@@ -1,1 +1,134 @@
-//! Shading normals.
+//! What a shading normal that differs from the geometric one does to a BSDF: the only place where it is handled.
+//!
+//! With shading normal `n_s` the surface scatters `f |ω_light · n_s|` instead of `f |ω_light · n_g|`, so the path integral, whose geometry
+//! terms use geometric normals, sees the BSDF (Veach 1997, section 5.3)
+//!
+//! ```text
+//! f'(to_light, to_camera) = f(to_light, to_camera) · |to_light · n_s| / |to_light · n_g|
+//! ```
+//!
+//! It is one function of the labelled pair, whichever way a path is traced. Densities per projected solid angle change from the
+//! shading cosine to the geometric one by the same kind of factor, `σ(ω) = |ω · n_s| / |ω · n_g|`, so that a camera walk's weight `f'/p⊥` is
+//! the model's own, and a light walk's is the model's times `σ(to_light) / σ(to_camera)`.
+//!
+//! A direction that is on different sides of the two normals is in neither hemisphere: f' and the densities are 0 there.
+
+use super::{Bsdf, BsdfSample, DiracValue, Lobes, Walk};
+use crate::geometry::{Frame, SurfacePoint};
+use crate::math::{PerProjected, Rgb};
+use glam::{DVec2, DVec3};
+
+/// A BSDF at a point of a scene: takes world directions and accounts for the shading normal.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadedBsdf<B> {
+    bsdf: B,
+    frame: Frame,
+    /// `None` where the shading normal is the geometric one.
+    geometric_normal: Option<DVec3>,
+}
+
+impl<B: Bsdf> ShadedBsdf<B> {
+    /// Places a BSDF at a surface point.
+    #[inline]
+    #[must_use]
+    pub fn new(bsdf: B, point: &SurfacePoint) -> Self {
+        let frame = if point.tangent == DVec3::ZERO {
+            Frame::from_normal(point.shading_normal)
+        } else {
+            Frame::from_normal_and_tangent(point.shading_normal, point.tangent)
+        };
+        Self { bsdf, frame, geometric_normal: (!point.is_flat()).then_some(point.geometric_normal) }
+    }
+
+    /// The BSDF as its model defines it, in the local frame.
+    #[must_use]
+    pub fn model(&self) -> &B {
+        &self.bsdf
+    }
+
+    /// The kinds of lobes at this point.
+    #[inline]
+    #[must_use]
+    pub fn lobes(&self) -> Lobes {
+        self.bsdf.lobes()
+    }
+
+    /// `f'(to_light, to_camera)` in 1/sr, without Dirac lobes.
+    #[inline]
+    #[must_use]
+    pub fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
+        let (light, camera) = (self.frame.to_local(to_light), self.frame.to_local(to_camera));
+        match (self.ratio(to_light, light), self.ratio(to_camera, camera)) {
+            (Some(ratio), Some(_)) => self.bsdf.eval(light, camera) * ratio,
+            _ => Rgb::BLACK,
+        }
+    }
+
+    /// Density of `next` given `fixed`, per projected solid angle with the geometric cosine, without Dirac lobes.
+    #[inline]
+    #[must_use]
+    pub fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
+        let (local_fixed, local_next) = (self.frame.to_local(fixed), self.frame.to_local(next));
+        match (self.ratio(fixed, local_fixed), self.ratio(next, local_next)) {
+            (Some(_), Some(ratio)) => self.bsdf.pdf(local_fixed, local_next, walk) * ratio,
+            _ => PerProjected::ZERO,
+        }
+    }
+
+    /// Samples the next direction of a walk; `None` if the walk ends here.
+    #[inline]
+    #[must_use]
+    pub fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+        let local_fixed = self.frame.to_local(fixed);
+        let ratio_fixed = self.ratio(fixed, local_fixed)?;
+        let mut sample = self.bsdf.sample(local_fixed, walk, u1, u2)?;
+        let local_next = sample.next;
+        // Through a null interface the direction must stay the same to the last bit, so that it cannot drift.
+        sample.next = if local_next == -local_fixed { -fixed } else { self.frame.to_world(local_next).normalize() };
+        if self.geometric_normal.is_some() {
+            let ratio_next = self.ratio(sample.next, local_next)?;
+            let (ratio_light, ratio_camera) = match walk {
+                Walk::Camera => (ratio_next, ratio_fixed),
+                Walk::Light => (ratio_fixed, ratio_next),
+            };
+            let (scale_to_light, scale_to_camera) =
+                if sample.dirac { (1.0, ratio_camera / ratio_light) } else { (ratio_light, ratio_camera) };
+            let (scale, scale_reverse) = match walk {
+                Walk::Camera => (scale_to_light, scale_to_camera),
+                Walk::Light => (scale_to_camera, scale_to_light),
+            };
+            sample.pdf = sample.pdf * scale;
+            sample.pdf_reverse = sample.pdf_reverse * scale_reverse;
+            if walk == Walk::Light {
+                sample.weight *= ratio_light / ratio_camera;
+            }
+        }
+        Some(sample)
+    }
+
+    /// Coefficients of the Dirac lobe that maps one direction into the other, of the Dirac distribution with respect to the
+    /// projected solid angle (geometric cosine) of `to_light`.
+    #[must_use]
+    pub fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
+        let (light, camera) = (self.frame.to_local(to_light), self.frame.to_local(to_camera));
+        match (self.ratio(to_light, light), self.ratio(to_camera, camera)) {
+            (Some(ratio_light), Some(ratio_camera)) => {
+                let value = self.bsdf.eval_dirac(light, camera);
+                DiracValue { pdf_to_camera: value.pdf_to_camera * (ratio_camera / ratio_light), ..value }
+            }
+            _ => DiracValue::default(),
+        }
+    }
+
+    /// `|ω · n_s| / |ω · n_g|`, or `None` if the two normals see ω on different sides.
+    #[inline]
+    fn ratio(&self, direction: DVec3, local: DVec3) -> Option<f64> {
+        match self.geometric_normal {
+            None => Some(1.0),
+            Some(normal) => {
+                let geometric = normal.dot(direction);
+                (local.z * geometric > 0.0).then(|| local.z / geometric)
+            }
+        }
+    }
+}

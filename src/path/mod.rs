@@ -1,9 +1,37 @@
 //! The core: vertices, the one random walk, paths, techniques and their weights.
+//!
+//! A pixel is an integral over paths `x_0 … x_k` from the lens to a light, `∫ We · T · Le dμ`, with the throughput `T = Π f Π G`. A technique
+//! (s, t) draws s of the k + 1 vertices from the light and t from the camera. Everything an integrator does is made of these bricks:
+//!
+//! | what | where |
+//! |---|---|
+//! | geometry term G | [`Edge`] |
+//! | vertices, and the walk that finds them | [`Vertex`], [`RandomWalk`] |
+//! | joining a camera part and a light part | [`Path`], [`sample_emitter`], [`sample_lens`] |
+//! | densities of all techniques, and weights | [`PathDensities`], [`Heuristic`], [`TechniqueSet`] |
+//! | Russian roulette | [`Roulette`] |
+//! | the definitions, evaluated without anything cached | [`PathRecord`] |
 
+mod connect;
 mod counters;
+mod geometry_term;
+mod record;
+pub mod roulette;
 mod scratch;
 mod technique;
+mod vertex;
+mod view;
+mod walk;
+mod weight;
 
+pub use connect::{sample_emitter, sample_lens};
 pub use counters::{Counters, Ledger};
+pub use geometry_term::Edge;
+pub use record::{PathRecord, Verification};
+pub use roulette::{Roulette, Survival, Termination};
 pub use scratch::Scratch;
 pub use technique::TechniqueSet;
+pub use vertex::{StartDensity, Vertex};
+pub use view::Path;
+pub use walk::{MAX_BOUNCES, RandomWalk, Scattered};
+pub use weight::{Ends, Heuristic, PathDensities};

@@ -1,19 +1,32 @@
 //! Memory that integrators reuse from sample to sample.
 
-use super::Counters;
+use super::{Counters, Vertex};
 use crate::scene::Scene;
-use std::marker::PhantomData;
+use std::fmt;
 
 /// Buffers and counters of one thread; reused, so that nothing is allocated per sample once they have grown.
-#[derive(Debug)]
-pub struct Scratch<'s, S: Scene + ?Sized> {
+pub struct Scratch<'s, S: Scene + ?Sized + 's> {
     /// What was done so far.
     pub counters: Counters,
-    scene: PhantomData<&'s S>,
+    /// Vertices of the camera walk, from the lens.
+    pub camera: Vec<Vertex<S::Bsdf<'s>>>,
+    /// Vertices of the light walk, from the light.
+    pub light: Vec<Vertex<S::Bsdf<'s>>>,
 }
 
-impl<S: Scene + ?Sized> Default for Scratch<'_, S> {
+// Written by hand: derives would ask for bounds on `S`.
+impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
     fn default() -> Self {
-        Self { counters: Counters::default(), scene: PhantomData }
+        Self { counters: Counters::default(), camera: Vec::new(), light: Vec::new() }
+    }
+}
+
+impl<'s, S: Scene + ?Sized + 's> fmt::Debug for Scratch<'s, S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Scratch")
+            .field("counters", &self.counters)
+            .field("camera_vertices", &self.camera.len())
+            .field("light_vertices", &self.light.len())
+            .finish()
     }
 }

@@ -1,0 +1,205 @@
+//! A path evaluated from the definitions alone: what an audit compares an integrator's numbers with, and what a teacher writes on the board.
+
+use super::view::are_joinable;
+use super::walk::emission_density;
+use super::weight::{Ends, PathDensities};
+use super::{Edge, Heuristic, Path, TechniqueSet};
+use crate::bsdf::Walk;
+use crate::bsdf::shading::ShadedBsdf;
+use crate::endpoint::{Camera, Endpoint, Light, LightId};
+use crate::geometry::SurfacePoint;
+use crate::math::Rgb;
+use crate::scene::Scene;
+
+/// Every factor of a path's contribution and of the densities of all techniques. Index i belongs to vertex x_i, or to the edge x_i x_{i+1}.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathRecord {
+    /// The vertices x_0 … x_k.
+    pub points: Vec<SurfacePoint>,
+    /// Whether the path takes a Dirac lobe at a vertex.
+    pub dirac: Vec<bool>,
+    /// Importance We at x_0, the BSDF f (Dirac: its coefficient) at x_1 … x_{k-1}, radiance Le at x_k.
+    pub factors: Vec<Rgb>,
+    /// G of each edge.
+    pub geometry_terms: Vec<f64>,
+    /// a_i, density per projected solid angle from x_i to x_{i+1}.
+    pub towards_light: Vec<f64>,
+    /// b_i, density per projected solid angle from x_i to x_{i-1}; b_0 is 0.
+    pub towards_camera: Vec<f64>,
+    /// Densities of the end points.
+    pub ends: Ends,
+}
+
+impl PathRecord {
+    /// Evaluates f, G and all densities at the given points, k ≥ 1. `dirac[i]` selects the Dirac part of the BSDF at x_i. Edges between
+    /// coinciding points have G = 0.
+    #[must_use]
+    pub fn evaluate<S: Scene + ?Sized, C: Camera + ?Sized>(
+        scene: &S,
+        camera: &C,
+        points: &[SurfacePoint],
+        dirac: &[bool],
+        light: LightId,
+    ) -> Self {
+        let k = points.len() - 1;
+        let none = Edge { direction: glam::DVec3::ZERO, geometry: 0.0 };
+        let edges: Vec<Edge> = points.windows(2).map(|pair| Edge::between(&pair[0], &pair[1]).unwrap_or(none)).collect();
+        let mut factors = vec![Rgb::BLACK; k + 1];
+        let mut towards_light = vec![0.0; k + 1];
+        let mut towards_camera = vec![0.0; k + 1];
+        factors[0] = camera.emit(&points[0], edges[0].direction);
+        towards_light[0] = camera.direction_pdf(&points[0], edges[0].direction).value();
+        for i in 1..k {
+            let bsdf = ShadedBsdf::new(scene.bsdf(&points[i]), &points[i]);
+            let (to_light, to_camera) = (edges[i].direction, -edges[i - 1].direction);
+            if dirac[i] {
+                let value = bsdf.eval_dirac(to_light, to_camera);
+                factors[i] = value.value;
+                towards_light[i] = value.pdf_to_light.value();
+                towards_camera[i] = value.pdf_to_camera.value();
+            } else {
+                factors[i] = bsdf.eval(to_light, to_camera);
+                towards_light[i] = bsdf.pdf(to_camera, to_light, Walk::Camera).value();
+                towards_camera[i] = bsdf.pdf(to_light, to_camera, Walk::Light).value();
+            }
+        }
+        let emitter = scene.light(light);
+        let to_camera = -edges[k - 1].direction;
+        factors[k] = emitter.emit(&points[k], to_camera);
+        towards_camera[k] = emitter.direction_pdf(&points[k], to_camera).value();
+        let start = emission_density(scene, light, &points[k - 1], &points[k]);
+        let hittable = emitter.can_be_hit();
+        Self {
+            points: points.to_vec(),
+            dirac: dirac.to_vec(),
+            factors,
+            geometry_terms: edges.iter().map(|edge| edge.geometry).collect(),
+            towards_light,
+            towards_camera,
+            ends: Ends {
+                camera: camera.point_pdf(&points[0]).value(),
+                camera_connection: camera.pdf_from(&points[1], &points[0]).value(),
+                light: start.walk.value(),
+                light_connection: start.connection.value(),
+                hittable,
+                connectible: emitter.can_be_connected(),
+                joinable: are_joinable(points[0].place, points[k].place, hittable),
+            },
+        }
+    }
+
+    /// The lecture's throughput `T = Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1})`.
+    #[must_use]
+    pub fn throughput(&self) -> Rgb {
+        let k = self.edges();
+        (1..k).fold(Rgb::WHITE, |product, i| product * self.factors[i] * self.geometry_terms[i])
+    }
+
+    /// The measurement contribution `We · G(x_0, x_1) · T · Le`.
+    #[must_use]
+    pub fn contribution(&self) -> Rgb {
+        self.factors[0] * self.geometry_terms[0] * self.throughput() * self.factors[self.edges()]
+    }
+
+    /// The density of the path, in the product measure of its places, under the technique with t vertices from the camera; 0 if that
+    /// technique cannot draw it. Long paths can leave the range of f64 here; weights never form this product.
+    #[must_use]
+    pub fn density(&self, t: usize) -> f64 {
+        if !self.is_admissible(t) {
+            return 0.0;
+        }
+        let k = self.edges();
+        let camera: f64 = (0..t - 1).map(|i| self.towards_light[i] * self.geometry_terms[i]).product();
+        let light: f64 = (t + 1..=k).map(|i| self.towards_camera[i] * self.geometry_terms[i - 1]).product();
+        self.end_density(t) * camera * light
+    }
+
+    /// `f/p` under the technique with t vertices from the camera, multiplied up edge by edge so that it stays in range.
+    #[must_use]
+    pub fn estimate(&self, t: usize) -> Rgb {
+        let k = self.edges();
+        let mut value = self.factors[0] * (1.0 / self.end_density(t));
+        for i in 0..k {
+            let g = self.geometry_terms[i];
+            let density = if i + 1 < t {
+                self.towards_light[i] * g
+            } else if i + 1 == t {
+                1.0
+            } else {
+                self.towards_camera[i + 1] * g
+            };
+            value = value * self.factors[i + 1] * (g / density);
+        }
+        value
+    }
+}
+
+impl PathDensities for PathRecord {
+    fn edges(&self) -> usize {
+        self.points.len() - 1
+    }
+    fn towards_light(&self, i: usize) -> f64 {
+        self.towards_light[i]
+    }
+    fn towards_camera(&self, i: usize) -> f64 {
+        self.towards_camera[i]
+    }
+    fn geometry(&self, i: usize) -> f64 {
+        self.geometry_terms[i]
+    }
+    fn is_dirac(&self, i: usize) -> bool {
+        self.dirac[i]
+    }
+    fn ends(&self) -> Ends {
+        self.ends
+    }
+}
+
+/// How far an integrator's numbers for a path are from the definitions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verification {
+    /// Relative difference of the unweighted estimate f/p, Russian roulette taken out.
+    pub value_error: f64,
+    /// Difference of the weight.
+    pub weight_error: f64,
+    /// |Σ w - 1| over all techniques of the set that can draw the path, each weight by a sweep of its own.
+    pub weight_sum_error: f64,
+}
+
+impl Verification {
+    /// The largest of the three errors.
+    #[must_use]
+    pub fn worst(&self) -> f64 {
+        self.value_error.max(self.weight_error).max(self.weight_sum_error)
+    }
+}
+
+impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'_, 's, S, C> {
+    /// Re-evaluates the path from the definitions and compares.
+    #[must_use]
+    pub fn verify(&self, set: &TechniqueSet, heuristic: Heuristic) -> Verification {
+        let record = self.record();
+        let t = usize::from(self.technique().t);
+        let cached = self.value() * self.survival();
+        let exact = record.estimate(t);
+        let scale = exact.map(f64::abs).max_component().max(f64::MIN_POSITIVE);
+        let sum: f64 = (1..=record.edges() + 1)
+            .filter(|&t| set.contains(record.technique(t)) && record.is_admissible(t) && record.density_is_nonzero(t))
+            .map(|t| record.weight(t, set, heuristic))
+            .sum();
+        Verification {
+            value_error: (cached - exact).map(f64::abs).max_component() / scale,
+            weight_error: (self.weight(set, heuristic) - record.weight(t, set, heuristic)).abs(),
+            weight_sum_error: (sum - 1.0).abs(),
+        }
+    }
+}
+
+impl PathRecord {
+    /// Whether the technique's density is positive, decided without forming the product.
+    fn density_is_nonzero(&self, t: usize) -> bool {
+        self.end_density(t) > 0.0
+            && (0..t - 1).all(|i| self.towards_light[i] * self.geometry_terms[i] > 0.0)
+            && (t + 1..=self.edges()).all(|i| self.towards_camera[i] * self.geometry_terms[i - 1] > 0.0)
+    }
+}

@@ -1,0 +1,71 @@
+//! A vertex of a path, with what the walk that found it knows about it.
+
+use crate::bsdf::shading::ShadedBsdf;
+use crate::bsdf::{Bsdf, Lobes};
+use crate::endpoint::LightId;
+use crate::geometry::SurfacePoint;
+use crate::math::{PerArea, PerProjected, Rgb};
+use glam::DVec3;
+
+/// A vertex of a walk. "Next" and "previous" are meant in the direction of the walk.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex<B> {
+    /// Where it is.
+    pub point: SurfacePoint,
+    /// How it scatters; `None` at an endpoint (lens, start of a light walk, environment).
+    pub bsdf: Option<ShadedBsdf<B>>,
+    /// The light that the point belongs to, if it emits.
+    pub light: Option<LightId>,
+    /// Estimate `f/p` of the walk up to here: everything before this vertex's own scattering or emission.
+    pub throughput: Rgb,
+    /// Product of the probabilities of surviving Russian roulette on the way here; `throughput` contains its inverse.
+    pub survival: f64,
+    /// Unit direction to the previous vertex; zero at the start.
+    pub to_previous: DVec3,
+    /// Density of the direction to the next vertex, given the previous one; of an endpoint, given its point.
+    pub pdf_next: PerProjected,
+    /// Density with which the opposite walk would choose the direction to the previous vertex, given the next one.
+    pub pdf_back: PerProjected,
+    /// Geometry term of the edge to the previous vertex.
+    pub geometry: f64,
+    /// Whether a Dirac lobe was sampled here.
+    pub dirac: bool,
+    /// Densities of an endpoint as a starting point; zero elsewhere.
+    pub start: StartDensity,
+}
+
+/// The two densities of an endpoint's position.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StartDensity {
+    /// As the start of a walk, probability of choosing the light included.
+    pub walk: PerArea,
+    /// As the point that the neighbouring vertex connects to, probability of choosing the light included.
+    pub connection: PerArea,
+}
+
+impl<B: Bsdf> Vertex<B> {
+    /// The start of a walk. Everything that the walk has yet to find out is zero, the throughput one.
+    #[must_use]
+    pub fn endpoint(point: SurfacePoint, light: Option<LightId>, start: StartDensity) -> Self {
+        Self {
+            point,
+            bsdf: None,
+            light,
+            throughput: Rgb::WHITE,
+            survival: 1.0,
+            to_previous: DVec3::ZERO,
+            pdf_next: PerProjected::ZERO,
+            pdf_back: PerProjected::ZERO,
+            geometry: 0.0,
+            dirac: false,
+            start,
+        }
+    }
+
+    /// Whether the surface has lobes that are functions, so that a connection can carry light.
+    #[inline]
+    #[must_use]
+    pub fn is_connectible(&self) -> bool {
+        self.bsdf.as_ref().is_some_and(|bsdf| bsdf.lobes().intersects(Lobes::FINITE))
+    }
+}

@@ -1,0 +1,311 @@
+//! A path as a view of the camera part and the light part that it was drawn from.
+
+use super::walk::emission_density;
+use super::weight::{Ends, PathDensities};
+use super::{Counters, Edge, Heuristic, PathRecord, TechniqueSet, Vertex};
+use crate::bsdf::Walk;
+use crate::endpoint::{Camera, Endpoint, Light, LightId};
+use crate::film::Technique;
+use crate::geometry::{Place, SurfacePoint};
+use crate::math::Rgb;
+use crate::scene::Scene;
+use std::fmt;
+
+/// A complete path `x_0 … x_k`: the first t vertices from the camera, the last s from the light. Copies nothing.
+pub struct Path<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> {
+    scene: &'s S,
+    camera: &'v C,
+    camera_part: &'v [Vertex<S::Bsdf<'s>>],
+    light_part: &'v [Vertex<S::Bsdf<'s>>],
+    light: LightId,
+    /// The connecting edge, from the camera part to the light part; `None` if s = 0.
+    joint: Option<Edge>,
+    value: Rgb,
+}
+
+impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> Clone for Path<'_, 's, S, C> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> Copy for Path<'_, 's, S, C> {}
+
+impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> fmt::Debug for Path<'_, 's, S, C> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Path").field("technique", &self.technique()).field("value", &self.value).finish()
+    }
+}
+
+impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
+    /// The path of a camera walk whose last vertex is on a light (s = 0). `None` if it is not, or emits nothing this way.
+    #[inline]
+    #[must_use]
+    pub fn hit(scene: &'s S, camera: &'v C, camera_part: &'v [Vertex<S::Bsdf<'s>>]) -> Option<Self> {
+        let end = camera_part.last()?;
+        let light = end.light?;
+        let radiance = scene.light(light).emit(&end.point, end.to_previous);
+        if radiance.is_black() || camera_part.len() < 2 {
+            return None;
+        }
+        let value = end.throughput * radiance;
+        Some(Self { scene, camera, camera_part, light_part: &[], light, joint: None, value })
+    }
+
+    /// The path that joins the last vertices of a camera part and a light part, neither of them empty. Everything but visibility is evaluated;
+    /// `None` if that is already zero, or if the connection is of a kind that cannot carry light.
+    #[inline]
+    #[must_use]
+    pub fn connect(
+        scene: &'s S,
+        camera: &'v C,
+        camera_part: &'v [Vertex<S::Bsdf<'s>>],
+        light_part: &'v [Vertex<S::Bsdf<'s>>],
+    ) -> Option<Self> {
+        let (y, z) = (camera_part.last()?, light_part.last()?);
+        let light = light_part[0].light?;
+        let edge = Edge::between(&y.point, &z.point)?;
+        if edge.geometry == 0.0 {
+            return None;
+        }
+        let at_camera = match &y.bsdf {
+            None => camera.emit(&y.point, edge.direction),
+            Some(bsdf) => bsdf.eval(edge.direction, y.to_previous),
+        };
+        if at_camera.is_black() {
+            return None;
+        }
+        let at_light = match &z.bsdf {
+            None => scene.light(light).emit(&z.point, -edge.direction),
+            Some(bsdf) => bsdf.eval(z.to_previous, -edge.direction),
+        };
+        let value = (y.throughput * at_camera) * (edge.geometry * (at_light * z.throughput));
+        let path = Self { scene, camera, camera_part, light_part, light, joint: Some(edge), value };
+        let lens_to_light = camera_part.len() == 1 && light_part.len() == 1;
+        (!value.is_black() && (!lens_to_light || path.ends_are_joinable())).then_some(path)
+    }
+
+    /// How the path was drawn.
+    #[must_use]
+    pub fn technique(&self) -> Technique {
+        Technique { s: self.light_part.len() as u16, t: self.camera_part.len() as u16 }
+    }
+
+    /// Unweighted estimate `f(x)/p(x)`, without the visibility of the connecting edge.
+    #[must_use]
+    pub fn value(&self) -> Rgb {
+        self.value
+    }
+
+    /// Number of scattering events, k - 1.
+    #[must_use]
+    pub fn bounces(&self) -> usize {
+        self.edges() - 1
+    }
+
+    /// Number of edges k.
+    #[must_use]
+    pub fn edges(&self) -> usize {
+        self.camera_part.len() + self.light_part.len() - 1
+    }
+
+    /// The connecting edge, from the camera's side; `None` if the camera walk hit the light.
+    #[must_use]
+    pub fn joint(&self) -> Option<&Edge> {
+        self.joint.as_ref()
+    }
+
+    /// The light at the end.
+    #[must_use]
+    pub fn light(&self) -> LightId {
+        self.light
+    }
+
+    /// Vertex `x_i`, as the walk that found it knows it.
+    #[must_use]
+    pub fn vertex(&self, i: usize) -> &Vertex<S::Bsdf<'s>> {
+        let t = self.camera_part.len();
+        if i < t { &self.camera_part[i] } else { &self.light_part[self.edges() - i] }
+    }
+
+    /// Tests the connecting edge, if there is one.
+    #[inline]
+    #[must_use]
+    pub fn is_visible(&self, counters: &mut Counters) -> bool {
+        let (Some(y), Some(z)) = (self.camera_part.last(), self.light_part.last()) else { return true };
+        counters.shadow_rays += 1;
+        if z.bsdf.is_none() && y.bsdf.is_none() {
+            // The start of a light walk was not placed for the lens.
+            let facing = self.scene.light(self.light).facing(&z.point, &y.point);
+            return self.scene.visible(&y.point, &facing);
+        }
+        self.scene.visible(&y.point, &z.point)
+    }
+
+    /// The multiple importance sampling weight of the technique that drew the path, within a set that contains it.
+    #[inline]
+    #[must_use]
+    pub fn weight(&self, set: &TechniqueSet, heuristic: Heuristic) -> f64 {
+        self.densities().weight(self.camera_part.len(), set, heuristic)
+    }
+
+    /// Product of the probabilities 1 - q with which the walks survived Russian roulette; `value` contains its inverse.
+    #[must_use]
+    pub fn survival(&self) -> f64 {
+        self.camera_part.last().map_or(1.0, |v| v.survival) * self.light_part.last().map_or(1.0, |v| v.survival)
+    }
+
+    /// The densities along the path, from what the walks cached and what only the connection decides.
+    #[must_use]
+    pub fn densities(&self) -> impl PathDensities {
+        CachedDensities { path: self, joint: self.joint_densities(), ends: self.ends() }
+    }
+
+    /// Evaluates the path anew from its points: f, G, densities, nothing cached.
+    #[must_use]
+    pub fn record(&self) -> PathRecord {
+        let k = self.edges();
+        let densities = self.densities();
+        let points: Vec<SurfacePoint> = (0..=k).map(|i| self.vertex(i).point).collect();
+        let dirac: Vec<bool> = (0..=k).map(|i| i > 0 && i < k && densities.is_dirac(i)).collect();
+        PathRecord::evaluate(self.scene, self.camera, &points, &dirac, self.light)
+    }
+
+    fn ends_are_joinable(&self) -> bool {
+        let hittable = self.scene.light(self.light).can_be_hit();
+        let lens = self.vertex(0).point.place;
+        let light = self.vertex(self.edges()).point.place;
+        are_joinable(lens, light, hittable)
+    }
+
+    fn ends(&self) -> Ends {
+        let (lens, end) = (self.vertex(0), self.vertex(self.edges()));
+        let light = self.scene.light(self.light);
+        let hittable = light.can_be_hit();
+        let start = if self.light_part.is_empty() {
+            let receiver = &self.camera_part[self.camera_part.len() - 2].point;
+            emission_density(self.scene, self.light, receiver, &end.point)
+        } else {
+            end.start
+        };
+        Ends {
+            camera: lens.start.walk.value(),
+            camera_connection: lens.start.connection.value(),
+            light: start.walk.value(),
+            light_connection: start.connection.value(),
+            hittable,
+            connectible: light.can_be_connected(),
+            joinable: are_joinable(lens.point.place, end.point.place, hittable),
+        }
+    }
+
+    /// Densities at the two vertices that the connection joins; they depend on both parts.
+    fn joint_densities(&self) -> JointDensities {
+        let mut joint = JointDensities::default();
+        let Some(y) = self.camera_part.last() else { return joint };
+        let Some(edge) = &self.joint else {
+            joint.towards_camera = self.scene.light(self.light).direction_pdf(&y.point, y.to_previous).value();
+            return joint;
+        };
+        let z = self.vertex(self.camera_part.len());
+        match &y.bsdf {
+            None => joint.towards_light = self.camera.direction_pdf(&y.point, edge.direction).value(),
+            Some(bsdf) => {
+                joint.towards_light = bsdf.pdf(y.to_previous, edge.direction, Walk::Camera).value();
+                joint.before = bsdf.pdf(edge.direction, y.to_previous, Walk::Light).value();
+            }
+        }
+        match &z.bsdf {
+            None => {
+                joint.towards_camera = self.scene.light(self.light).direction_pdf(&z.point, -edge.direction).value();
+            }
+            Some(bsdf) => {
+                joint.towards_camera = bsdf.pdf(z.to_previous, -edge.direction, Walk::Light).value();
+                joint.behind = bsdf.pdf(-edge.direction, z.to_previous, Walk::Camera).value();
+            }
+        }
+        joint
+    }
+}
+
+/// Whether lens and light can be connected to each other: a Dirac lens would see a Dirac light as a Dirac distribution on the film, and
+/// two points at infinity have no line between them.
+pub(super) fn are_joinable(lens: Place, light: Place, hittable: bool) -> bool {
+    (lens == Place::Area || hittable) && !(lens == Place::Infinite && light == Place::Infinite)
+}
+
+/// Densities per projected solid angle around the connecting edge.
+#[derive(Clone, Copy, Debug, Default)]
+struct JointDensities {
+    /// x_{t-1} → x_t.
+    towards_light: f64,
+    /// x_t → x_{t-1}; with s = 0, of the emission at x_k.
+    towards_camera: f64,
+    /// x_{t-1} → x_{t-2}.
+    before: f64,
+    /// x_t → x_{t+1}.
+    behind: f64,
+}
+
+struct CachedDensities<'p, 'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> {
+    path: &'p Path<'v, 's, S, C>,
+    joint: JointDensities,
+    ends: Ends,
+}
+
+impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> PathDensities for CachedDensities<'_, '_, 's, S, C> {
+    fn edges(&self) -> usize {
+        self.path.edges()
+    }
+
+    #[inline]
+    fn towards_light(&self, i: usize) -> f64 {
+        let (t, s) = (self.path.camera_part.len(), self.path.light_part.len());
+        if i + 1 < t {
+            self.path.camera_part[i].pdf_next.value()
+        } else if i + 1 == t {
+            self.joint.towards_light
+        } else if i == t {
+            self.joint.behind
+        } else {
+            self.path.light_part[s + t - 1 - i].pdf_back.value()
+        }
+    }
+
+    #[inline]
+    fn towards_camera(&self, i: usize) -> f64 {
+        let (t, s) = (self.path.camera_part.len(), self.path.light_part.len());
+        if i > t {
+            self.path.light_part[s + t - 1 - i].pdf_next.value()
+        } else if i == t || (s == 0 && i + 1 == t) {
+            self.joint.towards_camera
+        } else if i + 1 == t {
+            self.joint.before
+        } else {
+            self.path.camera_part[i].pdf_back.value()
+        }
+    }
+
+    #[inline]
+    fn geometry(&self, i: usize) -> f64 {
+        let t = self.path.camera_part.len();
+        if i + 1 < t {
+            self.path.camera_part[i + 1].geometry
+        } else if i + 1 == t {
+            self.path.joint.map_or(0.0, |edge| edge.geometry)
+        } else {
+            self.path.vertex(i).geometry
+        }
+    }
+
+    #[inline]
+    fn is_dirac(&self, i: usize) -> bool {
+        let t = self.path.camera_part.len();
+        let at_joint = self.path.joint.is_some() && (i + 1 == t || i == t);
+        !at_joint && self.path.vertex(i).dirac
+    }
+
+    fn ends(&self) -> Ends {
+        self.ends
+    }
+}
