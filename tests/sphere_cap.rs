@@ -50,8 +50,8 @@ fn every_technique_alone_has_the_exact_mean() {
                 ..Bidirectional::default()
             };
             let samples = match (only.s, only.t) {
-                (0, _) => 4_000_000,
-                (_, 1) => 4_000_000,
+                (0, _) => 1_600_000,
+                (_, 1) => 2_800_000,
                 _ => 1000,
             };
             assert_mean(&format!("{only:?}"), run(&integrator, samples, 17), expected);

@@ -56,3 +56,48 @@ impl Edge {
         Self { direction, geometry }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn point(x: f64, y: f64, z: f64, normal: DVec3) -> SurfacePoint {
+        SurfacePoint::on_surface(DVec3::new(x, y, z), 0.0, normal)
+    }
+
+    #[test]
+    fn between_surfaces_it_is_veachs() {
+        let a = point(0.0, 0.0, 0.0, DVec3::Z);
+        let b = point(3.0, 0.0, 4.0, -DVec3::X);
+        let edge = Edge::between(&a, &b).unwrap();
+        assert_relative_eq!(edge.geometry, 0.8 * 0.6 / 25.0, max_relative = 1e-15);
+        assert_relative_eq!(edge.direction.x, 0.6, max_relative = 1e-15);
+        assert_eq!(Edge::between(&b, &a).unwrap().geometry, edge.geometry);
+    }
+
+    #[test]
+    fn dirac_positions_have_no_cosine_and_infinity_no_distance() {
+        let surface = point(0.0, 0.0, 0.0, DVec3::Z);
+        let dirac = SurfacePoint::dirac(DVec3::new(3.0, 0.0, 4.0));
+        assert_relative_eq!(Edge::between(&surface, &dirac).unwrap().geometry, 0.8 / 25.0, max_relative = 1e-15);
+        let infinite = SurfacePoint::infinite(DVec3::new(0.0, 0.0, 1e9), DVec3::new(0.6, 0.0, -0.8));
+        let edge = Edge::between(&surface, &infinite).unwrap();
+        assert_eq!(edge.direction, DVec3::new(-0.6, 0.0, 0.8));
+        assert_relative_eq!(edge.geometry, 0.8, max_relative = 1e-15);
+        assert_eq!(Edge::between(&dirac, &infinite).unwrap().geometry, 1.0);
+        assert_eq!(Edge::between(&infinite, &infinite), None);
+    }
+
+    #[test]
+    fn coincident_points_have_no_edge_and_tiny_distances_do() {
+        let a = point(1.0, 2.0, 3.0, DVec3::Z);
+        assert_eq!(Edge::between(&a, &a), None);
+        for exponent in [-150, -12, 12, 150] {
+            let r = 10f64.powi(exponent);
+            let (a, b) = (point(0.0, 0.0, 0.0, DVec3::Z), point(r, 0.0, r, DVec3::Z));
+            let edge = Edge::between(&a, &b).unwrap();
+            assert_relative_eq!(edge.geometry * r * r, 0.25, max_relative = 1e-13);
+        }
+    }
+}

@@ -90,3 +90,42 @@ impl Roulette {
         if xi < q { c } else { (estimate() - q * c) / (1.0 - q) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// analytic.json F06: the mean stays, the variance is V/(1-q) + q/(1-q) (E - c)².
+    #[test]
+    fn the_lectures_formula_keeps_the_mean_and_has_the_exact_variance() {
+        use rand::{RngExt, SeedableRng};
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
+        let (q, mean, variance) = (0.4, 0.5, 0.04f64);
+        let half_width = (3.0 * variance).sqrt();
+        for (c, expected) in [(0.3, 0.093_333_333_333_333_34), (0.0, 0.233_333_333_333_333_34), (0.5, 0.066_666_666_666_666_67)] {
+            let n = 1_000_000;
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for _ in 0..n {
+                let (xi, u) = (rng.random::<f64>(), rng.random::<f64>());
+                let value = Roulette::apply(q, c, xi, || mean + half_width * (2.0 * u - 1.0));
+                sum += value;
+                squares += value * value;
+            }
+            let measured_mean = sum / f64::from(n);
+            let measured_variance = squares / f64::from(n) - measured_mean * measured_mean;
+            let standard_error = (expected / f64::from(n)).sqrt();
+            assert!((measured_mean - mean).abs() < 4.0 * standard_error, "c = {c}: {measured_mean}");
+            assert!((measured_variance / expected - 1.0).abs() < 0.01, "c = {c}: {measured_variance}");
+        }
+    }
+
+    #[test]
+    fn survival_has_no_cap_below_one() {
+        let roulette = Roulette { start: 0, ..Roulette::default() };
+        assert_eq!(roulette.decide(1, 1.0, || 0.0), Termination::Continue);
+        assert_eq!(roulette.decide(1, 2.0, || 0.0), Termination::Continue);
+        assert_eq!(roulette.decide(1, 0.75, || 0.3), Termination::Survived { q: 0.25 });
+        assert_eq!(roulette.decide(1, 0.75, || 0.2), Termination::Terminated);
+        assert_eq!(Roulette::NEVER.decide(10_000, 0.0, || 0.0), Termination::Continue);
+    }
+}

@@ -184,3 +184,130 @@ pub trait PathDensities {
         1.0 / sum
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    /// Densities given as plain lists.
+    struct Listed {
+        a: Vec<f64>,
+        b: Vec<f64>,
+        g: Vec<f64>,
+        dirac: Vec<bool>,
+        ends: Ends,
+    }
+
+    impl PathDensities for Listed {
+        fn edges(&self) -> usize {
+            self.g.len()
+        }
+        fn towards_light(&self, i: usize) -> f64 {
+            self.a[i]
+        }
+        fn towards_camera(&self, i: usize) -> f64 {
+            self.b[i]
+        }
+        fn geometry(&self, i: usize) -> f64 {
+            self.g[i]
+        }
+        fn is_dirac(&self, i: usize) -> bool {
+            self.dirac[i]
+        }
+        fn ends(&self) -> Ends {
+            self.ends
+        }
+    }
+
+    const ENDS: Ends =
+        Ends { camera: 1.0, camera_connection: 1.0, light: 0.5, light_connection: 0.25, hittable: true, connectible: true, joinable: true };
+
+    fn random_path(k: usize, seed: u64) -> Listed {
+        use rand::{RngExt, SeedableRng};
+        let mut rng = rand_pcg::Pcg32::seed_from_u64(seed);
+        let mut list = |n: usize| (0..n).map(|_| rng.random_range(0.1..10.0)).collect::<Vec<f64>>();
+        Listed { a: list(k + 1), b: list(k + 1), g: list(k), dirac: vec![false; k + 1], ends: ENDS }
+    }
+
+    #[test]
+    fn weights_sum_to_one_for_any_set_and_heuristic() {
+        for k in 1..=20 {
+            for (seed, heuristic) in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(0.7)].into_iter().enumerate() {
+                let mut path = random_path(k, seed as u64 * 100 + k as u64);
+                if k > 4 {
+                    path.dirac[2] = true;
+                }
+                for without in [None, Some(path.technique(1)), Some(path.technique(k + 1))] {
+                    let set = TechniqueSet { without, ..TechniqueSet::BIDIRECTIONAL };
+                    let sum: f64 = (1..=k + 1)
+                        .filter(|&t| path.is_admissible(t) && set.contains(path.technique(t)))
+                        .map(|t| path.weight(t, &set, heuristic))
+                        .sum();
+                    assert_relative_eq!(sum, 1.0, max_relative = 1e-12);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn ratios_are_those_of_the_products_of_densities() {
+        let path = random_path(5, 3);
+        let k = path.edges();
+        let density = |t: usize| {
+            let camera: f64 = (0..t - 1).map(|i| path.a[i] * path.g[i]).product();
+            let light: f64 = (t + 1..=k).map(|i| path.b[i] * path.g[i - 1]).product();
+            path.end_density(t) * camera * light
+        };
+        for current in 1..=k + 1 {
+            let mut visited = 0;
+            path.sweep(current, |t, ratio| {
+                assert_relative_eq!(ratio, density(t) / density(current), max_relative = 1e-12);
+                visited += 1;
+            });
+            assert_eq!(visited, k);
+        }
+    }
+
+    /// analytic.json F16: across a planar mirror between two Lambertian surfaces the ratio of densities is 1, whatever the distances.
+    #[test]
+    fn a_mirror_between_two_diffuse_surfaces_does_not_change_the_ratio() {
+        // x_0 lens, x_1 = a, x_2 mirror, x_3 = b, x_4 light. The mirror samples with probability 1 both ways.
+        let p = std::f64::consts::FRAC_1_PI;
+        let path = Listed {
+            a: vec![0.3, p, 1.0, p, 0.0],
+            b: vec![0.0, p, 1.0, p, p],
+            g: vec![0.7, 0.123, 4.56, 0.7],
+            dirac: vec![false, false, true, false, false],
+            ends: ENDS,
+        };
+        // From connecting (x_0, x_1) to connecting (x_3, x_4): x_1, x_3 change sides; the edge x_0 x_1 is sampled instead of x_3 x_4.
+        let mut ratio = 0.0;
+        path.sweep(1, |t, r| {
+            assert!(t == 4 || t == 5, "techniques that connect to a mirror are not admissible: t = {t}");
+            if t == 4 {
+                ratio = r;
+            }
+        });
+        let ends = path.end_density(4) / path.end_density(1);
+        assert_relative_eq!(ratio, ends * 0.3 / p, max_relative = 1e-14);
+    }
+
+    #[test]
+    fn extreme_geometry_terms_do_not_leave_the_range() {
+        for scale in [1e-30, 1e-12, 1.0, 1e12, 1e30] {
+            let mut path = random_path(20, 5);
+            path.g.iter_mut().for_each(|g| *g *= scale);
+            let set = TechniqueSet { emitter_hits: false, ..TechniqueSet::BIDIRECTIONAL };
+            let sum: f64 = (1..=20).map(|t| path.weight(t, &set, Heuristic::Power(2.0))).sum();
+            assert_relative_eq!(sum, 1.0, max_relative = 1e-12);
+        }
+    }
+
+    #[test]
+    fn zero_and_infinite_ratios_are_legal() {
+        assert_eq!(Heuristic::Power(2.0).weight([f64::INFINITY]), 0.0);
+        assert_eq!(Heuristic::Power(2.0).weight([0.0]), 1.0);
+        assert_eq!(Heuristic::Balance.weight([1e200, 1e200]), 0.5e-200);
+    }
+}
