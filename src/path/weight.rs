@@ -46,7 +46,7 @@ impl Heuristic {
     pub fn raise(self, ratio: f64) -> f64 {
         match self {
             Self::Balance => ratio,
-            Self::Power(exponent) if exponent == 2.0 => ratio * ratio,
+            Self::Power(2.0) => ratio * ratio,
             Self::Power(exponent) => ratio.powf(exponent),
         }
     }
