@@ -14,7 +14,32 @@
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
+pub mod check;
+pub mod conductor;
+pub mod dielectric;
+pub mod error;
+pub mod fresnel;
+pub mod ggx;
+pub mod lambert;
+pub mod mirror;
+pub mod mixture;
+pub mod model;
+pub mod null;
+pub mod rough_conductor;
+pub mod rough_dielectric;
 pub mod shading;
+
+pub use conductor::Conductor;
+pub use dielectric::Dielectric;
+pub use error::BsdfError;
+pub use ggx::Ggx;
+pub use lambert::Lambert;
+pub use mirror::Mirror;
+pub use mixture::Mixture;
+pub use model::{Model, SimpleModel};
+pub use null::Null;
+pub use rough_conductor::RoughConductor;
+pub use rough_dielectric::RoughDielectric;
 
 /// Which way a walk goes: what is at its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -171,4 +196,27 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         (**self).eval_dirac(to_light, to_camera)
     }
+}
+
+/// How far the tangential components of a pair of directions may miss the law of reflection or refraction for `eval_dirac`.
+///
+/// Wide enough for directions recomputed from positions, where an edge that is short against the coordinates has lost half the digits.
+const DIRAC_TOLERANCE: f64 = 1e-6;
+
+/// Both directions lie strictly on the same side of the surface.
+#[inline]
+fn same_side(a: DVec3, b: DVec3) -> bool {
+    (a.z > 0.0 && b.z > 0.0) || (a.z < 0.0 && b.z < 0.0)
+}
+
+/// The directions lie strictly on opposite sides of the surface.
+#[inline]
+fn opposite_sides(a: DVec3, b: DVec3) -> bool {
+    (a.z > 0.0 && b.z < 0.0) || (a.z < 0.0 && b.z > 0.0)
+}
+
+/// sin θ from the tangential components: exact near the normal, where `√(1 - cos²)` has lost all digits.
+#[inline]
+fn sine(direction: DVec3) -> f64 {
+    direction.truncate().length()
 }

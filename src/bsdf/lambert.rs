@@ -1,0 +1,57 @@
+//! The ideally diffuse reflector (Lambert 1760): `f = albedo / π`.
+
+use super::error::checked_reflectance;
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk, same_side};
+use crate::math::warp::square_to_cosine_hemisphere;
+use crate::math::{PerProjected, Rgb};
+use glam::{DVec2, DVec3};
+use std::f64::consts::FRAC_1_PI;
+
+/// Diffuse reflection on both sides of the surface, none through it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lambert {
+    albedo: Rgb,
+}
+
+impl Lambert {
+    /// A diffuse reflector that reflects the fraction `albedo` of the light.
+    ///
+    /// # Errors
+    /// If a channel of `albedo` is not in [0, 1].
+    pub fn new(albedo: Rgb) -> Result<Self, BsdfError> {
+        checked_reflectance(albedo).map(|albedo| Self { albedo })
+    }
+
+    /// The reflected fraction of the light.
+    #[must_use]
+    pub const fn albedo(&self) -> Rgb {
+        self.albedo
+    }
+}
+
+impl Bsdf for Lambert {
+    fn lobes(&self) -> Lobes {
+        Lobes::DIFFUSE_REFLECTION
+    }
+
+    fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
+        if same_side(to_light, to_camera) { self.albedo * FRAC_1_PI } else { Rgb::BLACK }
+    }
+
+    fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
+        if same_side(fixed, next) { PerProjected(FRAC_1_PI) } else { PerProjected::ZERO }
+    }
+
+    fn sample(&self, fixed: DVec3, _walk: Walk, _u1: f64, u2: DVec2) -> Option<BsdfSample> {
+        let mut next = square_to_cosine_hemisphere(u2);
+        next.z = next.z.copysign(fixed.z);
+        same_side(fixed, next).then_some(BsdfSample {
+            next,
+            weight: self.albedo,
+            pdf: PerProjected(FRAC_1_PI),
+            pdf_reverse: PerProjected(FRAC_1_PI),
+            dirac: false,
+            relative_ior: 1.0,
+        })
+    }
+}

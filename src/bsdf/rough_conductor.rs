@@ -1,0 +1,139 @@
+//! The rough conductor: a GGX micro-surface of mirrors (Walter et al. 2007, eq. 20), `f = R D G2 / (4 o_z i_z)`.
+
+use super::fresnel::Reflectance;
+use super::ggx::{Ggx, LEAST_COSINE};
+use super::mirror::{eval_mirror, sample_mirror};
+use super::{Bsdf, BsdfSample, DiracValue, Lobes, Walk};
+use crate::math::{PerProjected, Rgb};
+use glam::{DVec2, DVec3};
+
+/// Glossy reflection on both sides of the surface, single scattering: what hits the micro-surface twice is lost.
+///
+/// A distribution that [is smooth](Ggx::is_smooth) makes it the Dirac mirror.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoughConductor {
+    reflectance: Reflectance,
+    distribution: Ggx,
+}
+
+impl RoughConductor {
+    /// A rough mirror; the ingredients have been validated by their own constructors.
+    #[must_use]
+    pub const fn new(reflectance: Reflectance, distribution: Ggx) -> Self {
+        Self { reflectance, distribution }
+    }
+
+    /// The pair seen from `fixed`'s side with its half vector; `None` where there is no finite reflection.
+    #[inline]
+    fn pair(&self, fixed: DVec3, next: DVec3) -> Option<Pair> {
+        if self.distribution.is_smooth() { None } else { Pair::new(fixed, next) }
+    }
+
+    fn reflectance(&self, pair: &Pair) -> Rgb {
+        self.reflectance.at(pair.cosine, pair.o.cross(pair.h).length())
+    }
+}
+
+impl Bsdf for RoughConductor {
+    fn lobes(&self) -> Lobes {
+        if self.distribution.is_smooth() { Lobes::DIRAC_REFLECTION } else { Lobes::GLOSSY_REFLECTION }
+    }
+
+    fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
+        self.pair(to_camera, to_light).map_or(Rgb::BLACK, |pair| self.reflectance(&pair) * pair.value(&self.distribution))
+    }
+
+    fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
+        self.pair(fixed, next).map_or(PerProjected::ZERO, |pair| pair.pdf(&self.distribution))
+    }
+
+    fn sample(&self, fixed: DVec3, _walk: Walk, _u1: f64, u2: DVec2) -> Option<BsdfSample> {
+        if self.distribution.is_smooth() {
+            return sample_mirror(self.reflectance, fixed);
+        }
+        let next = sample_reflection(&self.distribution, fixed, u2)?;
+        let pair = self.pair(fixed, next)?;
+        Some(BsdfSample {
+            next,
+            weight: self.reflectance(&pair) * self.distribution.shadowing(pair.o, pair.i),
+            pdf: pair.pdf(&self.distribution),
+            pdf_reverse: pair.swapped().pdf(&self.distribution),
+            dirac: false,
+            relative_ior: 1.0,
+        })
+    }
+
+    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
+        if self.distribution.is_smooth() { eval_mirror(self.reflectance, to_light, to_camera) } else { DiracValue::default() }
+    }
+}
+
+/// Two directions on the same side, seen as the upper one, and the normal that mirrors one into the other.
+///
+/// Sampling evaluates the direction that it returns through this, too: no rounding of the sampled normal can then make its density differ
+/// from that of `pdf`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pair {
+    pub o: DVec3,
+    pub i: DVec3,
+    pub h: DVec3,
+    /// o · h = i · h
+    pub cosine: f64,
+}
+
+impl Pair {
+    #[inline]
+    pub fn new(fixed: DVec3, next: DVec3) -> Option<Self> {
+        let (o, i) = (upwards(fixed, fixed), upwards(next, fixed));
+        if !is_above(o) || !is_above(i) {
+            return None;
+        }
+        let h = (o + i).try_normalize()?;
+        Some(Self { o, i, h, cosine: o.dot(h) })
+    }
+
+    pub fn swapped(self) -> Self {
+        Self { o: self.i, i: self.o, ..self }
+    }
+
+    /// `D G2 / (4 o_z i_z)`
+    #[inline]
+    pub fn value(&self, distribution: &Ggx) -> f64 {
+        0.5 * distribution.density(self.h) * distribution.correlation(self.o, self.i)
+    }
+
+    /// `D_o(h) / (4 (o·h)) / i_z`: the density of visible normals, the Jacobian of mirroring, and the local cosine.
+    #[inline]
+    pub fn pdf(&self, distribution: &Ggx) -> PerProjected {
+        PerProjected(0.25 * distribution.visible_density_over_cosine(self.o, self.h) / self.i.z)
+    }
+}
+
+/// The direction with z seen from the side of `viewer`: positive if it is on the same side.
+#[inline]
+pub(super) fn upwards(direction: DVec3, viewer: DVec3) -> DVec3 {
+    DVec3::new(direction.x, direction.y, if viewer.z < 0.0 { -direction.z } else { direction.z })
+}
+
+/// Whether the rough models see a direction at all.
+#[inline]
+pub(super) fn is_above(direction: DVec3) -> bool {
+    direction.z >= LEAST_COSINE
+}
+
+/// `fixed` mirrored in a visible normal.
+fn sample_reflection(distribution: &Ggx, fixed: DVec3, u: DVec2) -> Option<DVec3> {
+    let o = upwards(fixed, fixed);
+    if !is_above(o) {
+        return None;
+    }
+    let h = distribution.sample_visible(o, u)?;
+    reflect(o, h).map(|i| upwards(i, fixed))
+}
+
+/// The mirror image of `o` in the normal `h`, if it leaves the surface.
+#[inline]
+pub(super) fn reflect(o: DVec3, h: DVec3) -> Option<DVec3> {
+    let i = (2.0 * o.dot(h) * h - o).normalize();
+    (i.z > 0.0).then_some(i)
+}
