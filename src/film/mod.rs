@@ -1,5 +1,17 @@
 //! What integrators produce and where it goes: contributions, sinks and the film.
 
+mod filter;
+mod image;
+#[cfg(feature = "image")]
+mod output;
+mod sums;
+
+pub use filter::{Filter, FilterError, Kernel};
+pub use image::{Image, linear_from_srgb, srgb_from_linear};
+#[cfg(feature = "image")]
+pub use output::{ImageFile, OutputError};
+pub use sums::{ChunkFilm, Film, FilmError, NonFinite, NonFiniteContribution};
+
 use crate::math::Rgb;
 use glam::{DVec2, UVec2};
 

@@ -1,5 +1,21 @@
 //! Where random numbers come from: a [`Sampler`] per sample, made by a [`SampleSource`] from the sample's index.
 
+mod dimension;
+mod hash;
+mod independent;
+mod kind;
+mod replay;
+mod sobol;
+mod stratified;
+#[cfg(test)]
+mod tests;
+
+pub use independent::{Independent, IndependentSampler};
+pub use kind::{AnySampler, AnySource, SamplerKind};
+pub use replay::{Recorder, Replay};
+pub use sobol::{Sobol, SobolSampler};
+pub use stratified::{Stratified, StratifiedSampler};
+
 use glam::DVec2;
 
 /// What the next numbers are for; lets structured samplers keep their dimensions aligned whatever a path does.

@@ -1,0 +1,322 @@
+//! Image files: PNG (tone mapped sRGB), Radiance HDR (Ward 1991) and OpenEXR with metadata.
+
+use super::image::{Image, linear_from_srgb};
+use super::{Film, FilmRegion};
+use crate::math::Rgb;
+use exr::prelude as openexr;
+use glam::{IVec2, UVec2};
+use image::{DynamicImage, ImageFormat, RgbImage};
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fmt;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// What an image file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageFile {
+    /// Linear radiance.
+    pub image: Image,
+    /// The film that the image is a window of; `None` if it is all of it. Only OpenEXR files keep it.
+    pub region: Option<FilmRegion>,
+    /// Texts such as the seed or the integrator's name, by key. Only OpenEXR files keep them, as attributes `pathspace.key`.
+    pub metadata: BTreeMap<String, String>,
+    /// Exposure of PNG files in stops: radiance 2 to the power of `-exposure` becomes white. Not kept by any format.
+    pub exposure: f64,
+}
+
+/// Why a file could not be written or read.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The extension is none of `png`, `hdr` and `exr`.
+    Extension(PathBuf),
+    /// The image has no pixels, or more rows or columns than the format can hold.
+    Size(PathBuf),
+    /// A key of the metadata is empty, longer than 200 bytes, or a key or text contains a NUL.
+    Metadata(String),
+    /// The window is not inside the film, or is not of the image's size.
+    Region(FilmRegion),
+    /// The file could not be written or read.
+    File {
+        /// Which file.
+        path: PathBuf,
+        /// What went wrong.
+        source: Box<dyn Error + Send + Sync>,
+    },
+}
+
+impl fmt::Display for OutputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Extension(path) => write!(f, "image file {} must end in .png, .hdr or .exr", path.display()),
+            Self::Size(path) => write!(f, "image has no pixels or is too large for {}", path.display()),
+            Self::Metadata(key) => write!(f, "metadata entry {key:?} is empty, too long or contains a NUL"),
+            Self::Region(region) => write!(f, "window {region:?} does not fit the image"),
+            Self::File { path, source } => write!(f, "image file {}: {source}", path.display()),
+        }
+    }
+}
+
+impl Error for OutputError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            Self::File { source, .. } => Some(source.as_ref()),
+            _ => None,
+        }
+    }
+}
+
+const PREFIX: &str = "pathspace.";
+
+#[derive(Clone, Copy)]
+enum Format {
+    Png,
+    Hdr,
+    Exr,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self, OutputError> {
+        match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("png") => Ok(Self::Png),
+            Some("hdr") => Ok(Self::Hdr),
+            Some("exr") => Ok(Self::Exr),
+            _ => Err(OutputError::Extension(path.to_owned())),
+        }
+    }
+}
+
+impl From<Image> for ImageFile {
+    fn from(image: Image) -> Self {
+        Self { image, region: None, metadata: BTreeMap::new(), exposure: 0.0 }
+    }
+}
+
+impl ImageFile {
+    /// Writes the file in the format of its extension: `.png`, `.hdr` or `.exr`.
+    ///
+    /// PNG is 8-bit sRGB; HDR keeps positive values to about 1 %; OpenEXR keeps 32-bit floats, the window and the metadata.
+    ///
+    /// # Errors
+    /// If the extension is unknown, the image empty, the metadata or window invalid, or the file cannot be written.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
+        let path = path.as_ref();
+        let format = Format::of(path)?;
+        // Both limits are those of OpenEXR, whose coordinates are signed 32-bit integers.
+        let (width, height) = (self.image.width(), self.image.height());
+        if width == 0 || height == 0 || width > 1 << 30 || height > 1 << 30 {
+            return Err(OutputError::Size(path.to_owned()));
+        }
+        match format {
+            Format::Png => {
+                let bytes = self.image.to_srgb8(self.exposure);
+                let buffer = RgbImage::from_raw(width, height, bytes).ok_or_else(|| OutputError::Size(path.to_owned()))?;
+                buffer.save_with_format(path, ImageFormat::Png).map_err(|e| file_error(path, e))
+            }
+            Format::Hdr => {
+                // Radiance's format has no sign; written whole at the end so that errors of the disk surface.
+                let pixels: Vec<_> = self.image.pixels().iter().map(|p| image::Rgb(p.0.map(|c| to_f32(c).max(0.0)))).collect();
+                let mut file = BufWriter::new(File::create(path).map_err(|e| file_error(path, e))?);
+                let encoder = image::codecs::hdr::HdrEncoder::new(&mut file);
+                encoder.encode(&pixels, width as usize, height as usize).map_err(|e| file_error(path, e))?;
+                file.flush().map_err(|e| file_error(path, e))
+            }
+            Format::Exr => self.save_exr(path),
+        }
+    }
+
+    /// Reads a `.png` (taken as sRGB), `.hdr` or `.exr` (channels R, G, B) file.
+    ///
+    /// # Errors
+    /// If the extension is unknown, or the file cannot be read or is not of its format.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, OutputError> {
+        let path = path.as_ref();
+        let format = match Format::of(path)? {
+            Format::Png => ImageFormat::Png,
+            Format::Hdr => ImageFormat::Hdr,
+            Format::Exr => return load_exr(path),
+        };
+        let mut reader = image::ImageReader::open(path).map_err(|e| file_error(path, e))?;
+        reader.set_format(format);
+        let decoded: DynamicImage = reader.decode().map_err(|e| file_error(path, e))?;
+        let (width, height) = (decoded.width(), decoded.height());
+        let buffer = decoded.into_rgb32f();
+        let pixels = buffer.pixels().map(|p| Rgb(p.0.map(f64::from)));
+        let pixels = match format {
+            ImageFormat::Png => pixels.map(|p| p.map(linear_from_srgb)).collect(),
+            _ => pixels.collect(),
+        };
+        Image::new(width, height, pixels).map(Self::from).ok_or_else(|| OutputError::Size(path.to_owned()))
+    }
+
+    fn save_exr(&self, path: &Path) -> Result<(), OutputError> {
+        let (width, height) = (self.image.width(), self.image.height());
+        let region = self.region.unwrap_or(FilmRegion::full(UVec2::new(width, height)));
+        let fits = Film::contains_window(&region) && region.window_size() == UVec2::new(width, height);
+        if !fits || region.resolution.max_element() > 1 << 30 {
+            return Err(OutputError::Region(region));
+        }
+        let mut attributes = openexr::LayerAttributes::default();
+        attributes.layer_position = openexr::Vec2(region.window_min.x as i32, region.window_min.y as i32);
+        attributes.software_name = Some(text(concat!("pathspace ", env!("CARGO_PKG_VERSION"))));
+        for (key, value) in &self.metadata {
+            if key.is_empty() || key.len() > 200 || key.contains('\0') || value.contains('\0') {
+                return Err(OutputError::Metadata(key.clone()));
+            }
+            attributes.other.insert(text(&format!("{PREFIX}{key}")), openexr::AttributeValue::Text(text(value)));
+        }
+        let pixel = |at: openexr::Vec2<usize>| {
+            let [r, g, b] = self.image.pixels()[at.y() * width as usize + at.x()].0.map(to_f32);
+            (r, g, b)
+        };
+        let channels = openexr::SpecificChannels::rgb(pixel);
+        let layer = openexr::Layer::new((width as usize, height as usize), attributes, openexr::Encoding::SMALL_LOSSLESS, channels);
+        let mut file = openexr::Image::from_layer(layer);
+        let resolution = (region.resolution.x as usize, region.resolution.y as usize);
+        file.attributes.display_window = openexr::IntegerBounds::from_dimensions(resolution);
+        openexr::WritableImage::write(&file).to_file(path).map_err(|e| file_error(path, e))
+    }
+}
+
+fn load_exr(path: &Path) -> Result<ImageFile, OutputError> {
+    use openexr::{ReadChannels, ReadLayers, ReadSpecificChannel};
+    let file = openexr::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("R")
+        .required("G")
+        .required("B")
+        .collect_pixels(
+            |size: openexr::Vec2<usize>, _: &_| (size.width(), vec![Rgb::BLACK; size.area()]),
+            |(width, pixels): &mut (usize, Vec<Rgb>), at, (r, g, b): (f32, f32, f32)| {
+                pixels[at.y() * *width + at.x()] = Rgb::new(r.into(), g.into(), b.into());
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|e| file_error(path, e))?;
+    let layer = file.layer_data;
+    let size = (u32::try_from(layer.size.width()), u32::try_from(layer.size.height()));
+    let (Ok(width), Ok(height)) = size else { return Err(OutputError::Size(path.to_owned())) };
+    let pixels = layer.channel_data.pixels.1;
+    let mut loaded = ImageFile::from(Image::new(width, height, pixels).ok_or_else(|| OutputError::Size(path.to_owned()))?);
+
+    // The window in a film that starts at (0, 0). Other programs may write data outside the display window: then there is none.
+    let display = file.attributes.display_window;
+    let position = layer.attributes.layer_position;
+    let min = IVec2::new(position.x().wrapping_sub(display.position.x()), position.y().wrapping_sub(display.position.y()));
+    let resolution = (u32::try_from(display.size.width()), u32::try_from(display.size.height()));
+    if let (Ok(x), Ok(y), true) = (resolution.0, resolution.1, min.cmpge(IVec2::ZERO).all()) {
+        let window_min = min.as_uvec2();
+        let window_max = UVec2::new(window_min.x.saturating_add(width), window_min.y.saturating_add(height));
+        let region = FilmRegion { resolution: UVec2::new(x, y), window_min, window_max };
+        let whole = region == FilmRegion::full(region.resolution);
+        loaded.region = (Film::contains_window(&region) && !whole).then_some(region);
+    }
+    for (key, value) in &layer.attributes.other {
+        if let openexr::AttributeValue::Text(value) = value {
+            let key = String::from_utf8_lossy(key.as_slice()).into_owned();
+            let key = key.strip_prefix(PREFIX).map(str::to_owned).unwrap_or(key);
+            loaded.metadata.insert(key, String::from_utf8_lossy(value.as_slice()).into_owned());
+        }
+    }
+    Ok(loaded)
+}
+
+/// OpenEXR texts are bytes; ours are UTF-8.
+fn text(s: &str) -> openexr::Text {
+    openexr::Text::from_slice_unchecked(s.as_bytes())
+}
+
+/// Rounds, and keeps finite values finite.
+fn to_f32(value: f64) -> f32 {
+    let limit = f64::from(f32::MAX);
+    if value.is_finite() { value.clamp(-limit, limit) as f32 } else { value as f32 }
+}
+
+fn file_error(path: &Path, source: impl Into<Box<dyn Error + Send + Sync>>) -> OutputError {
+    OutputError::File { path: path.to_owned(), source: source.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file that is removed again.
+    struct Temporary(PathBuf);
+
+    impl Temporary {
+        fn new(name: &str) -> Self {
+            Self(std::env::temp_dir().join(format!("pathspace-{}-{name}", std::process::id())))
+        }
+    }
+
+    impl Drop for Temporary {
+        fn drop(&mut self) {
+            let _ = std::fs::remove_file(&self.0);
+        }
+    }
+
+    fn gradient() -> Image {
+        Image::from_fn(5, 4, |x, y| Rgb::new(f64::from(x) * 0.3, f64::from(y) * 10.0, 0.25))
+    }
+
+    #[test]
+    fn exr_keeps_floats_window_and_metadata() {
+        let path = Temporary::new("crop.exr");
+        let mut file = ImageFile::from(gradient());
+        file.image.pixels_mut()[0] = Rgb::new(-1.5, 1e300, 1e-30);
+        file.region = Some(FilmRegion { resolution: UVec2::new(20, 10), window_min: UVec2::new(3, 2), window_max: UVec2::new(8, 6) });
+        for (key, value) in [("seed", "18446744073709551615"), ("integrator", "path-tracing"), ("note", "Größe ½"), ("compression", "")]
+        {
+            file.metadata.insert(key.into(), value.into());
+        }
+        file.save(&path.0).unwrap();
+        let loaded = ImageFile::load(&path.0).unwrap();
+        assert_eq!((loaded.region, &loaded.metadata), (file.region, &file.metadata));
+        for (a, b) in loaded.image.pixels().iter().zip(file.image.pixels()) {
+            assert_eq!(*a, b.map(|c| f64::from(to_f32(c))));
+        }
+        assert_eq!(loaded.image.get(0, 0).unwrap().g(), f64::from(f32::MAX));
+    }
+
+    #[test]
+    fn hdr_and_png_keep_what_they_can() {
+        let (hdr, png) = (Temporary::new("a.HDR"), Temporary::new("a.png"));
+        let file = ImageFile::from(gradient());
+        file.save(&hdr.0).unwrap();
+        let loaded = ImageFile::load(&hdr.0).unwrap().image;
+        for (a, b) in loaded.pixels().iter().zip(file.image.pixels()) {
+            assert!((0..3).all(|c| (a[c] - b[c]).abs() <= 0.01 * b.max_component()), "{a:?} {b:?}");
+        }
+        file.save(&png.0).unwrap();
+        let loaded = ImageFile::load(&png.0).unwrap().image;
+        for (a, b) in loaded.pixels().iter().zip(file.image.pixels()) {
+            assert!((0..3).all(|c| (a[c] - b[c].min(1.0)).abs() < 0.005), "{a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn errors_name_the_reason() {
+        let file = ImageFile::from(gradient());
+        assert!(matches!(file.save("a.jpg"), Err(OutputError::Extension(_))));
+        assert!(matches!(ImageFile::from(Image::from_fn(0, 3, |_, _| Rgb::BLACK)).save("a.exr"), Err(OutputError::Size(_))));
+        for name in ["x.png", "x.hdr", "x.exr"] {
+            let missing = std::env::temp_dir().join("pathspace-no-such-directory").join(name);
+            assert!(matches!(file.save(&missing), Err(OutputError::File { .. })));
+            assert!(ImageFile::load(&missing).unwrap_err().to_string().contains(name));
+            let garbage = Temporary::new(name);
+            std::fs::write(&garbage.0, b"not an image").unwrap();
+            assert!(matches!(ImageFile::load(&garbage.0), Err(OutputError::File { .. })));
+        }
+        let path = Temporary::new("bad.exr");
+        let region = FilmRegion::full(UVec2::new(4, 4));
+        assert!(matches!(ImageFile { region: Some(region), ..file.clone() }.save(&path.0), Err(OutputError::Region(_))));
+        let metadata = [("a\0".to_owned(), String::new())].into();
+        assert!(matches!(ImageFile { metadata, ..file }.save(&path.0), Err(OutputError::Metadata(_))));
+    }
+}

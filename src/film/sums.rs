@@ -1,0 +1,327 @@
+//! The film: sums of contributions per pixel, filled chunk by chunk in a fixed order.
+
+use super::image::Image;
+use super::{Contribution, FilmRegion, Sink, Technique};
+use crate::math::Rgb;
+use glam::UVec2;
+use std::error::Error;
+use std::fmt;
+
+/// Sums of contributions over the window of a film, in f64.
+///
+/// Floating-point sums depend on their order. Samples are therefore grouped into chunks, each recorded by a [`ChunkFilm`], and the chunks are
+/// merged in the order of their numbers: the image is the same to the bit however many threads filled the chunks.
+#[derive(Clone, Debug)]
+pub struct Film {
+    region: FilmRegion,
+    sums: Vec<Rgb>,
+    non_finite: NonFinite,
+}
+
+/// A region that no film can have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FilmError {
+    /// The window is empty or not inside the film.
+    Window(FilmRegion),
+    /// There is not enough memory for the pixels of the window, or more than 2³² - 1 of them.
+    TooLarge(FilmRegion),
+}
+
+impl fmt::Display for FilmError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (reason, region) = match self {
+            Self::Window(region) => ("is empty or not inside", region),
+            Self::TooLarge(region) => ("takes too much memory, on", region),
+        };
+        let FilmRegion { resolution, window_min, window_max } = region;
+        write!(f, "window {window_min} to {window_max} {reason} the film of {} × {} pixels", resolution.x, resolution.y)
+    }
+}
+
+impl Error for FilmError {}
+
+impl Film {
+    /// A black film.
+    ///
+    /// # Errors
+    /// If the window is empty, not inside the film, or too large.
+    pub fn new(region: FilmRegion) -> Result<Self, FilmError> {
+        let FilmRegion { window_min, window_max, .. } = region;
+        if !Self::contains_window(&region) {
+            return Err(FilmError::Window(region));
+        }
+        let pixels = u64::from(window_max.x - window_min.x) * u64::from(window_max.y - window_min.y);
+        let pixels = u32::try_from(pixels).map_err(|_| FilmError::TooLarge(region))? as usize;
+        let mut sums = Vec::new();
+        sums.try_reserve_exact(pixels).map_err(|_| FilmError::TooLarge(region))?;
+        sums.resize(pixels, Rgb::BLACK);
+        Ok(Self { region, sums, non_finite: NonFinite::default() })
+    }
+
+    /// Whether the window has pixels and they are all inside the film.
+    pub(super) fn contains_window(region: &FilmRegion) -> bool {
+        region.window_min.cmplt(region.window_max).all() && region.window_max.cmple(region.resolution).all()
+    }
+
+    /// The film's resolution and window.
+    #[must_use]
+    pub fn region(&self) -> FilmRegion {
+        self.region
+    }
+
+    /// Sums over all contributions per pixel of the window, row-major.
+    #[must_use]
+    pub fn sums(&self) -> &[Rgb] {
+        &self.sums
+    }
+
+    /// What was not added because it was infinite or not a number.
+    #[must_use]
+    pub fn non_finite(&self) -> &NonFinite {
+        &self.non_finite
+    }
+
+    /// Adds what a chunk recorded. Chunks must come in a fixed order for the sums to be reproducible.
+    pub fn merge(&mut self, chunk: &ChunkFilm) {
+        for &(pixel, value) in &chunk.entries {
+            if let Some(sum) = self.sums.get_mut(pixel as usize) {
+                *sum += value;
+            }
+        }
+        self.non_finite.merge(&chunk.non_finite);
+    }
+
+    /// The image after `samples` samples, spread evenly over the window: the sums times pixels / samples. Black if there are no samples.
+    #[must_use]
+    pub fn image(&self, samples: u64) -> Image {
+        let scale = if samples == 0 { 0.0 } else { self.sums.len() as f64 / samples as f64 };
+        let size = self.region.window_size();
+        Image::from_fn(size.x, size.y, |x, y| self.sums[y as usize * size.x as usize + x as usize] * scale)
+    }
+}
+
+/// Contributions that were infinite or not a number. They are never added to a film and never dropped silently.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NonFinite {
+    counts: Vec<(Technique, u64)>,
+    first: Option<NonFiniteContribution>,
+}
+
+/// One infinite or undefined contribution, and the sample that made it: ask the [`SampleSource`](crate::sampler::SampleSource) for this
+/// pixel and pass to draw the path again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NonFiniteContribution {
+    /// Pixel of the full film that the sample belongs to.
+    pub pixel: UVec2,
+    /// Its number as the sample source counts it: row-major in the window.
+    pub pixel_index: u32,
+    /// Number of the sample within the pixel.
+    pub pass: u32,
+    /// What was contributed.
+    pub contribution: Contribution,
+}
+
+impl NonFinite {
+    /// How many there were.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.counts.iter().map(|(_, n)| n).sum()
+    }
+
+    /// How many there were per technique, ordered by (s, t).
+    #[must_use]
+    pub fn by_technique(&self) -> &[(Technique, u64)] {
+        &self.counts
+    }
+
+    /// The first one in the order of samples.
+    #[must_use]
+    pub fn first(&self) -> Option<&NonFiniteContribution> {
+        self.first.as_ref()
+    }
+
+    fn add(&mut self, technique: Technique, n: u64) {
+        match self.counts.binary_search_by_key(&technique, |&(t, _)| t) {
+            Ok(i) => self.counts[i].1 += n,
+            Err(i) => self.counts.insert(i, (technique, n)),
+        }
+    }
+
+    fn merge(&mut self, later: &Self) {
+        for &(technique, n) in &later.counts {
+            self.add(technique, n);
+        }
+        self.first = self.first.or(later.first);
+    }
+}
+
+/// Records the contributions of a chunk of samples to be merged into a [`Film`]. It is reused from chunk to chunk.
+#[derive(Clone, Debug)]
+pub struct ChunkFilm {
+    region: FilmRegion,
+    entries: Vec<(u32, Rgb)>,
+    /// The sample under way and the sum of what it added to its own pixel so far.
+    pixel: u32,
+    pass: u32,
+    own: Rgb,
+    non_finite: NonFinite,
+}
+
+impl ChunkFilm {
+    /// An empty record of a region.
+    #[must_use]
+    pub fn new(region: FilmRegion) -> Self {
+        Self { region, entries: Vec::new(), pixel: 0, pass: 0, own: Rgb::BLACK, non_finite: NonFinite::default() }
+    }
+
+    /// Forgets everything but keeps the memory.
+    pub fn clear(&mut self) {
+        self.entries.clear();
+        self.own = Rgb::BLACK;
+        self.non_finite = NonFinite::default();
+    }
+
+    /// Says which sample the next contributions come from: number `pass` of pixel number `pixel`, row-major in the window.
+    #[inline]
+    pub fn begin_sample(&mut self, pixel: u32, pass: u32) {
+        self.finish();
+        (self.pixel, self.pass) = (pixel, pass);
+    }
+
+    /// Ends the last sample. What it added to its own pixel is not merged before.
+    #[inline]
+    pub fn finish(&mut self) {
+        if !self.own.is_black() {
+            self.entries.push((self.pixel, self.own));
+            self.own = Rgb::BLACK;
+        }
+    }
+
+    /// What was not recorded because it was infinite or not a number.
+    #[must_use]
+    pub fn non_finite(&self) -> &NonFinite {
+        &self.non_finite
+    }
+
+    #[cold]
+    fn reject(&mut self, contribution: &Contribution) {
+        self.non_finite.add(contribution.technique, 1);
+        let width = self.region.window_size().x.max(1);
+        let pixel = self.region.window_min + UVec2::new(self.pixel % width, self.pixel / width);
+        let rejected = NonFiniteContribution { pixel, pixel_index: self.pixel, pass: self.pass, contribution: *contribution };
+        self.non_finite.first.get_or_insert(rejected);
+    }
+}
+
+impl Sink for ChunkFilm {
+    #[inline]
+    fn add(&mut self, contribution: &Contribution) {
+        let value = contribution.value * contribution.weight;
+        // A weight of 0 does not excuse an infinite value: the product is not a number.
+        if !(value.is_finite() && contribution.value.is_finite() && contribution.raster.is_finite()) {
+            return self.reject(contribution);
+        }
+        if value.is_black() {
+            return;
+        }
+        let Some(pixel) = self.region.pixel_index(contribution.raster) else { return };
+        if pixel == self.pixel {
+            self.own += value;
+        } else if let Some(last) = self.entries.last_mut().filter(|last| last.0 == pixel) {
+            last.1 += value;
+        } else {
+            self.entries.push((pixel, value));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    fn region(resolution: [u32; 2], min: [u32; 2], max: [u32; 2]) -> FilmRegion {
+        FilmRegion { resolution: resolution.into(), window_min: min.into(), window_max: max.into() }
+    }
+
+    fn contribution(x: f64, y: f64, value: f64, weight: f64) -> Contribution {
+        Contribution { raster: DVec2::new(x, y), value: Rgb::splat(value), weight, technique: Technique { s: 1, t: 2 } }
+    }
+
+    #[test]
+    fn sums_are_per_pixel_of_the_window() {
+        let mut film = Film::new(region([8, 8], [2, 3], [5, 5])).unwrap();
+        let mut chunk = ChunkFilm::new(film.region());
+        chunk.begin_sample(0, 0);
+        for (x, y) in [(2.0, 3.0), (4.999, 4.999), (2.5, 3.5), (5.0, 4.0), (1.999, 3.0), (2.0, 2.999), (-1e300, 4.0), (3.0, 5.0)] {
+            chunk.add(&contribution(x, y, 2.0, 0.5));
+        }
+        chunk.begin_sample(1, 0);
+        chunk.add(&contribution(2.1, 3.1, 1.0, 0.0));
+        chunk.add(&contribution(4.5, 4.5, 10.0, 1.0));
+        chunk.finish();
+        film.merge(&chunk);
+        let sums: Vec<f64> = film.sums().iter().map(|s| s.g()).collect();
+        assert_eq!(sums, [2.0, 0.0, 0.0, 0.0, 0.0, 11.0]);
+        assert_eq!(film.non_finite().count(), 0);
+        let image = film.image(12);
+        assert_eq!((image.width(), image.height(), image.get(2, 1)), (3, 2, Some(Rgb::splat(5.5))));
+        assert_eq!(film.image(0).mean(), Rgb::BLACK);
+    }
+
+    #[test]
+    fn non_finite_contributions_are_counted_where_they_happened() {
+        let mut film = Film::new(region([4, 4], [1, 1], [4, 4])).unwrap();
+        let mut chunk = ChunkFilm::new(film.region());
+        let invalid = [
+            contribution(1.5, 1.5, f64::NAN, 1.0),
+            contribution(1.5, 1.5, f64::INFINITY, 0.0),
+            contribution(1.5, 1.5, 1.0, f64::NAN),
+            contribution(1.5, 1.5, 0.0, f64::INFINITY),
+            contribution(1.5, 1.5, 1e200, 1e200),
+            contribution(f64::NAN, 1.5, 1.0, 1.0),
+        ];
+        chunk.begin_sample(5, 9);
+        chunk.add(&contribution(3.5, 3.5, 1.0, 1.0));
+        invalid.iter().for_each(|c| chunk.add(c));
+        chunk.add(&Contribution { technique: Technique { s: 0, t: 3 }, ..invalid[1] });
+        chunk.finish();
+        film.merge(&chunk);
+        let lost = film.non_finite();
+        assert_eq!(lost.by_technique(), [(Technique { s: 0, t: 3 }, 1), (Technique { s: 1, t: 2 }, 6)]);
+        let first = lost.first().unwrap();
+        assert_eq!((first.pixel, first.pass, first.pixel_index), (UVec2::new(3, 2), 9, 5));
+        assert!(first.contribution.value.r().is_nan());
+        assert_eq!(film.sums().iter().copied().sum::<Rgb>(), Rgb::WHITE);
+        chunk.clear();
+        assert_eq!(chunk.non_finite().count(), 0);
+    }
+
+    #[test]
+    fn impossible_regions_are_refused() {
+        for r in
+            [region([0, 0], [0, 0], [0, 0]), region([4, 4], [2, 2], [2, 3]), region([4, 4], [3, 0], [2, 4]), region([4, 4], [0, 0], [5, 4])]
+        {
+            assert_eq!(Film::new(r).unwrap_err(), FilmError::Window(r));
+        }
+        let huge = FilmRegion::full(UVec2::MAX);
+        assert_eq!(Film::new(huge).unwrap_err(), FilmError::TooLarge(huge));
+    }
+
+    /// 2²⁶ ones in f32 would stall at 2²⁴.
+    #[test]
+    fn many_small_contributions_do_not_stall() {
+        let mut film = Film::new(FilmRegion::full(UVec2::ONE)).unwrap();
+        let mut chunk = ChunkFilm::new(film.region());
+        for i in 0..1024 {
+            chunk.begin_sample(0, i);
+            chunk.add(&contribution(0.5, 0.5, 1.0, 1.0));
+        }
+        chunk.finish();
+        for _ in 0..1 << 16 {
+            film.merge(&chunk);
+        }
+        assert_eq!(film.image(1 << 26).get(0, 0), Some(Rgb::WHITE));
+    }
+}

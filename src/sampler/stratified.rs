@@ -1,0 +1,96 @@
+//! Stratified (jittered) numbers over the samples of each pixel.
+
+use super::dimension::Dimension;
+use super::hash::{ONE_MINUS_ULP, combine, hash_sample, mix, permute, unit_interval};
+use super::{SampleSource, Sampler, Stream};
+use glam::DVec2;
+
+/// Stratifies each dimension over the samples of a pixel, and each point of the unit square over a grid as well as over rows and columns
+/// (multi-jittered sampling: Chiu, Shirley and Wang 1994). Strata are assigned to samples by permutations that are hashed per
+/// pixel and dimension, so dimensions are independent of each other (padding).
+///
+/// Samples beyond `samples_per_pixel` start a new, independent set of strata.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Stratified {
+    /// Different seeds give independent renderings.
+    pub seed: u64,
+    /// Number of strata, 0 meaning 1. Squares, and products of two similar numbers, stratify the square best; for a prime number only
+    /// the two axes are stratified.
+    pub samples_per_pixel: u32,
+}
+
+/// The sampler of [`Stratified`].
+#[derive(Clone, Copy, Debug)]
+pub struct StratifiedSampler {
+    /// Decides the permutations: equal for all samples of a set.
+    set: u64,
+    /// Decides the jitter: different for each sample.
+    sample: u64,
+    index: u32,
+    strata: u32,
+    columns: u32,
+    dimension: Dimension,
+}
+
+impl StratifiedSampler {
+    /// The number in `[0, 1)` that jitters dimension `n` of the current stream.
+    #[inline]
+    fn jitter(&self, n: u32) -> f64 {
+        unit_interval(combine(combine(self.sample, self.dimension.stream), u64::from(n)))
+    }
+
+    #[inline]
+    fn permutation(&self, n: u32) -> u64 {
+        combine(combine(self.set, self.dimension.stream), u64::from(n))
+    }
+}
+
+impl Sampler for StratifiedSampler {
+    #[inline]
+    fn next_1d(&mut self) -> f64 {
+        let n = self.dimension.take(1);
+        let stratum = permute(self.index, self.strata, self.permutation(n));
+        ((f64::from(stratum) + self.jitter(n)) / f64::from(self.strata)).min(ONE_MINUS_ULP)
+    }
+
+    #[inline]
+    fn next_2d(&mut self) -> DVec2 {
+        let n = self.dimension.take(2);
+        let key = self.permutation(n);
+        let (columns, rows) = (self.columns, self.strata / self.columns);
+        let cell = permute(self.index, self.strata, key);
+        let (column, row) = (cell % columns, cell / columns);
+        // Within its cell the point takes one of `rows` × `columns` places such that no two points share a line of the fine grid.
+        let x = column * rows + permute(row, rows, combine(key, u64::from(column) << 1));
+        let y = row * columns + permute(column, columns, combine(key, u64::from(row) << 1 | 1));
+        let jitter = DVec2::new(self.jitter(n), self.jitter(n.wrapping_add(1)));
+        ((DVec2::new(f64::from(x), f64::from(y)) + jitter) / f64::from(self.strata)).min(DVec2::splat(ONE_MINUS_ULP))
+    }
+
+    #[inline]
+    fn stream(&mut self, stream: Stream) {
+        self.dimension.announce(stream);
+    }
+}
+
+impl SampleSource for Stratified {
+    type Sampler = StratifiedSampler;
+
+    #[inline]
+    fn sampler(&self, pixel: u32, pass: u32) -> StratifiedSampler {
+        let strata = self.samples_per_pixel.max(1);
+        StratifiedSampler {
+            set: hash_sample(mix(self.seed) ^ 0x5354_5241_5441, pixel, pass / strata),
+            sample: hash_sample(self.seed, pixel, pass),
+            index: pass % strata,
+            strata,
+            columns: largest_divisor_up_to_root(strata),
+            dimension: Dimension::default(),
+        }
+    }
+}
+
+/// The largest divisor of `n` that is at most √n. Takes √n steps at worst, once per sample.
+fn largest_divisor_up_to_root(n: u32) -> u32 {
+    (1..=n.isqrt()).rev().find(|&d| n % d == 0).unwrap_or(1)
+}
