@@ -1,4 +1,51 @@
 //! Light transport as one integral over paths, and four interchangeable ways to sample it.
+//!
+//! A pixel is an integral over paths `x_0 x_1 … x_k` from the lens to a light,
+//!
+//! ```text
+//! I = ∫ We(x_0 → x_1) G(x_0, x_1) T(x_1 … x_k) Le(x_k → x_{k-1}) dμ(x̄),      T = Π_{i=1}^{k-1} f(x_{i+1} → x_i → x_{i-1}) G(x_i, x_{i+1}).
+//! ```
+//!
+//! A *technique* (s, t), s + t = k + 1, is one way to draw such a path: s vertices from the light and t from the camera. Every integrator is a set of techniques, each
+//! contribution is `w f/p`, and the crate has one definition of f, of p and of w. So integrators are interchangeable, can be audited against the definitions, and
+//! a new one is made of the same bricks.
+//!
+//! # The map
+//!
+//! | what | equation | item |
+//! |---|---|---|
+//! | radiance that leaves a point | `Lo = Le + ∫ f Li \|cos θ\| dω` | [`Bsdf::eval`](bsdf::Bsdf::eval), [`Endpoint::emit`](endpoint::Endpoint::emit) |
+//! | geometry term | `G = V \|cos θ cos θ'\| / r²` | [`Edge`](path::Edge), visibility by [`Scene::visible`](scene::Scene::visible) |
+//! | throughput of a path | `T = Π f G` | [`PathRecord::throughput`](path::PathRecord::throughput) |
+//! | densities and their measures | `p_A = p_ω \|cos θ'\| / r² = p⊥ G` | [`math::measure`] |
+//! | density of a technique | `p_{s,t} = Π p_A` | [`PathRecord::density`](path::PathRecord::density), [`PathDensities`](path::PathDensities) |
+//! | weight of a technique | `w_i = p_i^β / Σ p_j^β` | [`Heuristic`](path::Heuristic), [`Path::weight`](path::Path::weight) |
+//! | Russian roulette | `F' = (F - q c)/(1 - q)` or `c` | [`Roulette`](path::Roulette) |
+//! | incremental construction | `T_k = T_{k-1} f \|cos θ\| / p_ω` | [`RandomWalk`](path::RandomWalk) |
+//! | uniform-area sampling | `p_A = 1 / Σ A_j` | [`UniformArea`](integrator::UniformArea) |
+//! | path tracing | s = 0 and s = 1 | [`PathTracer`](integrator::PathTracer) |
+//! | light tracing | t = 1 | [`LightTracer`](integrator::LightTracer) |
+//! | bidirectional path tracing | all (s, t) | [`Bidirectional`](integrator::Bidirectional) |
+//!
+//! # The house
+//!
+//! Data flows downwards; a module uses those below it.
+//!
+//! | module | what is in it |
+//! |---|---|
+//! | [`render`] | the driver: passes, budget, threads, progress |
+//! | [`integrator`] | one thin file for each integrator |
+//! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
+//! | [`scene`] | the [`Scene`](scene::Scene) trait, which a host renderer implements, and the ready-made [`World`](scene::World) |
+//! | [`endpoint`] | lights and cameras |
+//! | [`bsdf`] | scattering models |
+//! | [`film`] | contributions, filters, images |
+//! | [`sampler`] | random numbers and quasi-random ones |
+//! | [`geometry`] | shapes and robust intersection |
+//! | [`math`] | densities with their measure, colour, distributions, statistics |
+//!
+//! Positions, directions, densities and sums are `f64` throughout; lengths are in the scene's own unit, radiance in W/(m² sr) of that unit, colour is linear RGB with
+//! the primaries of sRGB.
 
 pub mod bsdf;
 pub mod endpoint;
