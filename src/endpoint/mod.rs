@@ -10,6 +10,32 @@
 //!
 //! With these, `p(x_0) · p⊥(x_0 → x_1) · G(x_0, x_1)` is the density of the first edge in every case.
 
+mod area;
+mod check;
+mod directional;
+mod environment;
+mod environment_map;
+mod error;
+mod extent;
+mod orthographic;
+mod pinhole;
+mod point;
+mod sphere_cone;
+mod spot;
+mod thin_lens;
+mod view;
+
+pub use area::AreaLight;
+pub use directional::DirectionalLight;
+pub use environment::ConstantEnvironment;
+pub use environment_map::{EnvironmentMap, Lookup};
+pub use error::EndpointError;
+pub use orthographic::OrthographicCamera;
+pub use pinhole::PinholeCamera;
+pub use point::PointLight;
+pub use spot::SpotLight;
+pub use thin_lens::ThinLensCamera;
+
 use crate::film::FilmRegion;
 use crate::geometry::{Bounds, SurfacePoint};
 use crate::math::{PerArea, PerProjected, Rgb};

@@ -1,1 +1,310 @@
-//! Discrete and two-dimensional piecewise-constant distributions.
+//! Discrete and piecewise-constant distributions: choosing a light, a triangle, a pixel of an environment map.
+//!
+//! Each keeps the numbers it samples with and answers for its own probabilities, so sample and density cannot disagree. What has zero
+//! weight is never chosen, and `u` outside `[0, 1)` is clamped.
+
+use glam::DVec2;
+
+/// The largest number below 1.
+const ONE_MINUS_EPSILON: f64 = 1.0 - 0.5 * f64::EPSILON;
+
+/// Into `[0, 1)`; not a number becomes 0.
+fn unit(u: f64) -> f64 {
+    u.max(0.0).min(ONE_MINUS_EPSILON)
+}
+
+/// The total of some weights, `None` unless they are non-negative, finite and not all zero.
+fn total(weights: &[f64]) -> Option<f64> {
+    let valid = weights.iter().all(|w| *w >= 0.0 && w.is_finite());
+    let sum: f64 = weights.iter().sum();
+    (valid && sum > 0.0 && sum.is_finite()).then_some(sum)
+}
+
+/// Chooses an index in constant time with probabilities proportional to weights (Walker 1977, "An Efficient Method for Generating
+/// Discrete Random Variables with General Distributions"; construction after Vose 1991).
+#[derive(Clone, Debug, PartialEq)]
+pub struct AliasTable {
+    columns: Vec<Column>,
+    pmf: Vec<f64>,
+}
+
+/// One column of the table: its own index below `threshold`, `alias` above.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Column {
+    threshold: f64,
+    alias: u32,
+}
+
+impl AliasTable {
+    /// A table for the given weights. `None` if there are none, if one is negative or not finite, or if all are zero.
+    #[must_use]
+    pub fn new(weights: &[f64]) -> Option<Self> {
+        let total = total(weights)?;
+        let count = u32::try_from(weights.len()).ok()?;
+        let pmf: Vec<f64> = weights.iter().map(|w| w / total).collect();
+        let heaviest = (0..count).max_by(|a, b| pmf[*a as usize].total_cmp(&pmf[*b as usize]))?;
+
+        // `level` is how full each column still is; light columns are topped up from heavy ones.
+        let mut level: Vec<f64> = pmf.iter().map(|p| p * f64::from(count)).collect();
+        let mut columns: Vec<Column> = (0..count).map(|alias| Column { threshold: 1.0, alias }).collect();
+        let (mut light, mut heavy): (Vec<u32>, Vec<u32>) = (0..count).partition(|i| level[*i as usize] < 1.0);
+        while let (Some(small), Some(large)) = (light.last().copied(), heavy.last().copied()) {
+            light.pop();
+            columns[small as usize] = Column { threshold: level[small as usize], alias: large };
+            level[large as usize] -= 1.0 - level[small as usize];
+            if level[large as usize] < 1.0 {
+                heavy.pop();
+                light.push(large);
+            }
+        }
+        // Columns left over are full but for rounding, which must not give life to an index of zero weight.
+        for i in light.into_iter().filter(|i| weights[*i as usize] == 0.0) {
+            columns[i as usize] = Column { threshold: 0.0, alias: heaviest };
+        }
+        Some(Self { columns, pmf })
+    }
+
+    /// The index that `u` in `[0, 1)` chooses, and its probability.
+    #[inline]
+    #[must_use]
+    pub fn sample(&self, u: f64) -> (usize, f64) {
+        let (index, pmf, _) = self.sample_reuse(u);
+        (index, pmf)
+    }
+
+    /// Like [`AliasTable::sample`]; also returns what is left of `u`, uniform in `[0, 1)` and independent of the index.
+    #[inline]
+    #[must_use]
+    pub fn sample_reuse(&self, u: f64) -> (usize, f64, f64) {
+        let scaled = unit(u) * self.columns.len() as f64;
+        let index = (scaled as usize).min(self.columns.len() - 1);
+        let fraction = scaled - index as f64;
+        let Column { threshold, alias } = self.columns[index];
+        let (chosen, rest) = if fraction < threshold {
+            (index, fraction / threshold)
+        } else {
+            (alias as usize, (fraction - threshold) / (1.0 - threshold))
+        };
+        (chosen, self.pmf[chosen], unit(rest))
+    }
+
+    /// The probability of an index, 0 beyond the last.
+    #[inline]
+    #[must_use]
+    pub fn pmf(&self, index: usize) -> f64 {
+        self.pmf.get(index).copied().unwrap_or(0.0)
+    }
+
+    /// The number of weights.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.pmf.len()
+    }
+
+    /// Always false: a table without weights cannot be made.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.pmf.is_empty()
+    }
+}
+
+/// Appends the running sums of `weights`, starting with 0.
+fn push_cumulative(sums: &mut Vec<f64>, weights: impl Iterator<Item = f64>) -> f64 {
+    sums.push(0.0);
+    weights.fold(0.0, |sum, w| {
+        sums.push(sum + w);
+        sum + w
+    })
+}
+
+/// Inverts running sums: the cell that contains `u` of the total, and how far into the cell it lies, in `[0, 1)`. Cells of width zero
+/// contain nothing. Monotonic in `u`, so stratified numbers stay stratified.
+fn invert(sums: &[f64], u: f64) -> (usize, f64) {
+    let last = sums.len() - 1;
+    let x = unit(u) * sums[last];
+    // The last cell that starts at or below x is the one of positive width, since the next one starts above.
+    let cell = sums.partition_point(|s| *s <= x).clamp(1, last) - 1;
+    let width = sums[cell + 1] - sums[cell];
+    (cell, if width > 0.0 { unit((x - sums[cell]) / width) } else { 0.0 })
+}
+
+/// What [`PiecewiseConstant2d::sample`] returns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridSample {
+    /// Column of the chosen cell.
+    pub column: usize,
+    /// Row of the chosen cell.
+    pub row: usize,
+    /// Position inside the cell, each coordinate in `[0, 1)`.
+    pub within: DVec2,
+    /// Position in the unit square, `((column, row) + within) / (width, height)`.
+    pub position: DVec2,
+    /// Density per unit of the square's area; the cell's probability times the number of cells.
+    pub density: f64,
+}
+
+/// A density over the unit square that is constant in each cell of a grid: rows by their marginal, then columns conditional on the row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PiecewiseConstant2d {
+    width: usize,
+    height: usize,
+    /// Running sums of the rows' totals.
+    rows: Vec<f64>,
+    /// Running sums within each row, `width + 1` numbers a row.
+    columns: Vec<f64>,
+}
+
+impl PiecewiseConstant2d {
+    /// From row-major weights. `None` unless there are `width * height > 0` weights, non-negative, finite and not all zero.
+    #[must_use]
+    pub fn new(width: usize, height: usize, weights: &[f64]) -> Option<Self> {
+        if width == 0 || width.checked_mul(height) != Some(weights.len()) {
+            return None;
+        }
+        total(weights)?;
+        let mut columns = Vec::with_capacity((width + 1) * height);
+        let row_totals: Vec<f64> = weights.chunks(width).map(|row| push_cumulative(&mut columns, row.iter().copied())).collect();
+        let mut rows = Vec::with_capacity(height + 1);
+        push_cumulative(&mut rows, row_totals.into_iter());
+        Some(Self { width, height, rows, columns })
+    }
+
+    /// Columns of the grid.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows of the grid.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The point of the unit square that `u` maps to.
+    #[must_use]
+    pub fn sample(&self, u: DVec2) -> GridSample {
+        let (row, y) = invert(&self.rows, u.y);
+        let (column, x) = invert(self.row_sums(row), u.x);
+        let within = DVec2::new(x, y);
+        // Rounding must not carry the position into the next cell.
+        let place = |cell: usize, offset: f64, count: usize| {
+            let position = (cell as f64 + offset) / count as f64;
+            if cell_of(position, count) == cell { position } else { (cell as f64 + 0.5) / count as f64 }
+        };
+        let position = DVec2::new(place(column, x, self.width), place(row, y, self.height));
+        GridSample { column, row, within, position, density: self.pmf(column, row) * (self.width * self.height) as f64 }
+    }
+
+    /// The density of a position of the unit square, 0 outside.
+    #[must_use]
+    pub fn density(&self, position: DVec2) -> f64 {
+        if !(position.cmpge(DVec2::ZERO).all() && position.cmplt(DVec2::ONE).all()) {
+            return 0.0;
+        }
+        let (column, row) = (cell_of(position.x, self.width), cell_of(position.y, self.height));
+        self.pmf(column, row) * (self.width * self.height) as f64
+    }
+
+    /// The probability of a cell, 0 outside of the grid.
+    #[must_use]
+    pub fn pmf(&self, column: usize, row: usize) -> f64 {
+        if column >= self.width || row >= self.height {
+            return 0.0;
+        }
+        let sums = self.row_sums(row);
+        let (row_total, row_width) = (sums[self.width], self.rows[row + 1] - self.rows[row]);
+        if row_total > 0.0 { row_width / self.rows[self.height] * ((sums[column + 1] - sums[column]) / row_total) } else { 0.0 }
+    }
+
+    fn row_sums(&self, row: usize) -> &[f64] {
+        &self.columns[row * (self.width + 1)..(row + 1) * (self.width + 1)]
+    }
+}
+
+/// The one place that decides which cell a coordinate in `[0, 1)` lies in.
+fn cell_of(x: f64, count: usize) -> usize {
+    ((x * count as f64) as usize).min(count - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::warp::testing::random;
+
+    #[test]
+    fn invalid_weights_are_refused() {
+        for weights in [&[][..], &[0.0, 0.0], &[1.0, -1e-300], &[1.0, f64::NAN], &[f64::INFINITY], &[f64::MAX, f64::MAX]] {
+            assert_eq!(AliasTable::new(weights), None);
+            assert_eq!(PiecewiseConstant2d::new(weights.len(), 1, weights), None);
+        }
+        assert_eq!(PiecewiseConstant2d::new(2, 2, &[1.0; 3]), None);
+        assert_eq!(PiecewiseConstant2d::new(0, 0, &[]), None);
+    }
+
+    #[test]
+    fn alias_columns_add_up_to_the_probabilities() {
+        let (mut rng, mut worst) = (random(1), 0.0f64);
+        for n in 1..200 {
+            let weights: Vec<f64> = (0..n).map(|i| if i % 3 == 1 { 0.0 } else { rng().powi(8) * 1e6 }).collect();
+            let table = AliasTable::new(&weights).unwrap();
+            let mut mass = vec![0.0; n];
+            for (i, c) in table.columns.iter().enumerate() {
+                mass[i] += c.threshold / n as f64;
+                mass[c.alias as usize] += (1.0 - c.threshold) / n as f64;
+            }
+            for (i, m) in mass.iter().enumerate() {
+                worst = worst.max((m - table.pmf(i)).abs());
+                assert!(weights[i] > 0.0 || *m == 0.0, "index {i} of weight zero has mass {m}");
+            }
+        }
+        assert!(worst < 1e-14, "{worst}");
+    }
+
+    #[test]
+    fn alias_reuse_is_uniform_and_extremes_are_safe() {
+        let table = AliasTable::new(&[0.0, 1.0, 7.0, 0.0, 1e-9, 0.0]).unwrap();
+        for u in [0.0, ONE_MINUS_EPSILON, 1.0, -1.0, f64::NAN, 2.0 / 6.0, 5.0 / 6.0] {
+            let (index, pmf, rest) = table.sample_reuse(u);
+            assert!(pmf > 0.0 && pmf == table.pmf(index) && (0.0..1.0).contains(&rest), "{u}");
+        }
+        let n = 100_000;
+        let (mut sums, mut counts) = ([0.0; 6], [0usize; 6]);
+        for i in 0..n {
+            let (index, _, rest) = table.sample_reuse((i as f64 + 0.5) / n as f64);
+            counts[index] += 1;
+            sums[index] += rest;
+        }
+        assert!((counts[1] as f64 / n as f64 - 0.125).abs() < 1e-4);
+        // The mean of a regular partition is 1/2 up to the discretisation.
+        assert!((sums[1] / counts[1] as f64 - 0.5).abs() < 1e-3 && (sums[2] / counts[2] as f64 - 0.5).abs() < 1e-3);
+    }
+
+    #[test]
+    fn grid_samples_have_the_density_of_their_position() {
+        let (width, height) = (7, 5);
+        let mut rng = random(2);
+        let weights: Vec<f64> =
+            (0..width * height).map(|i| if i / width == 2 || i % width == 0 { 0.0 } else { 10f64.powf(6.0 * rng()) }).collect();
+        let grid = PiecewiseConstant2d::new(width, height, &weights).unwrap();
+        let sum: f64 = weights.iter().sum();
+        let n = 1_000_000;
+        let mut counts = vec![0usize; width * height];
+        for _ in 0..n {
+            let s = grid.sample(DVec2::new(rng(), rng()));
+            assert_eq!(s.density, grid.density(s.position));
+            assert!(s.density > 0.0);
+            counts[s.row * width + s.column] += 1;
+        }
+        for (i, w) in weights.iter().enumerate() {
+            let p = w / sum;
+            approx::assert_relative_eq!(grid.pmf(i % width, i / width), p, max_relative = 1e-9);
+            let sigma = (p * (1.0 - p) / n as f64).sqrt();
+            assert!((counts[i] as f64 / n as f64 - p).abs() <= 4.5 * sigma + 1e-6, "cell {i}");
+        }
+        for u in [0.0, ONE_MINUS_EPSILON, 1.0, f64::NAN] {
+            assert!(grid.sample(DVec2::splat(u)).density > 0.0);
+        }
+        assert_eq!(grid.density(DVec2::new(1.0, 0.5)), 0.0);
+    }
+}

@@ -36,3 +36,119 @@ pub fn square_to_triangle(u: DVec2) -> DVec2 {
     // Heitz 2019, "A Low-Distortion Map Between Triangle and Square".
     if u.y > u.x { DVec2::new(0.5 * u.x, u.y - 0.5 * u.x) } else { DVec2::new(u.x - 0.5 * u.y, 0.5 * u.y) }
 }
+
+/// `1 - cos θ` from `sin θ` for θ in [0, π/2], without cancellation: `s² / (1 + √(1 - s²))`.
+#[inline]
+#[must_use]
+pub fn one_minus_cosine(sine: f64) -> f64 {
+    let s2 = sine * sine;
+    s2 / (1.0 + (1.0 - s2).max(0.0).sqrt())
+}
+
+/// Uniform on the cone of directions with `1 - cos θ <= one_minus_cosine_max` around +z, density `1/(2π one_minus_cosine_max)` per solid
+/// angle. Taking `1 - cos` instead of `cos` keeps narrow cones exact.
+#[must_use]
+pub fn square_to_cone(u: DVec2, one_minus_cosine_max: f64) -> DVec3 {
+    direction_from_one_minus_cosine(u.x * one_minus_cosine_max, u.y)
+}
+
+/// The unit vector with `1 - cos θ = v` to +z and azimuth `2π turn`.
+#[inline]
+#[must_use]
+pub fn direction_from_one_minus_cosine(v: f64, turn: f64) -> DVec3 {
+    let r = (v * (2.0 - v)).max(0.0).sqrt();
+    let (sin, cos) = (2.0 * PI * turn).sin_cos();
+    DVec3::new(r * cos, r * sin, 1.0 - v)
+}
+
+/// Inverts the integral of the smoothstep function `3t² - 2t³`: a number in [0, 1] with density `2 (3t² - 2t³)`.
+#[must_use]
+pub fn square_to_smoothstep(u: f64) -> f64 {
+    // Solves t³ (2 - t) = u. The left side is convex on [0, 1] and at least t³, so Newton's method descends from ∛u to the root.
+    let mut t = u.cbrt();
+    for _ in 0..20 {
+        let slope = t * t * (6.0 - 4.0 * t);
+        let next = t - (t * t * t * (2.0 - t) - u) / slope;
+        // Not less: the root is reached up to rounding, or u is 0 (and the slope too).
+        if !(next < t) {
+            break;
+        }
+        t = next;
+    }
+    t
+}
+
+#[cfg(test)]
+pub(crate) mod testing {
+    use rand::{Rng, SeedableRng};
+
+    /// Uniform numbers in [0, 1) from a fixed seed.
+    pub(crate) fn random(seed: u64) -> impl FnMut() -> f64 {
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
+        move || (rng.next_u64() >> 11) as f64 * 0.5f64.powi(53)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{testing::random, *};
+    use approx::{assert_abs_diff_eq, assert_relative_eq};
+
+    const CORNERS: [f64; 4] = [0.0, 0.5, 0.25, 1.0 - 0.5 * f64::EPSILON];
+
+    #[test]
+    fn warps_stay_in_their_domain_at_the_corners() {
+        for (x, y) in CORNERS.iter().flat_map(|x| CORNERS.iter().map(move |y| (*x, *y))) {
+            let u = DVec2::new(x, y);
+            assert!(square_to_disk(u).length() <= 1.0 + 1e-15);
+            for w in [square_to_cosine_hemisphere(u), square_to_sphere(u), square_to_cone(u, 0.3), square_to_cone(u, 2.0)] {
+                assert_abs_diff_eq!(w.length(), 1.0, epsilon = 1e-14);
+            }
+            let b = square_to_triangle(u);
+            assert!(b.x >= 0.0 && b.y >= 0.0 && b.x + b.y <= 1.0);
+            assert!(square_to_smoothstep(x) >= 0.0 && square_to_smoothstep(x) <= 1.0);
+        }
+    }
+
+    #[test]
+    fn means_are_those_of_the_uniform_distributions() {
+        let mut rng = random(7);
+        let n = 200_000;
+        let (mut disk, mut cosine, mut sphere, mut cone, mut triangle) = (0.0, 0.0, 0.0, 0.0, DVec2::ZERO);
+        for _ in 0..n {
+            let u = DVec2::new(rng(), rng());
+            disk += square_to_disk(u).length_squared();
+            cosine += square_to_cosine_hemisphere(u).z;
+            sphere += square_to_sphere(u).z.powi(2);
+            cone += 1.0 - square_to_cone(u, 0.2).z;
+            triangle += square_to_triangle(u);
+        }
+        let n = f64::from(n);
+        // Standard errors are at most 0.0007.
+        assert_abs_diff_eq!(disk / n, 0.5, epsilon = 0.003);
+        assert_abs_diff_eq!(cosine / n, 2.0 / 3.0, epsilon = 0.003);
+        assert_abs_diff_eq!(sphere / n, 1.0 / 3.0, epsilon = 0.003);
+        assert_abs_diff_eq!(cone / n, 0.1, epsilon = 0.001);
+        assert_abs_diff_eq!(triangle.x / n, 1.0 / 3.0, epsilon = 0.003);
+        assert_abs_diff_eq!(triangle.y / n, 1.0 / 3.0, epsilon = 0.003);
+    }
+
+    #[test]
+    fn narrow_cones_keep_their_digits() {
+        // B20: r/d = 1e-12.
+        assert_relative_eq!(one_minus_cosine(1e-12), 5e-25, max_relative = 1e-15);
+        assert_relative_eq!(one_minus_cosine(1.0), 1.0);
+        let w = square_to_cone(DVec2::new(1.0, 0.0), 5e-25);
+        assert_relative_eq!(w.x, 1e-12, max_relative = 1e-15);
+    }
+
+    #[test]
+    fn smoothstep_inverts_its_integral() {
+        for i in 1..1000 {
+            let u = (f64::from(i) / 1000.0).powi(6);
+            let t = square_to_smoothstep(u);
+            assert_relative_eq!(t * t * t * (2.0 - t), u, max_relative = 1e-14);
+        }
+        assert_eq!(square_to_smoothstep(0.0), 0.0);
+    }
+}

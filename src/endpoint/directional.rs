@@ -1,0 +1,77 @@
+//! A directional light: parallel rays from infinitely far away.
+
+use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check, extent::SceneExtent};
+use crate::geometry::{Bounds, SurfacePoint};
+use crate::math::{PerArea, PerProjected, Rgb};
+use glam::{DVec2, DVec3};
+
+const OBJECT: &str = "directional light";
+
+/// Parallel light from infinity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DirectionalLight {
+    direction: DVec3,
+    irradiance: Rgb,
+    extent: SceneExtent,
+}
+
+impl DirectionalLight {
+    /// A light that travels along `direction` (of any length but zero) and causes the given irradiance (W/m²) on a plane perpendicular
+    /// to it.
+    ///
+    /// # Errors
+    /// If a number is not finite, the irradiance negative, or the direction zero.
+    pub fn new(direction: DVec3, irradiance: Rgb) -> Result<Self, EndpointError> {
+        let irradiance = check::emission(OBJECT, "irradiance", irradiance)?;
+        Ok(Self { direction: check::direction(OBJECT, "direction", direction)?, irradiance, extent: SceneExtent::default() })
+    }
+
+    /// Unit direction in which the light travels.
+    #[must_use]
+    pub fn direction(&self) -> DVec3 {
+        self.direction
+    }
+}
+
+impl Endpoint for DirectionalLight {
+    fn sample_point(&self, _u1: f64, _u2: DVec2) -> Option<PointSample> {
+        Some(PointSample { point: SurfacePoint::infinite(DVec3::ZERO, self.direction), pdf: PerArea(1.0) })
+    }
+
+    fn point_pdf(&self, _point: &SurfacePoint) -> PerArea {
+        PerArea(1.0)
+    }
+
+    fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
+        let pdf = self.direction_pdf(point, self.direction);
+        let from = SurfacePoint { position: self.extent.sample_ray(self.direction, u), ..*point };
+        (pdf.value() > 0.0).then(|| DirectionSample { from, direction: self.direction, pdf, weight: self.irradiance / pdf.value() })
+    }
+
+    fn direction_pdf(&self, _point: &SurfacePoint, _direction: DVec3) -> PerProjected {
+        self.extent.ray_pdf(self.direction)
+    }
+
+    fn emit(&self, _point: &SurfacePoint, _direction: DVec3) -> Rgb {
+        self.irradiance
+    }
+
+    fn facing(&self, point: &SurfacePoint, receiver: &SurfacePoint) -> SurfacePoint {
+        self.extent.facing(point, receiver)
+    }
+}
+
+impl Light for DirectionalLight {
+    /// The flux through the disk that covers the scene.
+    fn power(&self) -> Rgb {
+        self.irradiance * self.extent.disk_area(self.direction)
+    }
+
+    fn can_be_hit(&self) -> bool {
+        false
+    }
+
+    fn set_scene_bounds(&mut self, bounds: &Bounds) {
+        self.extent = SceneExtent::new(bounds);
+    }
+}

@@ -1,0 +1,149 @@
+//! Why a light or a camera could not be made.
+
+use glam::UVec2;
+use std::fmt;
+
+/// Why a light or a camera could not be made. `object` says which kind it was.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum EndpointError {
+    /// A number is infinite or not a number.
+    NotFinite {
+        /// Kind of endpoint.
+        object: &'static str,
+        /// What the number stands for.
+        quantity: &'static str,
+    },
+    /// A quantity that cannot be negative is.
+    Negative {
+        /// Kind of endpoint.
+        object: &'static str,
+        /// What the number stands for.
+        quantity: &'static str,
+    },
+    /// A quantity that must be positive is not.
+    NotPositive {
+        /// Kind of endpoint.
+        object: &'static str,
+        /// What the number stands for.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A direction has length zero.
+    ZeroDirection {
+        /// Kind of endpoint.
+        object: &'static str,
+        /// What the direction stands for.
+        quantity: &'static str,
+    },
+    /// An angle is out of its range.
+    AngleOutOfRange {
+        /// Kind of endpoint.
+        object: &'static str,
+        /// What the angle stands for.
+        quantity: &'static str,
+        /// The angle in degrees.
+        degrees: f64,
+        /// The valid range.
+        range: &'static str,
+    },
+    /// The camera is where it looks at.
+    CameraAtTarget {
+        /// Kind of camera.
+        object: &'static str,
+    },
+    /// The up vector is parallel to the view.
+    UpParallelToView {
+        /// Kind of camera.
+        object: &'static str,
+    },
+    /// The film has no pixels, or more than 2³² - 1 of them.
+    FilmSize {
+        /// Kind of camera.
+        object: &'static str,
+        /// The film's resolution.
+        resolution: UVec2,
+    },
+    /// The window is empty or reaches out of the film.
+    WindowOutsideFilm {
+        /// Kind of camera.
+        object: &'static str,
+        /// First pixel of the window.
+        min: UVec2,
+        /// One past its last pixel.
+        max: UVec2,
+        /// The film's resolution.
+        resolution: UVec2,
+    },
+    /// An area light whose shapes have no area in total.
+    NoArea {
+        /// How many shapes it has.
+        shapes: usize,
+    },
+    /// The radius of a shape is negative, or its area is infinite or not a number.
+    InvalidShape {
+        /// Its index in the light.
+        index: usize,
+    },
+    /// There are more shapes than primitive numbers.
+    TooManyShapes {
+        /// How many shapes the light has.
+        shapes: usize,
+    },
+    /// The number of pixels is not the product of width and height, or is zero.
+    PixelCount {
+        /// Width of the map.
+        width: u32,
+        /// Height of the map.
+        height: u32,
+        /// Pixels given.
+        pixels: usize,
+    },
+    /// A pixel of an environment map is negative, infinite or not a number.
+    InvalidPixel {
+        /// Its column.
+        column: u32,
+        /// Its row.
+        row: u32,
+    },
+    /// A rotation is not orthogonal.
+    NotARotation {
+        /// Kind of endpoint.
+        object: &'static str,
+    },
+}
+
+impl fmt::Display for EndpointError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite { object, quantity } => write!(f, "{object}: {quantity} is infinite or not a number"),
+            Self::Negative { object, quantity } => write!(f, "{object}: {quantity} is negative"),
+            Self::NotPositive { object, quantity, value } => write!(f, "{object}: {quantity} must be positive, but is {value}"),
+            Self::ZeroDirection { object, quantity } => write!(f, "{object}: {quantity} has length zero"),
+            Self::AngleOutOfRange { object, quantity, degrees, range } => {
+                write!(f, "{object}: {quantity} is {degrees} degrees, but must be in {range}")
+            }
+            Self::CameraAtTarget { object } => write!(f, "{object}: its position and its target are the same"),
+            Self::UpParallelToView { object } => write!(f, "{object}: the up vector is zero or parallel to the view"),
+            Self::FilmSize { object, resolution: r } => {
+                write!(f, "{object}: a film of {} x {} pixels has none or more than 2^32 - 1 of them", r.x, r.y)
+            }
+            Self::WindowOutsideFilm { object, min, max, resolution: r } => {
+                write!(f, "{object}: the window from {min} to {max} is empty or reaches out of the film of {} x {} pixels", r.x, r.y)
+            }
+            Self::NoArea { shapes } => write!(f, "area light: its {shapes} shapes have no area"),
+            Self::InvalidShape { index } => write!(f, "area light: shape {index} has a negative radius, or an area that is infinite or not a number"),
+            Self::TooManyShapes { shapes } => write!(f, "area light: {shapes} shapes are more than there are primitive numbers left"),
+            Self::PixelCount { width, height, pixels } => {
+                write!(f, "environment map: {pixels} pixels given for a map of {width} x {height}, which must have at least one")
+            }
+            Self::InvalidPixel { column, row } => {
+                write!(f, "environment map: the pixel in column {column} of row {row} is negative, infinite or not a number")
+            }
+            Self::NotARotation { object } => write!(f, "{object}: the rotation is not an orthogonal matrix"),
+        }
+    }
+}
+
+impl std::error::Error for EndpointError {}

@@ -1,0 +1,80 @@
+//! A pinhole camera.
+
+use super::{Camera, DirectionSample, Endpoint, EndpointError, PointSample, view, view::View};
+use crate::film::FilmRegion;
+use crate::geometry::SurfacePoint;
+use crate::math::{PerArea, PerProjected, Rgb};
+use glam::{DVec2, DVec3, UVec2};
+
+const OBJECT: &str = "pinhole camera";
+
+/// A perspective camera whose lens is a point.
+///
+/// With A the area of the film's window on the plane at distance 1, the camera emits `1/(A cos³ θ)` per solid angle, which is also the
+/// density of its directions: `∫ dσ / (A cos³ θ) = 1` over the window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PinholeCamera {
+    view: View,
+}
+
+impl PinholeCamera {
+    /// A camera at `position` looking at `target`, with square pixels; `up` points upwards in the image.
+    ///
+    /// # Errors
+    /// If a number is not finite, position and target are the same, `up` is zero or parallel to the view, the field of view is not between
+    /// 0 and 180 degrees, or the film has no pixels.
+    pub fn new(
+        position: DVec3,
+        target: DVec3,
+        up: DVec3,
+        vertical_fov_degrees: f64,
+        resolution: UVec2,
+    ) -> Result<Self, EndpointError> {
+        let height = view::film_height(OBJECT, vertical_fov_degrees)?;
+        Ok(Self { view: View::new(OBJECT, [position, target, up], height, resolution)? })
+    }
+
+    /// The same camera, rendering only the pixels from `min` up to but without `max`.
+    ///
+    /// # Errors
+    /// If the window is empty or reaches out of the film.
+    pub fn with_window(self, min: UVec2, max: UVec2) -> Result<Self, EndpointError> {
+        Ok(Self { view: self.view.with_window(min, max)? })
+    }
+}
+
+impl Endpoint for PinholeCamera {
+    fn sample_point(&self, _u1: f64, _u2: DVec2) -> Option<PointSample> {
+        Some(PointSample { point: SurfacePoint::dirac(self.view.position), pdf: PerArea(1.0) })
+    }
+
+    fn point_pdf(&self, _point: &SurfacePoint) -> PerArea {
+        PerArea(1.0)
+    }
+
+    fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
+        let direction = (self.view.forward + self.view.in_plane(self.view.to_plane(u))).normalize();
+        let pdf = self.direction_pdf(point, direction);
+        (pdf.value() > 0.0).then_some(DirectionSample { from: *point, direction, pdf, weight: Rgb::WHITE })
+    }
+
+    fn direction_pdf(&self, _point: &SurfacePoint, direction: DVec3) -> PerProjected {
+        PerProjected(self.view.film_density(direction, 3))
+    }
+
+    fn emit(&self, _point: &SurfacePoint, direction: DVec3) -> Rgb {
+        Rgb::splat(self.view.film_density(direction, 3))
+    }
+}
+
+impl Camera for PinholeCamera {
+    fn film(&self) -> FilmRegion {
+        self.view.film
+    }
+
+    fn raster(&self, _point: &SurfacePoint, direction: DVec3) -> Option<DVec2> {
+        let cosine = self.view.forward.dot(direction);
+        let raster = self.view.to_raster(self.view.across(direction) / cosine);
+        (cosine > 0.0 && raster.is_finite()).then_some(raster)
+    }
+}

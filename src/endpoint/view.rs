@@ -1,0 +1,100 @@
+//! What all cameras share: where they are, which way they look, and how the film maps to the plane at distance 1.
+
+use super::{EndpointError, check};
+use crate::film::FilmRegion;
+use glam::{DVec2, DVec3, UVec2};
+
+/// A right-handed view: x to the right, y up, looking along `forward`. Film coordinates have their origin at the upper left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct View {
+    object: &'static str,
+    pub(super) position: DVec3,
+    pub(super) right: DVec3,
+    pub(super) up: DVec3,
+    pub(super) forward: DVec3,
+    pub(super) film: FilmRegion,
+    /// Side of a pixel on the film plane.
+    pitch: f64,
+}
+
+impl View {
+    /// `film_height` is the height of the whole film on the film plane.
+    pub(super) fn new(
+        object: &'static str,
+        [position, target, up]: [DVec3; 3],
+        film_height: f64,
+        resolution: UVec2,
+    ) -> Result<Self, EndpointError> {
+        check::position(object, "position", position)?;
+        check::position(object, "target", target)?;
+        check::position(object, "up vector", up)?;
+        if position == target {
+            return Err(EndpointError::CameraAtTarget { object });
+        }
+        let forward = check::direction(object, "view", target - position)?;
+        let up = check::direction(object, "up vector", up).map_err(|_| EndpointError::UpParallelToView { object })?;
+        let right = forward.cross(up);
+        if right.length() < 1e-10 {
+            return Err(EndpointError::UpParallelToView { object });
+        }
+        let right = right.normalize();
+        if resolution.x.checked_mul(resolution.y).is_none_or(|pixels| pixels == 0) {
+            return Err(EndpointError::FilmSize { object, resolution });
+        }
+        let pitch = check::positive(object, "pixel size", film_height / f64::from(resolution.y))?;
+        Ok(Self { object, position, right, up: right.cross(forward), forward, film: FilmRegion::full(resolution), pitch })
+    }
+
+    /// The same view with only the pixels from `min` up to but without `max`.
+    pub(super) fn with_window(self, min: UVec2, max: UVec2) -> Result<Self, EndpointError> {
+        let resolution = self.film.resolution;
+        if min.cmpge(max).any() || max.cmpgt(resolution).any() {
+            return Err(EndpointError::WindowOutsideFilm { object: self.object, min, max, resolution });
+        }
+        Ok(Self { film: FilmRegion { resolution, window_min: min, window_max: max }, ..self })
+    }
+
+    /// Area of the window on the film plane.
+    pub(super) fn window_area(&self) -> f64 {
+        f64::from(self.film.pixels()) * self.pitch * self.pitch
+    }
+
+    /// From window coordinates to the film plane, x to the right and y up.
+    pub(super) fn to_plane(&self, u: DVec2) -> DVec2 {
+        let from_center = self.film.from_window(u) - 0.5 * self.film.resolution.as_dvec2();
+        DVec2::new(from_center.x, -from_center.y) * self.pitch
+    }
+
+    /// From the film plane to pixels of the full film.
+    pub(super) fn to_raster(&self, plane: DVec2) -> DVec2 {
+        DVec2::new(plane.x, -plane.y) / self.pitch + 0.5 * self.film.resolution.as_dvec2()
+    }
+
+    /// The components of a vector to the right and up.
+    pub(super) fn across(&self, v: DVec3) -> DVec2 {
+        DVec2::new(self.right.dot(v), self.up.dot(v))
+    }
+
+    /// The vector with the given components to the right and up.
+    pub(super) fn in_plane(&self, v: DVec2) -> DVec3 {
+        self.right * v.x + self.up * v.y
+    }
+
+    /// `1 / (A cosⁿ θ)` for directions into the film plane's half space, 0 for others. Defined beyond the window, since pixel filters
+    /// reach there.
+    pub(super) fn film_density(&self, direction: DVec3, power: i32) -> f64 {
+        let cosine = self.forward.dot(direction);
+        let density = 1.0 / (self.window_area() * cosine.powi(power));
+        // Infinitely far out on the film plane no film can be.
+        if cosine > 0.0 && density.is_finite() { density } else { 0.0 }
+    }
+}
+
+/// The height of the film plane at distance 1.
+pub(super) fn film_height(object: &'static str, vertical_fov_degrees: f64) -> Result<f64, EndpointError> {
+    if !(vertical_fov_degrees > 0.0 && vertical_fov_degrees < 180.0) {
+        let (quantity, range) = ("vertical field of view", "(0, 180)");
+        return Err(EndpointError::AngleOutOfRange { object, quantity, degrees: vertical_fov_degrees, range });
+    }
+    Ok(2.0 * (0.5 * vertical_fov_degrees.to_radians()).tan())
+}
