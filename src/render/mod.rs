@@ -1,0 +1,194 @@
+//! The driver: turns an integrator into an image, within a budget, on several threads, and says what it did.
+//!
+//! A rendering proceeds in *passes* of one sample per pixel of the window. A pass is cut into chunks of consecutive pixels whose size depends
+//! on the window alone; threads take chunks as they come, and what chunks recorded is merged in the order of their numbers. Random numbers
+//! depend on (seed, pixel, pass). So the same settings give the same image to the bit for any number of threads.
+
+mod chunks;
+mod settings;
+#[cfg(test)]
+mod tests;
+
+pub use settings::{Budget, RenderError, Settings};
+
+use crate::endpoint::Camera;
+use crate::film::{Film, Image, NonFinite};
+use crate::integrator::Integrator;
+use crate::path::{Counters, TechniqueSet};
+use crate::sampler::SampleSource;
+use crate::scene::Scene;
+use chunks::{Chunks, Job};
+use settings::Threads;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// The state of a rendering after a pass.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress<'a> {
+    /// Passes done: samples per pixel so far.
+    pub passes: u32,
+    /// Part of the budget that is used, 0 to 1.
+    pub fraction: f64,
+    /// Wall-clock time spent rendering; time spent in the progress callback does not count.
+    pub wall: Duration,
+    /// The sums so far.
+    pub film: &'a Film,
+    /// What was done so far.
+    pub counters: &'a Counters,
+}
+
+impl Progress<'_> {
+    /// The image so far.
+    #[must_use]
+    pub fn image(&self) -> Image {
+        self.film.image(samples(self.film, self.passes))
+    }
+}
+
+/// A finished, or stopped, rendering.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// The image of the film's window, in radiance.
+    pub image: Image,
+    /// The sums that the image comes from.
+    pub film: Film,
+    /// Samples per pixel, the same in all pixels.
+    pub samples_per_pixel: u32,
+    /// What was done. `non_finite` includes what the film refused.
+    pub counters: Counters,
+    /// Wall-clock time spent rendering, without the progress callback.
+    pub wall: Duration,
+    /// Sum over the threads of the time that they spent on samples: processor time, if no thread had to wait for a processor.
+    pub thread_time: Duration,
+    /// The techniques that the integrator ran.
+    pub techniques: TechniqueSet,
+    /// The integrator's name.
+    pub integrator: &'static str,
+    /// Whether the progress callback stopped the rendering. The image is valid all the same.
+    pub stopped: bool,
+}
+
+impl Rendering {
+    /// Contributions that were infinite or not a number: none, unless something is wrong.
+    #[must_use]
+    pub fn non_finite(&self) -> &NonFinite {
+        self.film.non_finite()
+    }
+
+    /// The image with its window and metadata (integrator, samples per pixel, rendering time), ready to be saved.
+    #[cfg(feature = "image")]
+    #[must_use]
+    pub fn to_file(&self) -> crate::film::ImageFile {
+        let mut file = crate::film::ImageFile::from(self.image.clone());
+        file.region = Some(self.film.region());
+        let entries = [
+            ("integrator", self.integrator.to_owned()),
+            ("samples_per_pixel", self.samples_per_pixel.to_string()),
+            ("seconds", format!("{:.3}", self.wall.as_secs_f64())),
+            ("rays", self.counters.rays().to_string()),
+            ("non_finite", self.counters.non_finite.to_string()),
+        ];
+        file.metadata.extend(entries.map(|(key, value)| (key.to_owned(), value)));
+        file
+    }
+}
+
+/// The callback that ignores progress.
+pub fn unattended(_: &Progress<'_>) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// Renders with one of the ready-made samplers.
+///
+/// `progress` is called after each pass and may stop the rendering; see [`unattended`].
+///
+/// # Errors
+/// If the settings or the camera's film are invalid, or the threads cannot be started.
+pub fn render<S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S> + ?Sized>(
+    scene: &S,
+    camera: &C,
+    integrator: &I,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Rendering, RenderError> {
+    let source = settings.sampler.source(settings.seed, settings.strata());
+    render_with(&source, scene, camera, integrator, settings, progress)
+}
+
+/// Renders with the given source of random numbers, in place of the settings' `seed` and `sampler`.
+///
+/// # Errors
+/// If the settings or the camera's film are invalid, or the threads cannot be started.
+pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S> + ?Sized>(
+    source: &N,
+    scene: &S,
+    camera: &C,
+    integrator: &I,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Rendering, RenderError> {
+    if settings.budget == Budget::Samples(0) {
+        return Err(RenderError::NoSamples);
+    }
+    let kernel = settings.filter.kernel()?;
+    let threads = Threads::new(settings.threads)?;
+    let mut film = Film::new(camera.film())?;
+    let job = Job { source, scene, camera, integrator, kernel, region: film.region() };
+    let mut chunks = Chunks::new(film.region(), threads.count());
+    let mut counters = Counters::default();
+    let (mut passes, mut wall, mut thread_time, mut stopped) = (0, Duration::ZERO, Duration::ZERO, false);
+    loop {
+        let start = Instant::now();
+        thread_time += chunks.render_pass(&job, passes, &threads, &mut film, &mut counters);
+        passes += 1;
+        wall += start.elapsed();
+        let fraction = settings.budget.fraction(passes, wall);
+        stopped = progress(&Progress { passes, fraction, wall, film: &film, counters: &counters }).is_break() || stopped;
+        if stopped || settings.budget.is_spent(passes, wall) {
+            break;
+        }
+    }
+    Ok(Rendering {
+        image: film.image(samples(&film, passes)),
+        film,
+        samples_per_pixel: passes,
+        counters,
+        wall,
+        thread_time,
+        techniques: integrator.techniques(&scene.needs()),
+        integrator: integrator.name(),
+        stopped,
+    })
+}
+
+/// Samples over the whole window after a number of passes.
+fn samples(film: &Film, passes: u32) -> u64 {
+    u64::from(film.region().pixels()) * u64::from(passes)
+}
+
+/// An integrator that renders scenes of type `S`, as an object: `&[&dyn Render<S>]` is a comparison. Every [`Integrator`] is one.
+pub trait Render<S: Scene + ?Sized>: Sync {
+    /// Renders; see [`render()`].
+    ///
+    /// # Errors
+    /// If the settings or the camera's film are invalid, or the threads cannot be started.
+    fn render(
+        &self,
+        scene: &S,
+        camera: &dyn Camera,
+        settings: &Settings,
+        progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<Rendering, RenderError>;
+}
+
+impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
+    fn render(
+        &self,
+        scene: &S,
+        camera: &dyn Camera,
+        settings: &Settings,
+        progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<Rendering, RenderError> {
+        render(scene, camera, self, settings, progress)
+    }
+}

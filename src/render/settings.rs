@@ -1,0 +1,160 @@
+//! How to render: budget, seed, threads, filter and sampler.
+
+use crate::film::{FilmError, Filter, FilterError};
+use crate::sampler::SamplerKind;
+use std::error::Error;
+use std::fmt;
+use std::time::Duration;
+
+/// When a rendering ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Budget {
+    /// After this many samples per pixel.
+    Samples(u32),
+    /// With the pass whose end is nearest to this wall-clock time, but not before the first. Progress callbacks do not count.
+    /// How many samples that makes depends on the machine, so only a budget in samples gives reproducible images.
+    Time(Duration),
+}
+
+impl Budget {
+    pub(super) fn is_spent(self, passes: u32, wall: Duration) -> bool {
+        match self {
+            Self::Samples(samples) => passes >= samples,
+            // Another pass takes about as long as the average one: is its end nearer to the budget than now?
+            Self::Time(limit) => passes == u32::MAX || wall.as_secs_f64() * (1.0 + 0.5 / f64::from(passes)) >= limit.as_secs_f64(),
+        }
+    }
+
+    pub(super) fn fraction(self, passes: u32, wall: Duration) -> f64 {
+        let fraction = match self {
+            Self::Samples(samples) => f64::from(passes) / f64::from(samples),
+            Self::Time(limit) if limit.is_zero() => 1.0,
+            Self::Time(limit) => wall.as_secs_f64() / limit.as_secs_f64(),
+        };
+        fraction.min(1.0)
+    }
+}
+
+/// How to render. `Settings { seed: 7, ..Settings::default() }` changes one of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// When to end. Default: 64 samples per pixel.
+    pub budget: Budget,
+    /// Different seeds give independent images.
+    pub seed: u64,
+    /// Number of threads; `None` leaves it to rayon: all processors, `RAYON_NUM_THREADS`, or the pool that the caller is in. It never
+    /// changes the image. Without the feature `parallel` there is one thread.
+    pub threads: Option<usize>,
+    /// The pixel filter. Default: the pixel's box.
+    pub filter: Filter,
+    /// Where random numbers come from. Default: independent.
+    pub sampler: SamplerKind,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { budget: Budget::Samples(64), seed: 0, threads: None, filter: Filter::Box, sampler: SamplerKind::Independent }
+    }
+}
+
+impl Settings {
+    /// Strata per pixel for stratified sampling: the samples per pixel if they are known, sets of 64 otherwise.
+    pub(super) fn strata(&self) -> u32 {
+        match self.budget {
+            Budget::Samples(samples) => samples,
+            Budget::Time(_) => 64,
+        }
+    }
+}
+
+/// Why nothing could be rendered.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// The budget is zero samples.
+    NoSamples,
+    /// The number of threads is zero.
+    NoThreads,
+    /// The threads could not be started; the reason.
+    ThreadPool(String),
+    /// The pixel filter is invalid.
+    Filter(FilterError),
+    /// The camera's film is invalid.
+    Film(FilmError),
+}
+
+impl fmt::Display for RenderError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoSamples => write!(f, "budget is zero samples per pixel"),
+            Self::NoThreads => write!(f, "number of threads is zero"),
+            Self::ThreadPool(reason) => write!(f, "threads could not be started: {reason}"),
+            Self::Filter(error) => error.fmt(f),
+            Self::Film(error) => error.fmt(f),
+        }
+    }
+}
+
+impl Error for RenderError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        match self {
+            Self::Filter(error) => Some(error),
+            Self::Film(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+impl From<FilterError> for RenderError {
+    fn from(error: FilterError) -> Self {
+        Self::Filter(error)
+    }
+}
+
+impl From<FilmError> for RenderError {
+    fn from(error: FilmError) -> Self {
+        Self::Film(error)
+    }
+}
+
+/// Where chunks are rendered.
+#[derive(Debug)]
+pub(super) enum Threads {
+    /// In the calling thread.
+    Caller,
+    /// In rayon's current pool.
+    #[cfg(feature = "parallel")]
+    Current,
+    /// In a pool of this rendering.
+    #[cfg(feature = "parallel")]
+    Own(rayon::ThreadPool),
+}
+
+impl Threads {
+    pub fn new(threads: Option<usize>) -> Result<Self, RenderError> {
+        match threads {
+            Some(0) => Err(RenderError::NoThreads),
+            Some(1) => Ok(Self::Caller),
+            #[cfg(feature = "parallel")]
+            Some(threads) => {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                pool.map(Self::Own).map_err(|e| RenderError::ThreadPool(e.to_string()))
+            }
+            #[cfg(feature = "parallel")]
+            None => Ok(Self::Current),
+            #[cfg(not(feature = "parallel"))]
+            _ => Ok(Self::Caller),
+        }
+    }
+
+    pub fn count(&self) -> usize {
+        match self {
+            Self::Caller => 1,
+            #[cfg(feature = "parallel")]
+            Self::Current => rayon::current_num_threads(),
+            #[cfg(feature = "parallel")]
+            Self::Own(pool) => pool.current_num_threads(),
+        }
+    }
+}

@@ -1,0 +1,316 @@
+//! The driver with a scene, a camera and integrators that are nothing but arithmetic.
+
+use super::*;
+use crate::bsdf::{Bsdf, BsdfSample, Lobes, Walk};
+use crate::endpoint::{DirectionSample, Endpoint, Light, LightId, PointSample};
+use crate::film::{Contribution, FilmError, FilmRegion, FilmSample, Filter, Sink, Technique};
+use crate::geometry::SurfacePoint;
+use crate::math::{PerArea, PerProjected, Rgb};
+use crate::path::Scratch;
+use crate::sampler::{Independent, Sampler, SamplerKind, Stream};
+use crate::scene::Needs;
+use glam::{DVec2, DVec3, UVec2};
+
+struct Nothing;
+
+impl Bsdf for Nothing {
+    fn lobes(&self) -> Lobes {
+        Lobes::NONE
+    }
+    fn eval(&self, _: DVec3, _: DVec3) -> Rgb {
+        Rgb::BLACK
+    }
+    fn pdf(&self, _: DVec3, _: DVec3, _: Walk) -> PerProjected {
+        PerProjected(0.0)
+    }
+    fn sample(&self, _: DVec3, _: Walk, _: f64, _: DVec2) -> Option<BsdfSample> {
+        None
+    }
+}
+
+impl Scene for Nothing {
+    type Bsdf<'a> = Nothing;
+    type Light = dyn Light;
+    fn intersect(&self, _: &SurfacePoint, _: DVec3) -> Option<SurfacePoint> {
+        None
+    }
+    fn visible(&self, _: &SurfacePoint, _: &SurfacePoint) -> bool {
+        true
+    }
+    fn bsdf(&self, _: &SurfacePoint) -> Nothing {
+        Nothing
+    }
+    fn light_at(&self, _: &SurfacePoint) -> Option<LightId> {
+        None
+    }
+    fn light(&self, _: LightId) -> &Self::Light {
+        unreachable!("no light has an id")
+    }
+    fn pick_light(&self, _: f64) -> Option<(LightId, f64)> {
+        None
+    }
+    fn pick_pmf(&self, _: LightId) -> f64 {
+        0.0
+    }
+    fn needs(&self) -> Needs {
+        Needs::NONE
+    }
+}
+
+struct FilmOnly(FilmRegion);
+
+impl Endpoint for FilmOnly {
+    fn sample_point(&self, _: f64, _: DVec2) -> Option<PointSample> {
+        None
+    }
+    fn point_pdf(&self, _: &SurfacePoint) -> PerArea {
+        PerArea(0.0)
+    }
+    fn sample_direction(&self, _: &SurfacePoint, _: DVec2) -> Option<DirectionSample> {
+        None
+    }
+    fn direction_pdf(&self, _: &SurfacePoint, _: DVec3) -> PerProjected {
+        PerProjected(0.0)
+    }
+    fn emit(&self, _: &SurfacePoint, _: DVec3) -> Rgb {
+        Rgb::BLACK
+    }
+}
+
+impl Camera for FilmOnly {
+    fn film(&self) -> FilmRegion {
+        self.0
+    }
+    fn raster(&self, _: &SurfacePoint, _: DVec3) -> Option<DVec2> {
+        None
+    }
+}
+
+/// What an [`Arithmetic`] integrator does with a sample.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// Radiance 0.7 everywhere, by camera walks.
+    Constant,
+    /// The same by light walks: points uniform on the film and a margin around it, recorded at `p - offset`.
+    ConstantSplat { margin: f64 },
+    /// A function of the position by camera walks, and splats elsewhere.
+    Mixed,
+    /// As `Constant`, but what pixel (3, 2) of the film gets is not a number.
+    Invalid,
+}
+
+struct Arithmetic(Kind);
+
+impl<S: Scene + ?Sized> Integrator<S> for Arithmetic {
+    fn name(&self) -> &'static str {
+        "arithmetic"
+    }
+    fn techniques(&self, needs: &Needs) -> TechniqueSet {
+        {
+            let _ = needs;
+            TechniqueSet
+        }
+    }
+    fn sample<'s, C: Camera + ?Sized, P: Sampler, K: Sink>(
+        &self,
+        _: &'s S,
+        camera: &C,
+        film: FilmSample,
+        sampler: &mut P,
+        sink: &mut K,
+        scratch: &mut Scratch<'s, S>,
+    ) {
+        let mut add = |raster, value, s, t| sink.add(&Contribution { raster, value, weight: 1.0, technique: Technique { s, t } });
+        let region = camera.film();
+        scratch.counters.samples += 1;
+        sampler.stream(Stream::Emission);
+        match self.0 {
+            Kind::Constant => add(film.raster, Rgb::splat(0.7), 0, 2),
+            Kind::ConstantSplat { margin } => {
+                let size = region.window_size().as_dvec2();
+                let p = region.window_min.as_dvec2() - margin + sampler.next_2d() * (size + 2.0 * margin);
+                let area = (size + 2.0 * margin).element_product() / size.element_product();
+                add(p - film.offset, Rgb::splat(0.7 * area), 1, 1);
+            }
+            Kind::Mixed => {
+                let seen = film.raster + film.offset;
+                add(film.raster, Rgb::new(seen.x.sin() + 1.1, seen.y.cos() + 1.1, sampler.next_1d()), 0, 2);
+                for vertex in 0..3 {
+                    sampler.stream(Stream::LightVertex(vertex));
+                    let u = sampler.next_2d();
+                    add(u * region.resolution.as_dvec2() - film.offset, Rgb::splat(sampler.next_1d() / 3.0), 1, 1);
+                }
+                scratch.counters.ledger.emitted += Rgb::splat(sampler.next_1d());
+            }
+            Kind::Invalid => {
+                let value = if film.raster.floor() == DVec2::new(3.0, 2.0) { f64::NAN } else { 0.7 };
+                add(film.raster, Rgb::splat(value), 0, 2);
+            }
+        }
+    }
+}
+
+fn window() -> FilmRegion {
+    FilmRegion { resolution: UVec2::new(80, 60), window_min: UVec2::new(3, 2), window_max: UVec2::new(70, 57) }
+}
+
+fn gaussian() -> Filter {
+    Filter::Gaussian { standard_deviation: 0.5 }
+}
+
+fn run(kind: Kind, region: FilmRegion, settings: &Settings) -> Rendering {
+    render(&Nothing, &FilmOnly(region), &Arithmetic(kind), settings, &mut unattended).unwrap()
+}
+
+#[test]
+fn the_image_is_the_same_to_the_bit_for_any_number_of_threads() {
+    let bits = |r: &Rendering| r.image.pixels().iter().flat_map(|p| p.0.map(f64::to_bits)).collect::<Vec<_>>();
+    for sampler in [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol] {
+        for filter in [Filter::Box, Filter::Tent, gaussian()] {
+            let settings = Settings { budget: Budget::Samples(3), seed: 5, threads: Some(1), filter, sampler };
+            let reference = run(Kind::Mixed, window(), &settings);
+            assert_eq!((reference.samples_per_pixel, reference.stopped, reference.integrator), (3, false, "arithmetic"));
+            assert_eq!(reference.counters.samples, 3 * 67 * 55);
+            for threads in [Some(2), Some(7), None] {
+                let other = run(Kind::Mixed, window(), &Settings { threads, ..settings });
+                assert_eq!(bits(&other), bits(&reference), "{sampler:?} {filter:?} {threads:?}");
+                assert_eq!(other.counters, reference.counters);
+            }
+            assert_ne!(bits(&run(Kind::Mixed, window(), &Settings { seed: 6, ..settings })), bits(&reference));
+        }
+    }
+}
+
+#[test]
+fn a_constant_image_is_constant_up_to_the_border() {
+    // At large coordinates raster = pixel + u rounds most.
+    let far =
+        FilmRegion { resolution: UVec2::splat(u32::MAX), window_min: UVec2::splat(u32::MAX - 40), window_max: UVec2::splat(u32::MAX) };
+    for region in [FilmRegion::full(UVec2::new(17, 5)), window(), far, FilmRegion::full(UVec2::ONE)] {
+        for filter in [Filter::Box, Filter::Tent, gaussian()] {
+            for sampler in [SamplerKind::Independent, SamplerKind::Sobol, SamplerKind::Stratified] {
+                let image =
+                    run(Kind::Constant, region, &Settings { budget: Budget::Samples(7), filter, sampler, ..Settings::default() }).image;
+                for p in image.pixels() {
+                    assert!((0..3).all(|c| (p[c] - 0.7).abs() < 1e-15), "{region:?} {filter:?} {p:?}");
+                }
+            }
+        }
+    }
+}
+
+/// Light walks that land around the film too fill its border like its middle: mean over the window, over its outermost pixels, and of a film
+/// without margin and box filter. Per pixel and sample the value is Poisson-like with mean and variance about 0.7 · 0.7 · area ratio.
+#[test]
+fn splats_conserve_energy_and_keep_the_border_bright() {
+    let n = 256;
+    for filter in [Filter::Box, Filter::Tent, gaussian(), Filter::Gaussian { standard_deviation: 1.5 }] {
+        let region = FilmRegion { resolution: UVec2::new(40, 30), window_min: UVec2::new(5, 5), window_max: UVec2::new(25, 21) };
+        let margin = filter.kernel().unwrap().reach();
+        let settings = Settings { budget: Budget::Samples(n), filter, ..Settings::default() };
+        let image = run(Kind::ConstantSplat { margin }, region, &settings).image;
+        let (w, h) = (image.width(), image.height());
+        let border: Vec<f64> = (0..w * h)
+            .filter(|i| [0, w - 1].contains(&(i % w)) || [0, h - 1].contains(&(i / w)))
+            .map(|i| image.pixels()[i as usize].g())
+            .collect();
+        let area = (20.0 + 2.0 * margin) * (16.0 + 2.0 * margin) / 320.0;
+        let error = |pixels: f64| 5.0 * 0.7 * (area / (f64::from(n) * pixels)).sqrt();
+        assert!((image.mean().g() - 0.7).abs() < error(f64::from(w * h)).max(1e-12), "{filter:?} {:?}", image.mean());
+        let mean = border.iter().sum::<f64>() / border.len() as f64;
+        assert!((mean - 0.7).abs() < error(border.len() as f64), "{filter:?} border {mean}");
+    }
+}
+
+#[test]
+fn progress_can_stop_and_sees_the_image() {
+    let mut fractions = Vec::new();
+    let settings = Settings { budget: Budget::Samples(8), ..Settings::default() };
+    let stopped = render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Constant), &settings, &mut |p: &Progress<'_>| {
+        assert!((p.image().mean().r() - 0.7).abs() < 1e-12);
+        assert_eq!(p.counters.samples, u64::from(p.passes) * u64::from(p.film.region().pixels()));
+        fractions.push(p.fraction);
+        if p.passes == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })
+    .unwrap();
+    assert_eq!(fractions, [0.125, 0.25, 0.375]);
+    assert_eq!((stopped.stopped, stopped.samples_per_pixel), (true, 3));
+    assert!((stopped.image.mean().r() - 0.7).abs() < 1e-12);
+    // A prefix of a longer rendering is that shorter rendering.
+    let shorter = run(Kind::Constant, window(), &Settings { budget: Budget::Samples(3), ..settings });
+    assert_eq!(shorter.image, stopped.image);
+}
+
+#[test]
+fn a_time_budget_is_kept_and_gives_at_least_one_pass() {
+    let one = run(Kind::Mixed, window(), &Settings { budget: Budget::Time(Duration::ZERO), ..Settings::default() });
+    assert_eq!(one.samples_per_pixel, 1);
+    let limit = Duration::from_millis(200);
+    let timed = run(Kind::Mixed, window(), &Settings { budget: Budget::Time(limit), ..Settings::default() });
+    let average = timed.wall / timed.samples_per_pixel;
+    // The end is a pass's end; a busy machine may make the last pass long, so only gross violations fail.
+    assert!(timed.wall + 2 * average >= limit && timed.wall < 10 * limit, "{:?} {:?}", timed.wall, average);
+    assert!(timed.samples_per_pixel > 1 && timed.thread_time > Duration::ZERO);
+    // The sum does not depend on why it ended.
+    let counted = run(Kind::Mixed, window(), &Settings { budget: Budget::Samples(timed.samples_per_pixel), ..Settings::default() });
+    assert_eq!(counted.image, timed.image);
+    // Deciding: 3 s after 3 passes; a fourth would end at 4 s.
+    let spent = |limit| Budget::Time(Duration::from_secs_f64(limit)).is_spent(3, Duration::from_secs(3));
+    assert!(spent(3.4) && !spent(3.6));
+    assert!(Budget::Time(Duration::MAX).is_spent(u32::MAX, Duration::ZERO));
+}
+
+#[test]
+fn non_finite_contributions_are_reported_with_their_sample() {
+    for threads in [1, 2] {
+        let settings = Settings { budget: Budget::Samples(4), threads: Some(threads), ..Settings::default() };
+        let rendering = run(Kind::Invalid, window(), &settings);
+        assert_eq!(rendering.counters.non_finite, 4);
+        assert_eq!(rendering.non_finite().by_technique(), [(Technique { s: 0, t: 2 }, 4)]);
+        let first = rendering.non_finite().first().unwrap();
+        assert_eq!((first.pixel, first.pixel_index, first.pass), (UVec2::new(3, 2), 0, 0));
+        assert_eq!(rendering.image.get(0, 0), Some(Rgb::BLACK));
+        assert!(rendering.image.pixels()[1..].iter().all(|p| (p.r() - 0.7).abs() < 1e-15));
+    }
+}
+
+#[test]
+fn invalid_settings_are_errors() {
+    let render_film = |region, settings: Settings| {
+        render(&Nothing, &FilmOnly(region), &Arithmetic(Kind::Constant), &settings, &mut unattended).unwrap_err()
+    };
+    let base = Settings::default();
+    assert_eq!(render_film(window(), Settings { budget: Budget::Samples(0), ..base }), RenderError::NoSamples);
+    assert_eq!(render_film(window(), Settings { threads: Some(0), ..base }), RenderError::NoThreads);
+    let filter = Filter::Gaussian { standard_deviation: 0.1 };
+    assert!(matches!(render_film(window(), Settings { filter, ..base }), RenderError::Filter(_)));
+    let empty = FilmRegion::full(UVec2::ZERO);
+    let error = render_film(empty, base);
+    assert_eq!(error, RenderError::Film(FilmError::Window(empty)));
+    assert!(error.to_string().contains("window") && std::error::Error::source(&error).is_some());
+}
+
+#[test]
+fn integrators_are_comparable_as_objects() {
+    let integrators: [&dyn Render<Nothing>; 2] = [&Arithmetic(Kind::Constant), &Arithmetic(Kind::ConstantSplat { margin: 0.0 })];
+    let settings = Settings { budget: Budget::Samples(16), ..Settings::default() };
+    let means: Vec<f64> =
+        integrators.iter().map(|i| i.render(&Nothing, &FilmOnly(window()), &settings, &mut unattended).unwrap().image.mean().r()).collect();
+    // Without margin and filter every splat lands in the window, so even the random mean is exact.
+    assert!(means.iter().all(|m| (m - 0.7).abs() < 1e-12), "{means:?}");
+}
+
+#[test]
+fn a_source_of_the_users_own_renders() {
+    let settings = Settings { budget: Budget::Samples(2), ..Settings::default() };
+    let (source, camera, integrator) = (Independent { seed: 0 }, FilmOnly(window()), Arithmetic(Kind::Mixed));
+    let own = render_with(&source, &Nothing, &camera, &integrator, &settings, &mut unattended).unwrap();
+    assert_eq!(own.image, run(Kind::Mixed, window(), &settings).image);
+}
+
+#[cfg(feature = "image")]
+#[test]
+fn a_rendering_becomes_a_file_with_its_metadata() {
+    let file = run(Kind::Constant, window(), &Settings { budget: Budget::Samples(2), ..Settings::default() }).to_file();
+    assert_eq!((file.region, file.metadata["samples_per_pixel"].as_str()), (Some(window()), "2"));
+}
