@@ -188,15 +188,7 @@ impl Refraction {
 
     fn swapped(self) -> Self {
         let eta = 1.0 / self.eta;
-        Self {
-            o: self.i,
-            i: self.o,
-            cosine_o: self.cosine_i,
-            cosine_i: self.cosine_o,
-            m_squared: self.m_squared * eta * eta,
-            eta,
-            ..self
-        }
+        Self { o: self.i, i: self.o, cosine_o: self.cosine_i, cosine_i: self.cosine_o, m_squared: self.m_squared * eta * eta, eta, ..self }
     }
 }
 
