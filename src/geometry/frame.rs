@@ -32,7 +32,7 @@ impl Frame {
     pub fn from_normal_and_tangent(normal: DVec3, tangent: DVec3) -> Self {
         let x = tangent - normal * normal.dot(tangent);
         let length_squared = x.length_squared();
-        if !(length_squared > 1e-12 * tangent.length_squared()) {
+        if length_squared.is_nan() || length_squared <= 1e-12 * tangent.length_squared() {
             return Self::from_normal(normal);
         }
         let x = x / length_squared.sqrt();

@@ -51,7 +51,7 @@ impl Sphere {
         let b = -f.dot(d);
         let closest = (f + d * (b / length_squared)).length();
         let discriminant = (self.radius - closest) * (self.radius + closest);
-        if !(discriminant >= 0.0) {
+        if discriminant.is_nan() || discriminant < 0.0 {
             return None;
         }
         let distance = f.length();
