@@ -5,46 +5,6 @@ use pathspace::glam::{DAffine3, DVec2, DVec3};
 use pathspace::scene::{Material, Mesh, Scene, SurfaceArea, World, WorldBuilder};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use std::collections::HashMap;
-
-/// A sphere of radius 1 made of 20 · 4ⁿ triangles that share their vertices.
-fn icosphere(levels: u32) -> Mesh {
-    let g = 0.5 * (1.0 + 5.0f64.sqrt());
-    let mut positions = Vec::new();
-    for (a, b) in [(1.0, g), (1.0, -g), (-1.0, g), (-1.0, -g)] {
-        positions.extend([DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)].map(DVec3::normalize));
-    }
-    let near = |a: DVec3, b: DVec3| a.distance(b) < 1.1;
-    let mut indices = Vec::new();
-    for a in 0..12u32 {
-        for b in a + 1..12 {
-            for c in b + 1..12 {
-                let [p, q, r] = [a, b, c].map(|i| positions[i as usize]);
-                if near(p, q) && near(q, r) && near(r, p) {
-                    indices.push(if (q - p).cross(r - p).dot(p) > 0.0 { [a, b, c] } else { [a, c, b] });
-                }
-            }
-        }
-    }
-    assert_eq!(indices.len(), 20);
-    for _ in 0..levels {
-        let mut middles = HashMap::new();
-        let mut middle = |a: u32, b: u32| {
-            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
-                positions.push((positions[a as usize] + positions[b as usize]).normalize());
-                positions.len() as u32 - 1
-            })
-        };
-        indices = indices
-            .into_iter()
-            .flat_map(|[a, b, c]| {
-                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
-            })
-            .collect();
-    }
-    Mesh { positions, indices, ..Mesh::default() }
-}
 
 fn world(add: impl FnOnce(&mut WorldBuilder, pathspace::scene::MaterialId)) -> World {
     let mut builder = WorldBuilder::new();
@@ -104,7 +64,7 @@ fn misses(world: &World, mesh: &Mesh, scale: f64, offset: DVec3, rays: u32) -> u
 #[test]
 fn nothing_leaks_through_edges_and_vertices() {
     let rays = if cfg!(debug_assertions) { 20_000 } else { 1_000_000 };
-    for (name, mesh) in [("icosphere", icosphere(4)), ("box", box_mesh())] {
+    for (name, mesh) in [("icosphere", Mesh::icosphere(4)), ("box", box_mesh())] {
         for (scale, offset, share) in [
             (1.0, DVec3::ZERO, 1),
             (1.0, DVec3::new(1e6, -1e6, 1e6), 4),
@@ -124,7 +84,7 @@ fn nothing_leaks_through_edges_and_vertices() {
 
 #[test]
 fn far_cameras_see_every_edge() {
-    let mesh = icosphere(3);
+    let mesh = Mesh::icosphere(3);
     let mut rng = Pcg64Mcg::seed_from_u64(3);
     for offset in [DVec3::ZERO, DVec3::new(1e5, 3e5, -2e5)] {
         let world = mesh_world(&mesh, 1.0, offset);
@@ -163,7 +123,10 @@ fn check_departures(world: &World, inner: f64, exact_opposite: impl Fn(&SurfaceP
         let found = x.position.distance(y.position);
         // A point on an edge lies on the neighbouring wall as well, within rounding.
         let on_both = i % 4 == 0 && found <= 4.0 * x.error && y.primitive != x.primitive;
-        assert!(on_both || (found - expected).abs() <= 1e-6 * expected + 1e-13, "ray {i}: {found} instead of {expected} from {x:?} into {d} to {y:?}");
+        assert!(
+            on_both || (found - expected).abs() <= 1e-6 * expected + 1e-13,
+            "ray {i}: {found} instead of {expected} from {x:?} into {d} to {y:?}"
+        );
     }
 }
 
@@ -294,7 +257,7 @@ fn the_tree_agrees_with_brute_force() {
 #[test]
 fn what_a_ray_hits_is_visible_both_ways() {
     let mut rng = Pcg64Mcg::seed_from_u64(13);
-    let ball = icosphere(3);
+    let ball = Mesh::icosphere(3);
     for (scale, offset) in [(1.0, DVec3::ZERO), (1e-6, DVec3::ZERO), (1e6, DVec3::ZERO), (1.0, DVec3::splat(1e6))] {
         let place = |s: f64, p: DVec3| DAffine3 {
             matrix3: pathspace::glam::DMat3::from_diagonal(DVec3::splat(s * scale)),
@@ -348,7 +311,7 @@ fn corners_see_each_other_at_any_distance() {
 
 #[test]
 fn rays_that_are_none_hit_nothing() {
-    let world = mesh_world(&icosphere(2), 1.0, DVec3::ZERO);
+    let world = mesh_world(&Mesh::icosphere(2), 1.0, DVec3::ZERO);
     let inside = SurfacePoint::dirac(DVec3::ZERO);
     for d in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY, DVec3::new(f64::NAN, 0.0, 1.0)] {
         assert!(world.intersect(&inside, d).is_none());

@@ -80,11 +80,8 @@ struct ClippedRay {
 impl Bvh {
     /// Builds the tree; primitives are numbered in the given order.
     pub fn new(shapes: &[Shape], bounds: &Bounds) -> Self {
-        let (center, extent) = if shapes.is_empty() {
-            (DVec3::ZERO, 1.0)
-        } else {
-            (bounds.center(), 0.5 * (bounds.max - bounds.min).max_element())
-        };
+        let (center, extent) =
+            if shapes.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), 0.5 * (bounds.max - bounds.min).max_element()) };
         let inverse_extent = 1.0 / extent;
         let boxes: Vec<Aabb> = shapes
             .iter()
