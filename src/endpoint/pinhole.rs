@@ -23,13 +23,7 @@ impl PinholeCamera {
     /// # Errors
     /// If a number is not finite, position and target are the same, `up` is zero or parallel to the view, the field of view is not between
     /// 0 and 180 degrees, or the film has no pixels.
-    pub fn new(
-        position: DVec3,
-        target: DVec3,
-        up: DVec3,
-        vertical_fov_degrees: f64,
-        resolution: UVec2,
-    ) -> Result<Self, EndpointError> {
+    pub fn new(position: DVec3, target: DVec3, up: DVec3, vertical_fov_degrees: f64, resolution: UVec2) -> Result<Self, EndpointError> {
         let height = view::film_height(OBJECT, vertical_fov_degrees)?;
         Ok(Self { view: View::new(OBJECT, [position, target, up], height, resolution)? })
     }

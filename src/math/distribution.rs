@@ -80,11 +80,8 @@ impl AliasTable {
         let index = (scaled as usize).min(self.columns.len() - 1);
         let fraction = scaled - index as f64;
         let Column { threshold, alias } = self.columns[index];
-        let (chosen, rest) = if fraction < threshold {
-            (index, fraction / threshold)
-        } else {
-            (alias as usize, (fraction - threshold) / (1.0 - threshold))
-        };
+        let (chosen, rest) =
+            if fraction < threshold { (index, fraction / threshold) } else { (alias as usize, (fraction - threshold) / (1.0 - threshold)) };
         (chosen, self.pmf[chosen], unit(rest))
     }
 
