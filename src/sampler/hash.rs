@@ -38,7 +38,7 @@ pub(super) const ONE_MINUS_ULP: f64 = 1.0 - f64::EPSILON / 2.0;
 /// Element number `index` of a permutation of `0..length` that `key`, a hash, selects; 0 if `length` is 0 and `index` is taken modulo `length`.
 ///
 /// A bijection of the next power of two is iterated until it lands in the range ("cycle walking", Black and Rogaway 2002; for sampling
-/// patterns Kensler 2013). The final rotation makes each single element exactly uniform.
+/// patterns Kensler 2013). The final rotation makes each single element uniform.
 #[inline]
 #[must_use]
 pub(super) fn permute(index: u32, length: u32, key: u64) -> u32 {
@@ -64,7 +64,7 @@ pub(super) fn permute(index: u32, length: u32, key: u64) -> u32 {
         }
     }
     // A number below `length` from 32 hashed bits (Lemire 2019, without its rejection: the bias is below 2⁻³² · length).
-    let rotation = ((mix(key) >> 32) * u64::from(length) >> 32) as u32;
+    let rotation = (((mix(key) >> 32) * u64::from(length)) >> 32) as u32;
     let room = length - rotation;
     if x < room { x + rotation } else { x - room }
 }
