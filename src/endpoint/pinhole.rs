@@ -47,7 +47,7 @@ impl Endpoint for PinholeCamera {
     }
 
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
-        let direction = (self.view.forward + self.view.in_plane(self.view.to_plane(u))).normalize();
+        let direction = (self.view.forward + self.view.in_plane(self.view.plane_at(u))).normalize();
         let pdf = self.direction_pdf(point, direction);
         (pdf.value() > 0.0).then_some(DirectionSample { from: *point, direction, pdf, weight: Rgb::WHITE })
     }
@@ -68,7 +68,7 @@ impl Camera for PinholeCamera {
 
     fn raster(&self, _point: &SurfacePoint, direction: DVec3) -> Option<DVec2> {
         let cosine = self.view.forward.dot(direction);
-        let raster = self.view.to_raster(self.view.across(direction) / cosine);
+        let raster = self.view.raster_at(self.view.across(direction) / cosine);
         (cosine > 0.0 && raster.is_finite()).then_some(raster)
     }
 }
