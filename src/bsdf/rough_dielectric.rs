@@ -123,7 +123,6 @@ impl Scattering {
     }
 
     #[inline]
-    #[inline]
     fn pdf(&self, distribution: &Ggx) -> PerProjected {
         match self {
             Self::Reflection { pair, reflectance } => pair.pdf(distribution) * *reflectance,
@@ -184,7 +183,6 @@ impl Refraction {
         2.0 * self.transmittance * jacobian * distribution.density(self.h) * distribution.correlation(self.o, self.i)
     }
 
-    #[inline]
     #[inline]
     fn pdf(&self, distribution: &Ggx) -> PerProjected {
         let jacobian = self.eta * self.eta * self.cosine_o * self.cosine_i / self.m_squared;
