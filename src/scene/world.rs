@@ -288,6 +288,7 @@ mod tests {
     use crate::endpoint::{DirectionSample, Endpoint, PointSample};
     use crate::geometry::{Quad, Sphere};
     use crate::math::{PerArea, PerProjected, Rgb};
+    use crate::scene::Material;
     use crate::scene::{Emission, SceneError, WorldBuilder};
 
     /// A light of a given power that is proportional to the radius of the scene.
@@ -371,7 +372,7 @@ mod tests {
         assert!(world.intersect(&a, DVec3::X).is_none());
         assert!(world.visible(&a, &b));
         assert_eq!((world.pick_light(0.5), world.total_area()), (None, 0.0));
-        assert_eq!(world.bsdf(&world.sample_surface(0.5, DVec2::ZERO)), Model::Black);
+        assert_eq!(world.bsdf(&world.sample_surface(0.5, DVec2::ZERO)), &Model::BLACK);
         Ok(())
     }
 
