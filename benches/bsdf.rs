@@ -42,7 +42,7 @@ fn bsdfs(criterion: &mut Criterion) {
         let mut cycle = events.iter().cycle();
         group.bench_function("sample", |bencher| {
             bencher.iter(|| {
-                let Some(&(fixed, u1, u2)) = cycle.next() else { return None };
+                let &(fixed, u1, u2) = cycle.next()?;
                 black_box(&model).sample(fixed, Walk::Camera, u1, u2)
             });
         });

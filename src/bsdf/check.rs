@@ -280,8 +280,8 @@ fn integrate(f: &impl Fn(f64, f64) -> f64, x: (f64, f64), y: (f64, f64)) -> f64 
         let quarters = [((x.0, xm), (y.0, ym)), ((xm, x.1), (y.0, ym)), ((x.0, xm), (ym, y.1)), ((xm, x.1), (ym, y.1))];
         let parts = quarters.map(|(x, y)| gauss(f, x, y));
         let fine: f64 = parts.iter().sum();
-        // two levels always, so that a peak between the points of the coarsest rule is seen
-        if depth >= 2 && ((fine - coarse).abs() <= 1e-8 + 1e-6 * fine.abs() || depth >= 7) {
+        // never on the first comparison, so that a peak between the points of the coarsest rule is seen
+        if depth >= 2 && ((fine - coarse).abs() <= 1e-7 + 1e-6 * fine.abs() || depth >= 10) {
             return fine;
         }
         quarters.iter().zip(parts).map(|(&(x, y), part)| refine(f, x, y, part, depth + 1)).sum()

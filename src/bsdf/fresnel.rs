@@ -111,7 +111,7 @@ fn norm_squared(re: f64, im: f64) -> f64 {
 
 /// The root with positive real part, for im ≥ 0.
 fn complex_sqrt(re: f64, im: f64) -> (f64, f64) {
-    let large = (0.5 * (re.hypot(im) + re.abs())).sqrt();
+    let large = (0.5 * (norm_squared(re, im).sqrt() + re.abs())).sqrt();
     if large == 0.0 {
         return (0.0, 0.0);
     }

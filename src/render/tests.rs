@@ -106,7 +106,7 @@ impl<S: Scene + ?Sized> Integrator<S> for Arithmetic {
         "arithmetic"
     }
     fn techniques(&self, _: &Needs) -> TechniqueSet {
-        TechniqueSet
+        TechniqueSet::NONE
     }
     fn sample<'s, C: Camera + ?Sized, P: Sampler, K: Sink>(
         &self,
