@@ -217,18 +217,18 @@ impl Comparison {
             let there = bsdf.eval_dirac(to_light, to_camera);
             let back = bsdf.eval_dirac(to_camera, to_light);
             // these are coefficients of δ⊥(to_light); those of the swapped pair refer to the other side's δ⊥
-            let squeeze = self::squeeze(sample, walk);
             let (pdf, pdf_reverse) = match walk {
                 Walk::Camera => (there.pdf_to_light, there.pdf_to_camera),
                 Walk::Light => (there.pdf_to_camera, there.pdf_to_light),
             };
-            (there.value, back.value * squeeze, pdf, pdf_reverse)
+            (there.value, back.value * squeeze(sample, walk), pdf, pdf_reverse)
         } else {
             let pdf = bsdf.pdf(fixed, sample.next, walk);
             (bsdf.eval(to_light, to_camera), bsdf.eval(to_camera, to_light), pdf, bsdf.pdf(sample.next, fixed, walk.reversed()))
         };
         let finite = sample.weight.is_finite() && sample.pdf.value().is_finite() && sample.pdf_reverse.value().is_finite();
-        let positive = sample.weight.0.iter().all(|&channel| channel >= 0.0) && sample.pdf.value() > 0.0 && sample.pdf_reverse.value() >= 0.0;
+        let positive =
+            sample.weight.0.iter().all(|&channel| channel >= 0.0) && sample.pdf.value() > 0.0 && sample.pdf_reverse.value() >= 0.0;
         if !finite || !positive || !value.is_finite() || (sample.next.length_squared() - 1.0).abs() > 1e-9 {
             self.invalid += 1;
             return;
@@ -280,8 +280,8 @@ fn integrate(f: &impl Fn(f64, f64) -> f64, x: (f64, f64), y: (f64, f64)) -> f64 
         let quarters = [((x.0, xm), (y.0, ym)), ((xm, x.1), (y.0, ym)), ((x.0, xm), (ym, y.1)), ((xm, x.1), (ym, y.1))];
         let parts = quarters.map(|(x, y)| gauss(f, x, y));
         let fine: f64 = parts.iter().sum();
-        // two levels always, so that a peak between the points of the coarsest rule is seen
-        if depth >= 2 && ((fine - coarse).abs() <= 1e-9 + 1e-7 * fine.abs() || depth >= 10) {
+        // never on the first comparison, so that a peak between the points of the coarsest rule is seen
+        if depth >= 2 && ((fine - coarse).abs() <= 1e-7 + 1e-6 * fine.abs() || depth >= 10) {
             return fine;
         }
         quarters.iter().zip(parts).map(|(&(x, y), part)| refine(f, x, y, part, depth + 1)).sum()

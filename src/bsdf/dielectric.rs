@@ -36,18 +36,22 @@ impl Dielectric {
 }
 
 impl Bsdf for Dielectric {
+    #[inline]
     fn lobes(&self) -> Lobes {
         if self.relative_ior == 1.0 { Lobes::DIRAC_TRANSMISSION } else { Lobes::DIRAC }
     }
 
+    #[inline]
     fn eval(&self, _to_light: DVec3, _to_camera: DVec3) -> Rgb {
         Rgb::BLACK
     }
 
+    #[inline]
     fn pdf(&self, _fixed: DVec3, _next: DVec3, _walk: Walk) -> PerProjected {
         PerProjected::ZERO
     }
 
+    #[inline]
     fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, _u2: DVec2) -> Option<BsdfSample> {
         if !same_side(fixed, fixed) {
             return None;
@@ -79,6 +83,7 @@ impl Bsdf for Dielectric {
         })
     }
 
+    #[inline]
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         let eta = self.far_over_near(to_camera);
         if is_mirrored(to_light, to_camera) {

@@ -17,6 +17,8 @@ pub enum BsdfError {
     Roughness(f64, f64),
     /// A mixture's weights or probabilities are negative, not finite, all zero, or a weighted component can never be chosen.
     MixtureWeight(f64),
+    /// A component of a mixture is a mixture.
+    NestedMixture,
 }
 
 impl fmt::Display for BsdfError {
@@ -33,6 +35,7 @@ impl fmt::Display for BsdfError {
                 "weights and probabilities of a mixture must be finite, not negative and not all zero, \
                  and a component with a weight needs a probability, but one is {value}"
             ),
+            Self::NestedMixture => write!(f, "a component of a mixture must not be a mixture"),
         }
     }
 }

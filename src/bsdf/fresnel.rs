@@ -10,7 +10,7 @@
 //! ```
 //!
 //! so that R keeps its relative precision at m = 1 + 1e-12, at Brewster's angle `m c = s`, and at the critical angle `s = m`,
-//! where `q² = (m - s)(m + s)`. The same identities hold for the complex index of a conductor.
+//! where `q² = (m - s)(m + s) = (m - 1)(m + 1) + c²` vanishes. The same identities hold for the complex index of a conductor.
 
 use super::error::{BsdfError, checked_reflectance};
 use crate::math::Rgb;
@@ -40,10 +40,11 @@ pub fn dielectric(cosine: f64, sine: f64, relative_ior: f64) -> Interface {
     if m == 1.0 {
         return Interface { reflectance: 0.0, transmittance: 1.0, refracted_cosine: cosine };
     }
-    if sine >= m {
+    let q_squared = difference_of_squares(m, cosine, sine);
+    if q_squared <= 0.0 {
         return Interface::TOTAL_REFLECTION;
     }
-    let q = ((m - sine) * (m + sine)).sqrt();
+    let q = q_squared.sqrt();
     let refracted_cosine = q / m;
     let (s, p) = polarised_reflectances(cosine, sine, m, q);
     Interface { reflectance: (0.5 * (s + p)).min(1.0), transmittance: transmittance(cosine, refracted_cosine, m), refracted_cosine }
@@ -65,6 +66,12 @@ pub fn transmittance(cosine_near: f64, cosine_far: f64, relative_ior: f64) -> f6
     (0.5 * product * (1.0 / (s * s) + 1.0 / (p * p))).min(1.0)
 }
 
+/// `m² - s²` from the smaller one of sine and cosine, whose rounding error is the smaller one, too.
+#[inline]
+fn difference_of_squares(m: f64, cosine: f64, sine: f64) -> f64 {
+    if sine < cosine { (m - sine) * (m + sine) } else { (m - 1.0) * (m + 1.0) + cosine * cosine }
+}
+
 /// (R_s, R_p); `q = m cos θ_far`.
 fn polarised_reflectances(c: f64, s: f64, m: f64, q: f64) -> (f64, f64) {
     let difference = (m - 1.0) * (m + 1.0);
@@ -82,7 +89,7 @@ fn polarised_reflectances(c: f64, s: f64, m: f64, q: f64) -> (f64, f64) {
 pub fn conductor(cosine: f64, sine: f64, eta: f64, k: f64) -> f64 {
     let (c, s) = (cosine, sine);
     let m2 = ((eta - k) * (eta + k), 2.0 * eta * k);
-    let q = complex_sqrt((eta - s) * (eta + s) - k * k, m2.1);
+    let q = complex_sqrt(difference_of_squares(eta, c, s) - k * k, m2.1);
     // |1 - m²|², |m² c² - s²|² and the squared norms of the denominators of both polarisations
     let difference = ((1.0 - eta) * (1.0 - eta) + k * k) * ((1.0 + eta) * (1.0 + eta) + k * k);
     if difference == 0.0 {
@@ -104,7 +111,7 @@ fn norm_squared(re: f64, im: f64) -> f64 {
 
 /// The root with positive real part, for im ≥ 0.
 fn complex_sqrt(re: f64, im: f64) -> (f64, f64) {
-    let large = (0.5 * (re.hypot(im) + re.abs())).sqrt();
+    let large = (0.5 * (norm_squared(re, im).sqrt() + re.abs())).sqrt();
     if large == 0.0 {
         return (0.0, 0.0);
     }
@@ -150,9 +157,11 @@ impl Reflectance {
     pub fn at(&self, cosine: f64, sine: f64) -> Rgb {
         match *self {
             Self::Constant(reflectance) => reflectance,
-            Self::Conductor { eta, k } => {
-                Rgb::new(conductor(cosine, sine, eta[0], k[0]), conductor(cosine, sine, eta[1], k[1]), conductor(cosine, sine, eta[2], k[2]))
-            }
+            Self::Conductor { eta, k } => Rgb::new(
+                conductor(cosine, sine, eta[0], k[0]),
+                conductor(cosine, sine, eta[1], k[1]),
+                conductor(cosine, sine, eta[2], k[2]),
+            ),
         }
     }
 }
@@ -180,7 +189,7 @@ mod tests {
         assert_relative_eq!(at_degrees(89.9, 1.5).reflectance, 0.989_911_876_919_429_6, max_relative = 1e-13);
         assert_relative_eq!(at_degrees(40.0, 1.0 / 1.5).reflectance, 0.245_291_204_286_910_9, max_relative = 1e-13);
         let (sine, cosine) = 1.5f64.atan().sin_cos();
-        let q = ((1.5 - sine) * (1.5 + sine)).sqrt();
+        let q = difference_of_squares(1.5, cosine, sine).sqrt();
         assert!(polarised_reflectances(cosine, sine, 1.5, q).1 < 1e-30);
     }
 
@@ -209,8 +218,8 @@ mod tests {
     #[test]
     fn power_is_conserved_everywhere() {
         for m in [1e-3, 0.5, 1.0 / 1.5, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1.5, 100.0, 1e6] {
-            for cosine in [1.0, 0.999_999_99, 0.7, 0.1, 1e-3, 1e-8, 1e-12] {
-                let sine = ((1.0 - cosine) * (1.0 + cosine) as f64).sqrt();
+            for cosine in [1.0f64, 0.999_999_99, 0.7, 0.1, 1e-3, 1e-8, 1e-12] {
+                let sine = ((1.0 - cosine) * (1.0 + cosine)).sqrt();
                 let interface = dielectric(cosine, sine, m);
                 assert!((0.0..=1.0).contains(&interface.reflectance) && (0.0..=1.0).contains(&interface.transmittance));
                 assert_relative_eq!(interface.reflectance + interface.transmittance, 1.0, max_relative = 1e-7);

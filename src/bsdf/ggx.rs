@@ -17,7 +17,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Roughness below which a surface counts as smooth, and to which the smaller of two roughnesses is raised.
 ///
-/// At this α the albedo is within 1e-3 of that of the smooth surface down to μ = 0.005, and f64 keeps 1e-11 of D.
+/// At this α the albedo is within 1e-3 of that of the smooth surface down to μ = 0.01, and f64 keeps D to 1e-11.
 pub const LEAST_ALPHA: f64 = 1e-4;
 
 /// Largest accepted roughness; 1 is already a very rough surface.
@@ -35,7 +35,7 @@ pub struct Ggx {
 }
 
 impl Ggx {
-    /// A distribution with the roughness `alpha_x` along x and `alpha_y` along y (RMS slopes would be infinite; α is GGX's width).
+    /// A distribution with the roughness `alpha_x` along x and `alpha_y` along y.
     ///
     /// # Errors
     /// If a roughness is not in [0, 10].
@@ -169,8 +169,8 @@ mod tests {
             let ggx = Ggx::new(x, y).unwrap();
             let scale = (x * y).sqrt();
             assert_relative_eq!(integrate(scale, |h| ggx.density(h) * h.z), 1.0, max_relative = 1e-5);
-            for cosine in [1.0, 0.5, 0.1] {
-                let sine = ((1.0 - cosine) * (1.0 + cosine) as f64).sqrt();
+            for cosine in [1.0f64, 0.5, 0.1] {
+                let sine = ((1.0 - cosine) * (1.0 + cosine)).sqrt();
                 let o = DVec3::new(0.6 * sine, 0.8 * sine, cosine);
                 let visible = integrate(scale, |h| ggx.visible_density_over_cosine(o, h) * o.dot(h).max(0.0));
                 assert_relative_eq!(visible, 1.0, max_relative = 2e-3);
@@ -183,8 +183,8 @@ mod tests {
         let one = 1.0f64.next_down();
         for alpha in [0.0, 1e-4, 0.3, 10.0] {
             let ggx = Ggx::isotropic(alpha).unwrap();
-            for cosine in [1.0, 0.5, 1e-8, 1e-13] {
-                let o = DVec3::new(((1.0 - cosine) * (1.0 + cosine) as f64).sqrt(), 0.0, cosine);
+            for cosine in [1.0f64, 0.5, 1e-8, 1e-13] {
+                let o = DVec3::new(((1.0 - cosine) * (1.0 + cosine)).sqrt(), 0.0, cosine);
                 for u in [(0.0, 0.0), (0.0, one), (one, 0.0), (one, one), (0.5, one)] {
                     if let Some(h) = ggx.sample_visible(o, DVec2::new(u.0, u.1)) {
                         assert!(h.is_normalized() && h.z > 0.0, "{h}");

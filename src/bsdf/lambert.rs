@@ -30,18 +30,22 @@ impl Lambert {
 }
 
 impl Bsdf for Lambert {
+    #[inline]
     fn lobes(&self) -> Lobes {
         Lobes::DIFFUSE_REFLECTION
     }
 
+    #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
         if same_side(to_light, to_camera) { self.albedo * FRAC_1_PI } else { Rgb::BLACK }
     }
 
+    #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
         if same_side(fixed, next) { PerProjected(FRAC_1_PI) } else { PerProjected::ZERO }
     }
 
+    #[inline]
     fn sample(&self, fixed: DVec3, _walk: Walk, _u1: f64, u2: DVec2) -> Option<BsdfSample> {
         let mut next = square_to_cosine_hemisphere(u2);
         next.z = next.z.copysign(fixed.z);

@@ -22,22 +22,27 @@ impl Mirror {
 }
 
 impl Bsdf for Mirror {
+    #[inline]
     fn lobes(&self) -> Lobes {
         Lobes::DIRAC_REFLECTION
     }
 
+    #[inline]
     fn eval(&self, _to_light: DVec3, _to_camera: DVec3) -> Rgb {
         Rgb::BLACK
     }
 
+    #[inline]
     fn pdf(&self, _fixed: DVec3, _next: DVec3, _walk: Walk) -> PerProjected {
         PerProjected::ZERO
     }
 
+    #[inline]
     fn sample(&self, fixed: DVec3, _walk: Walk, _u1: f64, _u2: DVec2) -> Option<BsdfSample> {
         sample_mirror(self.reflectance, fixed)
     }
 
+    #[inline]
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         eval_mirror(self.reflectance, to_light, to_camera)
     }

@@ -78,15 +78,18 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
 }
 
 impl<B: Bsdf, const N: usize> Bsdf for Mixture<B, N> {
+    #[inline]
     fn lobes(&self) -> Lobes {
         let present = self.components.iter().zip(&self.probabilities).filter(|(_, probability)| **probability > 0.0);
         present.fold(Lobes::NONE, |lobes, (component, _)| lobes | component.lobes())
     }
 
+    #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
         self.components.iter().zip(&self.weights).map(|(component, &weight)| component.eval(to_light, to_camera) * weight).sum()
     }
 
+    #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
         self.sum(N, PerProjected::ZERO, |component| component.pdf(fixed, next, walk))
     }

@@ -32,6 +32,7 @@ pub mod shading;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use error::BsdfError;
+pub use fresnel::Reflectance;
 pub use ggx::Ggx;
 pub use lambert::Lambert;
 pub use mirror::Mirror;

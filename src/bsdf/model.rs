@@ -53,28 +53,34 @@ macro_rules! dispatch {
 }
 
 impl Bsdf for SimpleModel {
+    #[inline]
     fn lobes(&self) -> Lobes {
         dispatch!(self, bsdf => bsdf.lobes(), black => Lobes::NONE)
     }
 
+    #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
         dispatch!(self, bsdf => bsdf.eval(to_light, to_camera), black => Rgb::BLACK)
     }
 
+    #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
         dispatch!(self, bsdf => bsdf.pdf(fixed, next, walk), black => PerProjected::ZERO)
     }
 
+    #[inline]
     fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         dispatch!(self, bsdf => bsdf.sample(fixed, walk, u1, u2), black => None)
     }
 
+    #[inline]
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         dispatch!(self, bsdf => bsdf.eval_dirac(to_light, to_camera), black => DiracValue::default())
     }
 }
 
 impl Bsdf for Model {
+    #[inline]
     fn lobes(&self) -> Lobes {
         match self {
             Self::Simple(bsdf) => bsdf.lobes(),
@@ -82,6 +88,7 @@ impl Bsdf for Model {
         }
     }
 
+    #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
         match self {
             Self::Simple(bsdf) => bsdf.eval(to_light, to_camera),
@@ -89,6 +96,7 @@ impl Bsdf for Model {
         }
     }
 
+    #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
         match self {
             Self::Simple(bsdf) => bsdf.pdf(fixed, next, walk),
@@ -96,6 +104,7 @@ impl Bsdf for Model {
         }
     }
 
+    #[inline]
     fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         match self {
             Self::Simple(bsdf) => bsdf.sample(fixed, walk, u1, u2),
@@ -103,6 +112,7 @@ impl Bsdf for Model {
         }
     }
 
+    #[inline]
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         match self {
             Self::Simple(bsdf) => bsdf.eval_dirac(to_light, to_camera),

@@ -9,18 +9,22 @@ use glam::{DVec2, DVec3};
 pub struct Null;
 
 impl Bsdf for Null {
+    #[inline]
     fn lobes(&self) -> Lobes {
         Lobes::DIRAC_TRANSMISSION
     }
 
+    #[inline]
     fn eval(&self, _to_light: DVec3, _to_camera: DVec3) -> Rgb {
         Rgb::BLACK
     }
 
+    #[inline]
     fn pdf(&self, _fixed: DVec3, _next: DVec3, _walk: Walk) -> PerProjected {
         PerProjected::ZERO
     }
 
+    #[inline]
     fn sample(&self, fixed: DVec3, _walk: Walk, _u1: f64, _u2: DVec2) -> Option<BsdfSample> {
         same_side(fixed, fixed).then(|| BsdfSample {
             next: -fixed,
@@ -32,6 +36,7 @@ impl Bsdf for Null {
         })
     }
 
+    #[inline]
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         let straight = (to_light + to_camera).truncate().length_squared() < DIRAC_TOLERANCE * DIRAC_TOLERANCE;
         if straight && opposite_sides(to_light, to_camera) {

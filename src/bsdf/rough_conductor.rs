@@ -35,14 +35,17 @@ impl RoughConductor {
 }
 
 impl Bsdf for RoughConductor {
+    #[inline]
     fn lobes(&self) -> Lobes {
         if self.distribution.is_smooth() { Lobes::DIRAC_REFLECTION } else { Lobes::GLOSSY_REFLECTION }
     }
 
+    #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
         self.pair(to_camera, to_light).map_or(Rgb::BLACK, |pair| self.reflectance(&pair) * pair.value(&self.distribution))
     }
 
+    #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
         self.pair(fixed, next).map_or(PerProjected::ZERO, |pair| pair.pdf(&self.distribution))
     }

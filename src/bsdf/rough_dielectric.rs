@@ -58,14 +58,17 @@ impl RoughDielectric {
 }
 
 impl Bsdf for RoughDielectric {
+    #[inline]
     fn lobes(&self) -> Lobes {
         if self.dirac { self.interface.lobes() } else { Lobes::GLOSSY_REFLECTION | Lobes::GLOSSY_TRANSMISSION }
     }
 
+    #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
         self.pair(to_camera, to_light).map_or(Rgb::BLACK, |scattering| Rgb::splat(scattering.value(&self.distribution)))
     }
 
+    #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
         self.pair(fixed, next).map_or(PerProjected::ZERO, |scattering| scattering.pdf(&self.distribution))
     }
@@ -188,15 +191,7 @@ impl Refraction {
 
     fn swapped(self) -> Self {
         let eta = 1.0 / self.eta;
-        Self {
-            o: self.i,
-            i: self.o,
-            cosine_o: self.cosine_i,
-            cosine_i: self.cosine_o,
-            m_squared: self.m_squared * eta * eta,
-            eta,
-            ..self
-        }
+        Self { o: self.i, i: self.o, cosine_o: self.cosine_i, cosine_i: self.cosine_o, m_squared: self.m_squared * eta * eta, eta, ..self }
     }
 }
 

@@ -33,13 +33,7 @@ impl AreaLight {
     /// # Errors
     /// If the radiance is negative or not finite, if a shape's area is not finite or its radius negative, if the total area is zero, or if primitive numbers
     /// overflow.
-    pub fn new(
-        shapes: Vec<Shape>,
-        first_primitive: u32,
-        surface: u32,
-        radiance: Rgb,
-        two_sided: bool,
-    ) -> Result<Self, EndpointError> {
+    pub fn new(shapes: Vec<Shape>, first_primitive: u32, surface: u32, radiance: Rgb, two_sided: bool) -> Result<Self, EndpointError> {
         let radiance = check::emission(OBJECT, "radiance", radiance)?;
         let areas: Vec<f64> = shapes.iter().map(Shape::area).collect();
         let is_valid = |shape: &Shape| match shape {

@@ -164,8 +164,7 @@ impl EnvironmentMap {
 /// The orthogonal matrix that an almost orthogonal one means, by Gram and Schmidt.
 fn orthogonal(m: DMat3) -> Option<DMat3> {
     let error = m.transpose() * m - DMat3::IDENTITY;
-    let largest = error.to_cols_array().iter().fold(0.0, |a: f64, e| if e.is_nan() { f64::NAN } else { a.max(e.abs()) });
-    if !m.is_finite() || !(largest < 1e-4) {
+    if !error.to_cols_array().iter().all(|e| e.abs() < 1e-4) {
         return None;
     }
     let x = m.x_axis.normalize();

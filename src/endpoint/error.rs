@@ -133,7 +133,9 @@ impl fmt::Display for EndpointError {
                 write!(f, "{object}: the window from {min} to {max} is empty or reaches out of the film of {} x {} pixels", r.x, r.y)
             }
             Self::NoArea { shapes } => write!(f, "area light: its {shapes} shapes have no area"),
-            Self::InvalidShape { index } => write!(f, "area light: shape {index} has a negative radius, or an area that is infinite or not a number"),
+            Self::InvalidShape { index } => {
+                write!(f, "area light: shape {index} has a negative radius, or an area that is infinite or not a number")
+            }
             Self::TooManyShapes { shapes } => write!(f, "area light: {shapes} shapes are more than there are primitive numbers left"),
             Self::PixelCount { width, height, pixels } => {
                 write!(f, "environment map: {pixels} pixels given for a map of {width} x {height}, which must have at least one")

@@ -92,7 +92,9 @@ mod tests {
         for bounds in [Bounds::EMPTY, Bounds::of_points([DVec3::ONE]), Bounds { min: DVec3::ZERO, max: DVec3::INFINITY }] {
             let extent = SceneExtent::new(&bounds);
             assert_eq!(extent.ray_pdf(DVec3::X), PerProjected::ZERO);
-            assert!(extent.facing(&SurfacePoint::infinite(DVec3::ZERO, DVec3::X), &SurfacePoint::dirac(extent.center)).position.is_finite());
+            assert!(
+                extent.facing(&SurfacePoint::infinite(DVec3::ZERO, DVec3::X), &SurfacePoint::dirac(extent.center)).position.is_finite()
+            );
         }
     }
 }

@@ -56,7 +56,7 @@ impl Endpoint for OrthographicCamera {
     }
 
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
-        let position = self.view.position + self.view.in_plane(self.view.to_plane(u));
+        let position = self.view.position + self.view.in_plane(self.view.plane_at(u));
         let direction = self.view.forward;
         let pdf = self.direction_pdf(point, direction);
         Some(DirectionSample { from: SurfacePoint { position, ..*point }, direction, pdf, weight: Rgb::WHITE })
@@ -90,7 +90,7 @@ impl Camera for OrthographicCamera {
     }
 
     fn raster(&self, point: &SurfacePoint, _direction: DVec3) -> Option<DVec2> {
-        let raster = self.view.to_raster(self.view.across(point.position - self.view.position));
+        let raster = self.view.raster_at(self.view.across(point.position - self.view.position));
         raster.is_finite().then_some(raster)
     }
 }

@@ -23,13 +23,7 @@ impl PinholeCamera {
     /// # Errors
     /// If a number is not finite, position and target are the same, `up` is zero or parallel to the view, the field of view is not between
     /// 0 and 180 degrees, or the film has no pixels.
-    pub fn new(
-        position: DVec3,
-        target: DVec3,
-        up: DVec3,
-        vertical_fov_degrees: f64,
-        resolution: UVec2,
-    ) -> Result<Self, EndpointError> {
+    pub fn new(position: DVec3, target: DVec3, up: DVec3, vertical_fov_degrees: f64, resolution: UVec2) -> Result<Self, EndpointError> {
         let height = view::film_height(OBJECT, vertical_fov_degrees)?;
         Ok(Self { view: View::new(OBJECT, [position, target, up], height, resolution)? })
     }
@@ -53,7 +47,7 @@ impl Endpoint for PinholeCamera {
     }
 
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
-        let direction = (self.view.forward + self.view.in_plane(self.view.to_plane(u))).normalize();
+        let direction = (self.view.forward + self.view.in_plane(self.view.plane_at(u))).normalize();
         let pdf = self.direction_pdf(point, direction);
         (pdf.value() > 0.0).then_some(DirectionSample { from: *point, direction, pdf, weight: Rgb::WHITE })
     }
@@ -74,7 +68,7 @@ impl Camera for PinholeCamera {
 
     fn raster(&self, _point: &SurfacePoint, direction: DVec3) -> Option<DVec2> {
         let cosine = self.view.forward.dot(direction);
-        let raster = self.view.to_raster(self.view.across(direction) / cosine);
+        let raster = self.view.raster_at(self.view.across(direction) / cosine);
         (cosine > 0.0 && raster.is_finite()).then_some(raster)
     }
 }

@@ -28,7 +28,8 @@ impl SphereCone {
         let offset = receiver.position - sphere.center;
         let distance = offset.length();
         let tolerance = receiver.error + 8.0 * f64::EPSILON * sphere.radius;
-        if !sphere.is_whole() || sphere.inward || !(distance - sphere.radius > tolerance) || !distance.is_finite() {
+        let is_outside = distance - sphere.radius > tolerance && distance.is_finite();
+        if !sphere.is_whole() || sphere.inward || !is_outside {
             return None;
         }
         let sine = sphere.radius / distance;

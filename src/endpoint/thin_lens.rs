@@ -69,7 +69,7 @@ impl Endpoint for ThinLensCamera {
 
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
         // The slope of the ray that meets the plane of focus where the ray through the centre of the lens does.
-        let slope = self.view.to_plane(u) - self.on_lens(point) / self.focus_distance;
+        let slope = self.view.plane_at(u) - self.on_lens(point) / self.focus_distance;
         let direction = (self.view.forward + self.view.in_plane(slope)).normalize();
         let pdf = self.direction_pdf(point, direction);
         let weight = Rgb::splat(self.point_pdf(point).value());
@@ -92,7 +92,7 @@ impl Camera for ThinLensCamera {
 
     fn raster(&self, point: &SurfacePoint, direction: DVec3) -> Option<DVec2> {
         let cosine = self.view.forward.dot(direction);
-        let raster = self.view.to_raster(self.view.across(direction) / cosine + self.on_lens(point) / self.focus_distance);
+        let raster = self.view.raster_at(self.view.across(direction) / cosine + self.on_lens(point) / self.focus_distance);
         (cosine > 0.0 && raster.is_finite()).then_some(raster)
     }
 }

@@ -60,13 +60,13 @@ impl View {
     }
 
     /// From window coordinates to the film plane, x to the right and y up.
-    pub(super) fn to_plane(&self, u: DVec2) -> DVec2 {
+    pub(super) fn plane_at(&self, u: DVec2) -> DVec2 {
         let from_center = self.film.from_window(u) - 0.5 * self.film.resolution.as_dvec2();
         DVec2::new(from_center.x, -from_center.y) * self.pitch
     }
 
     /// From the film plane to pixels of the full film.
-    pub(super) fn to_raster(&self, plane: DVec2) -> DVec2 {
+    pub(super) fn raster_at(&self, plane: DVec2) -> DVec2 {
         DVec2::new(plane.x, -plane.y) / self.pitch + 0.5 * self.film.resolution.as_dvec2()
     }
 

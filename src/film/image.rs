@@ -107,15 +107,15 @@ impl Image {
 /// The sRGB transfer function from linear light to `[0, 1]`, clipped.
 #[must_use]
 pub fn srgb_from_linear(linear: f64) -> f64 {
-    // `max` first: it turns what is not a number into 0.
-    let linear = linear.max(0.0).min(1.0);
+    // What is not a number becomes 0; `clamp` would keep it.
+    let linear = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// The inverse of the sRGB transfer function on `[0, 1]`.
 #[must_use]
 pub fn linear_from_srgb(encoded: f64) -> f64 {
-    let encoded = encoded.max(0.0).min(1.0);
+    let encoded = if encoded > 0.0 { encoded.min(1.0) } else { 0.0 };
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 

@@ -158,9 +158,11 @@ impl ImageFile {
         if !fits || region.resolution.max_element() > 1 << 30 {
             return Err(OutputError::Region(region));
         }
-        let mut attributes = openexr::LayerAttributes::default();
-        attributes.layer_position = openexr::Vec2(region.window_min.x as i32, region.window_min.y as i32);
-        attributes.software_name = Some(text(concat!("pathspace ", env!("CARGO_PKG_VERSION"))));
+        let mut attributes = openexr::LayerAttributes {
+            layer_position: openexr::Vec2(region.window_min.x as i32, region.window_min.y as i32),
+            software_name: Some(text(concat!("pathspace ", env!("CARGO_PKG_VERSION")))),
+            ..openexr::LayerAttributes::default()
+        };
         for (key, value) in &self.metadata {
             if key.is_empty() || key.len() > 200 || key.contains('\0') || value.contains('\0') {
                 return Err(OutputError::Metadata(key.clone()));

@@ -74,11 +74,19 @@ pub enum Shape {
 }
 
 impl Triangle {
-    /// Twice the area times the unit normal.
+    /// Twice the area times the unit normal, from the two shortest edges: their cross product cancels least.
     #[must_use]
     pub fn cross(&self) -> DVec3 {
         let [a, b, c] = self.vertices;
-        (b - a).cross(c - a)
+        let (ab, bc, ca) = (b - a, c - b, a - c);
+        let (ab2, bc2, ca2) = (ab.length_squared(), bc.length_squared(), ca.length_squared());
+        if bc2 >= ab2 && bc2 >= ca2 {
+            ca.cross(ab)
+        } else if ca2 >= ab2 {
+            ab.cross(bc)
+        } else {
+            bc.cross(ca)
+        }
     }
 
     /// The point with barycentric coordinates `1 - u - v, u, v` and the given normal, with its error bound.
@@ -105,13 +113,17 @@ impl Sphere {
         self.cos_min <= -1.0 && self.cos_max >= 1.0
     }
 
-    /// The point of the surface in direction `outward` (unit) from the centre, with its error bound.
+    /// The point of the surface in direction `outward` (unit) from the centre, with its error bound; uv = (longitude / 2π, angle
+    /// from the axis / π).
     #[must_use]
     pub fn point_at(&self, outward: DVec3) -> SurfacePoint {
         let position = self.center + outward * self.radius;
         let error = gamma(6) * (self.center.abs() + DVec3::splat(self.radius)).max_element();
         let normal = if self.inward { -outward } else { outward };
-        SurfacePoint { tangent: self.axis.cross(outward), ..SurfacePoint::on_surface(position, error, normal) }
+        let local = super::Frame::from_normal(self.axis).to_local(outward);
+        let longitude = local.y.atan2(local.x) / (2.0 * PI);
+        let uv = DVec2::new(if longitude < 0.0 { longitude + 1.0 } else { longitude }, local.z.clamp(-1.0, 1.0).acos() / PI);
+        SurfacePoint { uv, tangent: self.axis.cross(outward), ..SurfacePoint::on_surface(position, error, normal) }
     }
 }
 
@@ -122,6 +134,13 @@ impl Quad {
         self.edge_u.cross(self.edge_v)
     }
 
+    /// The corners in the order of the outline.
+    #[must_use]
+    pub fn corners(&self) -> [DVec3; 4] {
+        let (o, u, v) = (self.origin, self.edge_u, self.edge_v);
+        [o, o + u, o + u + v, o + v]
+    }
+
     /// The point with parameters u, v, with its error bound.
     #[must_use]
     pub fn point_at(&self, u: f64, v: f64) -> SurfacePoint {
@@ -129,6 +148,19 @@ impl Quad {
         let error = gamma(5) * (self.origin.abs() + pu.abs() + pv.abs()).max_element();
         let normal = self.cross().normalize();
         SurfacePoint { uv: DVec2::new(u, v), tangent: self.edge_u, ..SurfacePoint::on_surface(self.origin + pu + pv, error, normal) }
+    }
+}
+
+impl Disk {
+    /// The point with these coordinates in the plane of the disk (world units, axes of [`Frame::from_normal`](super::Frame)), with its
+    /// error bound; uv maps the square around the disk to the unit square.
+    #[must_use]
+    pub fn point_at(&self, p: DVec2) -> SurfacePoint {
+        let frame = super::Frame::from_normal(self.normal);
+        let offset = frame.x * p.x + frame.y * p.y;
+        let error = gamma(6) * (self.center.abs() + offset.abs()).max_element();
+        let uv = 0.5 + p * (0.5 / self.radius);
+        SurfacePoint { uv, tangent: frame.x, ..SurfacePoint::on_surface(self.center + offset, error, self.normal) }
     }
 }
 
@@ -160,30 +192,29 @@ impl Shape {
                 s.point_at(frame.to_world(DVec3::new(r * cos, r * sin, z)).normalize())
             }
             Self::Quad(q) => q.point_at(u.x, u.y),
-            Self::Disk(d) => {
-                let p = crate::math::warp::square_to_disk(u) * d.radius;
-                let frame = super::Frame::from_normal(d.normal);
-                let offset = frame.x * p.x + frame.y * p.y;
-                let error = gamma(6) * (d.center.abs() + offset.abs()).max_element();
-                SurfacePoint { uv: u, tangent: frame.x, ..SurfacePoint::on_surface(d.center + offset, error, d.normal) }
-            }
+            Self::Disk(d) => d.point_at(crate::math::warp::square_to_disk(u) * d.radius),
         }
     }
 
-    /// The smallest axis-aligned box around the shape (around the whole sphere for a masked one).
+    /// An axis-aligned box that contains the shape (the whole sphere for a masked one), the smallest one up to rounding, which is
+    /// outwards.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
+        let around = |center: DVec3, extent: DVec3| {
+            let extent = extent * (1.0 + gamma(8));
+            let (min, max) = (center - extent, center + extent);
+            Bounds {
+                min: DVec3::new(min.x.next_down(), min.y.next_down(), min.z.next_down()),
+                max: DVec3::new(max.x.next_up(), max.y.next_up(), max.z.next_up()),
+            }
+        };
         match self {
             Self::Triangle(t) => Bounds::of_points(t.vertices),
-            Self::Sphere(s) => Bounds { min: s.center - s.radius, max: s.center + s.radius },
-            Self::Quad(q) => {
-                let (o, u, v) = (q.origin, q.edge_u, q.edge_v);
-                Bounds::of_points([o, o + u, o + v, o + u + v])
-            }
+            Self::Sphere(s) => around(s.center, DVec3::splat(s.radius)),
+            Self::Quad(q) => Bounds::of_points(q.corners()),
             Self::Disk(d) => {
                 let n = d.normal;
-                let extent = DVec3::new(n.y.hypot(n.z), n.x.hypot(n.z), n.x.hypot(n.y)) * d.radius;
-                Bounds { min: d.center - extent, max: d.center + extent }
+                around(d.center, DVec3::new(n.y.hypot(n.z), n.x.hypot(n.z), n.x.hypot(n.y)) * d.radius)
             }
         }
     }

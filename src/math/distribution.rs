@@ -10,7 +10,7 @@ const ONE_MINUS_EPSILON: f64 = 1.0 - 0.5 * f64::EPSILON;
 
 /// Into `[0, 1)`; not a number becomes 0.
 fn unit(u: f64) -> f64 {
-    u.max(0.0).min(ONE_MINUS_EPSILON)
+    if u > 0.0 { u.min(ONE_MINUS_EPSILON) } else { 0.0 }
 }
 
 /// The total of some weights, `None` unless they are non-negative, finite and not all zero.
@@ -80,11 +80,8 @@ impl AliasTable {
         let index = (scaled as usize).min(self.columns.len() - 1);
         let fraction = scaled - index as f64;
         let Column { threshold, alias } = self.columns[index];
-        let (chosen, rest) = if fraction < threshold {
-            (index, fraction / threshold)
-        } else {
-            (alias as usize, (fraction - threshold) / (1.0 - threshold))
-        };
+        let (chosen, rest) =
+            if fraction < threshold { (index, fraction / threshold) } else { (alias as usize, (fraction - threshold) / (1.0 - threshold)) };
         (chosen, self.pmf[chosen], unit(rest))
     }
 

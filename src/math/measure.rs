@@ -116,8 +116,8 @@ mod tests {
     #[test]
     fn conversions_are_inverse_to_each_other() {
         let p = PerSolidAngle(0.7);
-        let (cos_x, cos_y, r2) = (0.3, -0.8, 4.0);
-        let g = (cos_x * cos_y / r2 as f64).abs();
+        let (cos_x, cos_y, r2) = (0.3f64, -0.8, 4.0);
+        let g = (cos_x * cos_y / r2).abs();
         assert_relative_eq!(p.per_projected(cos_x).per_area(g).value(), p.per_area(cos_y, r2).value(), max_relative = 1e-15);
         assert_relative_eq!(p.per_area(cos_y, r2).per_solid_angle(cos_y, r2).value(), 0.7, max_relative = 1e-15);
         assert_relative_eq!(PerArea(2.0).per_projected(g).per_area(g).value(), 2.0, max_relative = 1e-15);

@@ -69,11 +69,12 @@ pub fn square_to_smoothstep(u: f64) -> f64 {
     for _ in 0..20 {
         let slope = t * t * (6.0 - 4.0 * t);
         let next = t - (t * t * t * (2.0 - t) - u) / slope;
-        // Not less: the root is reached up to rounding, or u is 0 (and the slope too).
-        if !(next < t) {
+        // Otherwise the root is reached up to rounding, or u is 0 (and the slope too).
+        if next < t {
+            t = next;
+        } else {
             break;
         }
-        t = next;
     }
     t
 }

@@ -12,10 +12,10 @@ mod tests;
 pub use settings::{Budget, RenderError, Settings};
 
 use crate::endpoint::Camera;
-use crate::film::{Film, Image, NonFinite};
+use crate::film::{Film, Filter, Image, NonFinite};
 use crate::integrator::Integrator;
 use crate::path::{Counters, TechniqueSet};
-use crate::sampler::SampleSource;
+use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
 use chunks::{Chunks, Job};
 use settings::Threads;
@@ -64,6 +64,10 @@ pub struct Rendering {
     pub techniques: TechniqueSet,
     /// The integrator's name.
     pub integrator: &'static str,
+    /// The pixel filter.
+    pub filter: Filter,
+    /// The sampler and the seed; `None` if the caller brought a source of their own.
+    pub sampling: Option<(SamplerKind, u64)>,
     /// Whether the progress callback stopped the rendering. The image is valid all the same.
     pub stopped: bool,
 }
@@ -75,7 +79,7 @@ impl Rendering {
         self.film.non_finite()
     }
 
-    /// The image with its window and metadata (integrator, samples per pixel, rendering time), ready to be saved.
+    /// The image with its window and metadata (integrator, sampler, seed, filter, samples per pixel, time, rays), ready to be saved.
     #[cfg(feature = "image")]
     #[must_use]
     pub fn to_file(&self) -> crate::film::ImageFile {
@@ -83,12 +87,17 @@ impl Rendering {
         file.region = Some(self.film.region());
         let entries = [
             ("integrator", self.integrator.to_owned()),
+            ("filter", format!("{:?}", self.filter)),
             ("samples_per_pixel", self.samples_per_pixel.to_string()),
             ("seconds", format!("{:.3}", self.wall.as_secs_f64())),
             ("rays", self.counters.rays().to_string()),
             ("non_finite", self.counters.non_finite.to_string()),
         ];
         file.metadata.extend(entries.map(|(key, value)| (key.to_owned(), value)));
+        if let Some((sampler, seed)) = self.sampling {
+            file.metadata.insert("sampler".to_owned(), format!("{sampler:?}"));
+            file.metadata.insert("seed".to_owned(), seed.to_string());
+        }
         file
     }
 }
@@ -112,7 +121,8 @@ pub fn render<S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S> + ?Sized>(
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
     let source = settings.sampler.source(settings.seed, settings.strata());
-    render_with(&source, scene, camera, integrator, settings, progress)
+    let rendering = render_with(&source, scene, camera, integrator, settings, progress)?;
+    Ok(Rendering { sampling: Some((settings.sampler, settings.seed)), ..rendering })
 }
 
 /// Renders with the given source of random numbers, in place of the settings' `seed` and `sampler`.
@@ -157,6 +167,8 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
         thread_time,
         techniques: integrator.techniques(&scene.needs()),
         integrator: integrator.name(),
+        filter: settings.filter,
+        sampling: None,
         stopped,
     })
 }

@@ -44,7 +44,7 @@ pub struct Settings {
     /// Different seeds give independent images.
     pub seed: u64,
     /// Number of threads; `None` leaves it to rayon: all processors, `RAYON_NUM_THREADS`, or the pool that the caller is in. It never
-    /// changes the image. Without the feature `parallel` there is one thread.
+    /// changes the image. At most 1024 are started. Without the feature `parallel` there is one thread.
     pub threads: Option<usize>,
     /// The pixel filter. Default: the pixel's box.
     pub filter: Filter,
@@ -118,6 +118,10 @@ impl From<FilmError> for RenderError {
     }
 }
 
+/// More threads than this are not started: they could not be kept busy.
+#[cfg(feature = "parallel")]
+const MOST_THREADS: usize = 1024;
+
 /// Where chunks are rendered.
 #[derive(Debug)]
 pub(super) enum Threads {
@@ -138,7 +142,7 @@ impl Threads {
             Some(1) => Ok(Self::Caller),
             #[cfg(feature = "parallel")]
             Some(threads) => {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.min(MOST_THREADS)).build();
                 pool.map(Self::Own).map_err(|e| RenderError::ThreadPool(e.to_string()))
             }
             #[cfg(feature = "parallel")]

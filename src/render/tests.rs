@@ -105,11 +105,8 @@ impl<S: Scene + ?Sized> Integrator<S> for Arithmetic {
     fn name(&self) -> &'static str {
         "arithmetic"
     }
-    fn techniques(&self, needs: &Needs) -> TechniqueSet {
-        {
-            let _ = needs;
-            TechniqueSet
-        }
+    fn techniques(&self, _: &Needs) -> TechniqueSet {
+        TechniqueSet::NONE
     }
     fn sample<'s, C: Camera + ?Sized, P: Sampler, K: Sink>(
         &self,
@@ -313,4 +310,5 @@ fn a_source_of_the_users_own_renders() {
 fn a_rendering_becomes_a_file_with_its_metadata() {
     let file = run(Kind::Constant, window(), &Settings { budget: Budget::Samples(2), ..Settings::default() }).to_file();
     assert_eq!((file.region, file.metadata["samples_per_pixel"].as_str()), (Some(window()), "2"));
+    assert_eq!((file.metadata["seed"].as_str(), file.metadata["sampler"].as_str()), ("0", "Independent"));
 }

@@ -60,8 +60,8 @@ impl Replay {
     #[must_use]
     pub fn new(mut numbers: Vec<f64>) -> Self {
         for u in &mut numbers {
-            // `max` first: it turns NaN into 0.
-            *u = u.max(0.0).min(super::hash::ONE_MINUS_ULP);
+            // What is not a number becomes 0; `clamp` would keep it.
+            *u = if *u > 0.0 { u.min(super::hash::ONE_MINUS_ULP) } else { 0.0 };
         }
         Self { numbers, position: 0 }
     }

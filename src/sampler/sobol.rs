@@ -83,7 +83,7 @@ impl SampleSource for Sobol {
     #[inline]
     fn sampler(&self, pixel: u32, pass: u32) -> SobolSampler {
         SobolSampler {
-            sequence: hash_sample(mix(self.seed) ^ 0x534f_424f_4c, pixel, pass / SEQUENCE_LENGTH),
+            sequence: hash_sample(mix(self.seed) ^ 0x0053_4f42_4f4c, pixel, pass / SEQUENCE_LENGTH),
             sample: hash_sample(self.seed, pixel, pass),
             index: pass % SEQUENCE_LENGTH,
             dimension: Dimension::default(),

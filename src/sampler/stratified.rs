@@ -92,5 +92,5 @@ impl SampleSource for Stratified {
 
 /// The largest divisor of `n` that is at most √n. Takes √n steps at worst, once per sample.
 fn largest_divisor_up_to_root(n: u32) -> u32 {
-    (1..=n.isqrt()).rev().find(|&d| n % d == 0).unwrap_or(1)
+    (1..=n.isqrt()).rev().find(|&d| n.is_multiple_of(d)).unwrap_or(1)
 }

@@ -113,7 +113,7 @@ fn stratified_fills_every_stratum_once() {
                 assert_eq!(filled(samples.iter().map(|s| s[d]), n as usize), n as usize, "n {n} dimension {d}");
             }
             // Points of the square: one per cell of the coarse grid.
-            let columns = (1..=n.isqrt()).rev().find(|d| n % d == 0).unwrap_or(1);
+            let columns = (1..=n.isqrt()).rev().find(|&d| n.is_multiple_of(d)).unwrap_or(1);
             let cell = |x: f64, y: f64| {
                 (((x * f64::from(columns)).floor() + f64::from(columns) * (y * f64::from(n / columns)).floor()) + 0.5) / f64::from(n)
             };

@@ -1,8 +1,20 @@
-//! The [`Scene`] trait, the one seam for other renderers, and the ready-made `World`.
+//! The [`Scene`] trait, the one seam for other renderers, and the ready-made [`World`].
 
+mod builder;
+mod bvh;
+mod error;
+mod lights;
+mod material;
+mod mesh;
 mod needs;
+mod world;
 
+pub use builder::{Emission, MaterialId, SurfaceId, WorldBuilder};
+pub use error::SceneError;
+pub use material::Material;
+pub use mesh::Mesh;
 pub use needs::Needs;
+pub use world::World;
 
 use crate::bsdf::Bsdf;
 use crate::endpoint::{Light, LightId};

@@ -1,0 +1,63 @@
+//! Cost of sampling and evaluating each scattering model.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use glam::{DVec2, DVec3};
+use pathspace::bsdf::fresnel::Reflectance;
+use pathspace::bsdf::{Bsdf, BsdfError, Conductor, Dielectric, Ggx, Lambert, Mixture, Model, Null, RoughConductor, RoughDielectric, Walk};
+use pathspace::math::Rgb;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::hint::black_box;
+
+fn models() -> Result<Vec<(&'static str, Model)>, BsdfError> {
+    let (eta, k) = (Rgb::new(0.2, 0.4, 1.4), Rgb::new(3.9, 2.5, 1.6));
+    let lambert = Lambert::new(Rgb::splat(0.5))?;
+    let rough = RoughConductor::new(Reflectance::conductor(eta, k)?, Ggx::isotropic(0.3)?);
+    Ok(vec![
+        ("null", Null.into()),
+        ("lambert", lambert.into()),
+        ("conductor", Conductor::new(eta, k)?.into()),
+        ("dielectric", Dielectric::new(1.5)?.into()),
+        ("rough_conductor", rough.into()),
+        ("rough_dielectric", RoughDielectric::new(1.5, Ggx::isotropic(0.3)?)?.into()),
+        ("mixture", Mixture::new([lambert.into(), rough.into()], [0.5, 0.5])?.into()),
+    ])
+}
+
+/// Scattering events with random numbers for them, the same for all models.
+fn events() -> Vec<(DVec3, f64, DVec2)> {
+    let mut rng = Pcg64Mcg::seed_from_u64(1);
+    let event = |_| {
+        let (z, azimuth): (f64, f64) = (rng.random(), std::f64::consts::TAU * rng.random::<f64>());
+        let radius = ((1.0 - z) * (1.0 + z)).sqrt();
+        (DVec3::new(radius * azimuth.cos(), radius * azimuth.sin(), z), rng.random(), DVec2::new(rng.random(), rng.random()))
+    };
+    (0..1024).map(event).collect()
+}
+
+fn bsdfs(criterion: &mut Criterion) {
+    let events = events();
+    for (name, model) in models().unwrap_or_default() {
+        let mut group = criterion.benchmark_group(name);
+        let mut cycle = events.iter().cycle();
+        group.bench_function("sample", |bencher| {
+            bencher.iter(|| {
+                let &(fixed, u1, u2) = cycle.next()?;
+                black_box(&model).sample(fixed, Walk::Camera, u1, u2)
+            });
+        });
+        let sampled = |&(fixed, u1, u2): &(DVec3, f64, DVec2)| model.sample(fixed, Walk::Camera, u1, u2).map(|sample| (fixed, sample.next));
+        let pairs: Vec<(DVec3, DVec3)> = events.iter().filter_map(sampled).collect();
+        let mut cycle = pairs.iter().cycle();
+        group.bench_function("eval", |bencher| {
+            bencher.iter(|| cycle.next().map(|&(fixed, next)| black_box(&model).eval(next, fixed)));
+        });
+        group.bench_function("pdf", |bencher| {
+            bencher.iter(|| cycle.next().map(|&(fixed, next)| black_box(&model).pdf(fixed, next, Walk::Camera)));
+        });
+        group.finish();
+    }
+}
+
+criterion_group!(benches, bsdfs);
+criterion_main!(benches);

@@ -1,0 +1,252 @@
+//! Rays and where they meet shapes, in f64 and without an absolute epsilon.
+//!
+//! An [`Intersection`] carries the ray parameter, which only orders hits, and the shape's own parameters, from which
+//! [`Shape::point_at_hit`] computes a position whose error does not grow with the distance the ray has travelled.
+
+use super::{Disk, Quad, Shape, SurfacePoint, Triangle};
+use glam::{DVec2, DVec3};
+
+/// A ray with what the watertight triangle test needs once per ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where the ray starts.
+    pub origin: DVec3,
+    /// Its direction, of unit length.
+    pub direction: DVec3,
+    /// The axes in the order that makes the last one that of the largest component of the direction.
+    axes: [usize; 3],
+    /// Maps the direction to (0, 0, 1): `x - shear.x z`, `y - shear.y z`, `shear.z z`.
+    shear: DVec3,
+}
+
+/// Where a ray meets a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intersection {
+    /// Distance along the ray in units of its direction's length, positive.
+    pub t: f64,
+    /// First parameter: barycentric coordinate of a triangle's second vertex, a quad's u; 0 for other shapes.
+    pub u: f64,
+    /// Second parameter: barycentric coordinate of a triangle's third vertex, a quad's v; 0 for other shapes.
+    pub v: f64,
+}
+
+/// Which ends of a ray are known to lie on the shape that is tested, so that these contacts are not hits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Contact {
+    /// Neither.
+    None,
+    /// The ray's origin.
+    Origin,
+    /// The point at this distance along the ray.
+    End(f64),
+    /// Origin and end.
+    Both,
+}
+
+impl Ray {
+    /// A ray from `origin` into the unit vector `direction`. A zero or non-finite ray hits nothing.
+    #[inline]
+    #[must_use]
+    pub fn new(origin: DVec3, direction: DVec3) -> Self {
+        let size = direction.abs();
+        let z = if size.x > size.y {
+            if size.x > size.z { 0 } else { 2 }
+        } else if size.y > size.z {
+            1
+        } else {
+            2
+        };
+        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+        let scale = 1.0 / direction[z];
+        Self { origin, direction, axes: [x, y, z], shear: DVec3::new(direction[x] * scale, direction[y] * scale, scale) }
+    }
+
+    /// The point at distance `t`.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.direction * t
+    }
+
+    /// A point in the coordinates in which the ray is the positive z axis. Depends on the point alone, so that triangles that share a
+    /// vertex see it at the same place.
+    #[inline]
+    fn sheared(&self, p: DVec3) -> DVec3 {
+        let p = p - self.origin;
+        let [x, y, z] = self.axes;
+        DVec3::new(p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], self.shear.z * p[z])
+    }
+}
+
+impl Shape {
+    /// The nearest point in front of the ray's origin.
+    #[inline]
+    #[must_use]
+    pub fn intersect(&self, ray: &Ray) -> Option<Intersection> {
+        self.intersect_apart_from(ray, Contact::None)
+    }
+
+    /// The nearest point in front of the ray's origin which is not a known contact.
+    ///
+    /// A ray that touches a flat shape meets it nowhere else. A ray that touches a sphere meets it at one more point at most, which
+    /// follows without cancellation from the angle at the contact.
+    #[inline]
+    #[must_use]
+    pub fn intersect_apart_from(&self, ray: &Ray, contact: Contact) -> Option<Intersection> {
+        match self {
+            Self::Sphere(s) => s.intersect_apart_from(ray, contact),
+            _ if contact != Contact::None => None,
+            Self::Triangle(t) => t.intersect(ray),
+            Self::Quad(q) => q.intersect(ray),
+            Self::Disk(d) => d.intersect(ray),
+        }
+    }
+
+    /// The surface point of an intersection that this shape returned for this ray; primitive and surface ids are left to the caller.
+    ///
+    /// The position is recomputed from the shape's parameters or projected onto the shape, so its error bound is that of the shape's
+    /// coordinates. The normals are those of the front side, whichever side the ray comes from.
+    #[must_use]
+    pub fn point_at_hit(&self, ray: &Ray, hit: &Intersection) -> SurfacePoint {
+        match self {
+            Self::Triangle(t) => t.point_at(hit.u, hit.v, t.cross().normalize()),
+            Self::Sphere(s) => s.point_at((ray.at(hit.t) - s.center).normalize()),
+            Self::Quad(q) => q.point_at(hit.u, hit.v),
+            Self::Disk(d) => {
+                let offset = (ray.origin - d.center) + ray.direction * hit.t;
+                let frame = super::Frame::from_normal(d.normal);
+                d.point_at(DVec2::new(frame.x.dot(offset), frame.y.dot(offset)))
+            }
+        }
+    }
+}
+
+/// Watertight test (Woop, Benthin and Wald 2013): triangles that share an edge or a vertex never let a ray pass between them.
+///
+/// The sign of the rounded `fl(p q) - fl(r s)` is never opposite to that of `p q - r s`, since rounding is monotone: at worst it is
+/// 0, which counts as inside for both neighbours. So no extended precision is needed where an edge function vanishes.
+#[inline]
+fn intersect_corners(ray: &Ray, corners: [DVec3; 3]) -> Option<Intersection> {
+    let [a, b, c] = corners.map(|p| ray.sheared(p));
+    let u = c.x * b.y - c.y * b.x;
+    let v = a.x * c.y - a.y * c.x;
+    let w = b.x * a.y - b.y * a.x;
+    if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+        return None;
+    }
+    let determinant = u + v + w;
+    let t = (u * a.z + v * b.z + w * c.z) / determinant;
+    // Also false for a triangle seen edge-on, where t is not a number or infinite.
+    (t > 0.0 && t < f64::INFINITY).then(|| Intersection { t, u: v / determinant, v: w / determinant })
+}
+
+impl Triangle {
+    /// The point in front of the ray's origin, on either side.
+    #[inline]
+    #[must_use]
+    pub fn intersect(&self, ray: &Ray) -> Option<Intersection> {
+        intersect_corners(ray, self.vertices)
+    }
+}
+
+impl Quad {
+    /// The point in front of the ray's origin, on either side; watertight with triangles and quads that share its corners.
+    #[inline]
+    #[must_use]
+    pub fn intersect(&self, ray: &Ray) -> Option<Intersection> {
+        let [a, b, c, d] = self.corners();
+        if let Some(hit) = intersect_corners(ray, [a, b, c]) {
+            return Some(Intersection { u: (hit.u + hit.v).min(1.0), ..hit });
+        }
+        let hit = intersect_corners(ray, [a, c, d])?;
+        Some(Intersection { v: (hit.u + hit.v).min(1.0), ..hit })
+    }
+}
+
+impl Disk {
+    /// The point in front of the ray's origin, on either side.
+    #[inline]
+    #[must_use]
+    pub fn intersect(&self, ray: &Ray) -> Option<Intersection> {
+        let from_center = ray.origin - self.center;
+        let t = -from_center.dot(self.normal) / ray.direction.dot(self.normal);
+        if !(t > 0.0 && t < f64::INFINITY) {
+            return None;
+        }
+        let offset = from_center + ray.direction * t;
+        (offset.length_squared() <= self.radius * self.radius).then_some(Intersection { t, u: 0.0, v: 0.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn ray(origin: [f64; 3], towards: [f64; 3]) -> Ray {
+        let (o, t) = (DVec3::from(origin), DVec3::from(towards));
+        Ray::new(o, (t - o).normalize())
+    }
+
+    #[test]
+    fn triangle_parameters_belong_to_the_second_and_third_vertex() {
+        let t = Triangle { vertices: [DVec3::ZERO, DVec3::X * 2.0, DVec3::Y * 3.0] };
+        for (o, side) in [([0.5, 0.6, 4.0], "front"), ([0.5, 0.6, -4.0], "back")] {
+            let hit = t.intersect(&ray(o, [0.5, 0.6, 0.0])).expect(side);
+            assert_relative_eq!(hit.t, 4.0);
+            assert_relative_eq!(hit.u, 0.25);
+            assert_relative_eq!(hit.v, 0.2);
+        }
+        assert!(t.intersect(&ray([0.5, 0.6, 4.0], [0.5, 0.6, 5.0])).is_none());
+        assert!(t.intersect(&ray([2.0, 2.0, 4.0], [2.0, 2.0, 0.0])).is_none());
+    }
+
+    #[test]
+    fn quad_parameters_are_those_of_its_point() {
+        let q = Quad { origin: DVec3::new(1.0, 2.0, 3.0), edge_u: DVec3::new(2.0, 0.5, 0.0), edge_v: DVec3::new(0.0, 1.0, 2.0) };
+        for (u, v) in [(0.1, 0.7), (0.7, 0.1), (0.5, 0.5), (0.9, 0.95)] {
+            let p = q.point_at(u, v);
+            let ray = ray([4.0, -3.0, 2.0], p.position.into());
+            let hit = Shape::Quad(q).intersect(&ray).expect("aimed at the quad");
+            assert_relative_eq!(hit.u, u, max_relative = 1e-14);
+            assert_relative_eq!(hit.v, v, max_relative = 1e-14);
+            assert_relative_eq!(ray.at(hit.t), p.position, max_relative = 1e-14);
+        }
+        assert!(q.intersect(&ray([4.0, -3.0, 2.0], q.point_at(1.1, 0.5).position.into())).is_none());
+        assert!(q.intersect(&ray([4.0, -3.0, 2.0], q.point_at(0.5, -0.1).position.into())).is_none());
+    }
+
+    #[test]
+    fn disk_hits_end_at_its_rim_and_lie_in_its_plane() {
+        let d = Disk { center: DVec3::new(1.0, 2.0, 3.0), normal: DVec3::new(1.0, 2.0, 2.0) / 3.0, radius: 0.5 };
+        let frame = crate::geometry::Frame::from_normal(d.normal);
+        let origin = [9.0, 7.0, -3.0];
+        for (r, hits) in [(0.0, true), (0.499, true), (0.501, false)] {
+            let target = d.center + frame.x * (0.6 * r) + frame.y * (0.8 * r);
+            let ray = ray(origin, target.into());
+            let hit = Shape::Disk(d).intersect(&ray);
+            assert_eq!(hit.is_some(), hits);
+            if let Some(hit) = hit {
+                let p = Shape::Disk(d).point_at_hit(&ray, &hit);
+                assert_relative_eq!(p.position, target, epsilon = 1e-14);
+                assert!((p.position - d.center).dot(d.normal).abs() <= p.error * d.normal.abs().element_sum());
+                assert_relative_eq!(p.uv, DVec2::new(0.6 * r + 0.5, 0.8 * r + 0.5), epsilon = 1e-13);
+            }
+        }
+    }
+
+    #[test]
+    fn rays_without_direction_hit_nothing() {
+        let shapes = [
+            Shape::Triangle(Triangle { vertices: [DVec3::new(-1.0, -1.0, 1.0), DVec3::new(1.0, -1.0, 1.0), DVec3::new(0.0, 1.0, 1.0)] }),
+            Shape::Sphere(crate::geometry::Sphere::new(DVec3::ZERO, 1.0)),
+            Shape::Disk(Disk { center: DVec3::Z, normal: DVec3::Z, radius: 1.0 }),
+            Shape::Quad(Quad { origin: DVec3::new(-1.0, -1.0, 1.0), edge_u: DVec3::X * 2.0, edge_v: DVec3::Y * 2.0 }),
+        ];
+        for shape in shapes {
+            for (o, d) in [(DVec3::ZERO, DVec3::ZERO), (DVec3::NAN, DVec3::Z), (DVec3::ZERO, DVec3::NAN), (DVec3::INFINITY, DVec3::Z)] {
+                assert_eq!(shape.intersect(&Ray::new(o, d)), None, "{shape:?} {o} {d}");
+            }
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! Puts a [`World`] together and refuses what cannot be rendered.
+
+use super::bvh::Bvh;
+use super::error::{SceneError, check, check_point, check_radiance};
+use super::lights::{self, BoxedLight};
+use super::material::Material;
+use super::mesh::{Attributes, Mesh};
+use super::world::World;
+use crate::bsdf::Model;
+use crate::endpoint::{AreaLight, Light, LightId};
+use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
+use crate::math::Rgb;
+use glam::DAffine3;
+use std::collections::{HashMap, HashSet};
+
+/// Identifies a material of a world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaterialId(pub u32);
+
+/// Identifies a surface of a world; what [`SurfacePoint::surface`](crate::geometry::SurfacePoint) holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SurfaceId(pub u32);
+
+/// What a surface emits: the same radiance from every point into every direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emission {
+    /// Emitted radiance, W/(m² sr).
+    pub radiance: Rgb,
+    /// Whether the back emits, too.
+    pub two_sided: bool,
+}
+
+/// A surface: consecutive primitives of one material.
+#[derive(Debug)]
+pub(crate) struct Surface {
+    pub name: String,
+    pub material: MaterialId,
+    pub emission: Option<Emission>,
+    pub light: Option<LightId>,
+    pub first_primitive: u32,
+    pub primitives: u32,
+    pub attributes: Option<Attributes>,
+}
+
+/// Collects materials, surfaces and lights for a [`World`].
+///
+/// ```
+/// use pathspace::geometry::{Quad, Sphere};
+/// use pathspace::glam::DVec3;
+/// use pathspace::math::Rgb;
+/// use pathspace::scene::{Emission, Material, SceneError, WorldBuilder};
+///
+/// # fn main() -> Result<(), SceneError> {
+/// let mut builder = WorldBuilder::new();
+/// let grey = builder.add_material("grey", Material::Lambert { albedo: Rgb::splat(0.5) })?;
+/// builder.add_sphere("ball", Sphere::new(DVec3::ZERO, 1.0), grey)?;
+/// let lamp = Quad { origin: DVec3::new(-1.0, -1.0, 3.0), edge_u: DVec3::Y * 2.0, edge_v: DVec3::X * 2.0 };
+/// let lamp = builder.add_quad("lamp", lamp, grey)?;
+/// builder.set_emission(lamp, Emission { radiance: Rgb::splat(4.0), two_sided: false })?;
+/// let world = builder.build()?;
+/// assert_eq!(world.light_count(), 1);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Default)]
+pub struct WorldBuilder {
+    materials: Vec<Model>,
+    material_ids: HashMap<String, MaterialId>,
+    names: HashSet<String>,
+    surfaces: Vec<Surface>,
+    shapes: Vec<Shape>,
+    lights: Vec<(String, BoxedLight)>,
+    /// Index in `lights`.
+    environment: Option<usize>,
+    dropped_triangles: usize,
+}
+
+impl WorldBuilder {
+    /// An empty scene.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a material.
+    ///
+    /// # Errors
+    /// The name is taken, or a parameter is outside its range.
+    pub fn add_material(&mut self, name: impl Into<String>, material: Material) -> Result<MaterialId, SceneError> {
+        let name = name.into();
+        let model = material.model().map_err(|reason| SceneError::Material { name: name.clone(), reason })?;
+        if self.material_ids.contains_key(&name) {
+            return Err(SceneError::DuplicateName { name });
+        }
+        let id = MaterialId(self.materials.len() as u32);
+        self.materials.push(model);
+        self.material_ids.insert(name, id);
+        Ok(id)
+    }
+
+    /// The material of a name.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn material(&self, name: &str) -> Result<MaterialId, SceneError> {
+        self.material_ids.get(name).copied().ok_or_else(|| SceneError::Missing { kind: "material", name: name.to_owned() })
+    }
+
+    /// Adds an instance of a mesh, brought to world space. Triangles without area are dropped and counted.
+    ///
+    /// # Errors
+    /// The name is taken, the material missing, the transform singular, or the mesh itself inconsistent or not finite.
+    pub fn add_mesh(
+        &mut self,
+        name: impl Into<String>,
+        mesh: &Mesh,
+        transform: DAffine3,
+        material: MaterialId,
+    ) -> Result<SurfaceId, SceneError> {
+        let name = self.check_surface(name.into(), material)?;
+        let placed = mesh.place(&name, &transform)?;
+        let dropped = placed.dropped;
+        let id = self.add_surface(name, material, placed.triangles, placed.attributes)?;
+        self.dropped_triangles += dropped;
+        Ok(id)
+    }
+
+    /// Adds a sphere or a zone of one; its axis is made unit length.
+    ///
+    /// # Errors
+    /// The name is taken, the material missing, the radius not positive, the axis zero, or `cos_min < cos_max` in [-1, 1] violated.
+    pub fn add_sphere(&mut self, name: impl Into<String>, sphere: Sphere, material: MaterialId) -> Result<SurfaceId, SceneError> {
+        let name = self.check_surface(name.into(), material)?;
+        check_point(&name, "center", sphere.center)?;
+        check_radius(&name, sphere.radius)?;
+        check(&name, "cos_min", sphere.cos_min, "at least -1 and less than cos_max", |c| c >= -1.0 && c < sphere.cos_max)?;
+        check(&name, "cos_max", sphere.cos_max, "at most 1", |c| c <= 1.0)?;
+        let axis = check_direction(&name, "axis", sphere.axis)?;
+        self.add_surface(name, material, vec![Shape::Sphere(Sphere { axis, ..sphere })], None)
+    }
+
+    /// Adds a parallelogram.
+    ///
+    /// # Errors
+    /// The name is taken, the material missing, a number not finite, or the edges parallel.
+    pub fn add_quad(&mut self, name: impl Into<String>, quad: Quad, material: MaterialId) -> Result<SurfaceId, SceneError> {
+        let name = self.check_surface(name.into(), material)?;
+        check_point(&name, "origin", quad.origin)?;
+        check_point(&name, "edge_u", quad.edge_u)?;
+        check_point(&name, "edge_v", quad.edge_v)?;
+        if quad.cross().try_normalize().is_none() {
+            return Err(SceneError::Degenerate { object: name });
+        }
+        self.add_surface(name, material, vec![Shape::Quad(quad)], None)
+    }
+
+    /// Adds a disk; its normal is made unit length.
+    ///
+    /// # Errors
+    /// The name is taken, the material missing, the radius not positive, or the normal zero.
+    pub fn add_disk(&mut self, name: impl Into<String>, disk: Disk, material: MaterialId) -> Result<SurfaceId, SceneError> {
+        let name = self.check_surface(name.into(), material)?;
+        check_point(&name, "center", disk.center)?;
+        check_radius(&name, disk.radius)?;
+        let normal = check_direction(&name, "normal", disk.normal)?;
+        self.add_surface(name, material, vec![Shape::Disk(Disk { normal, ..disk })], None)
+    }
+
+    /// Makes a surface a light, which gets the name of the surface; black radiance makes it no light. The last call counts.
+    ///
+    /// # Errors
+    /// The surface is missing or has no area, or the radiance is negative or not finite.
+    pub fn set_emission(&mut self, surface: SurfaceId, emission: Emission) -> Result<(), SceneError> {
+        let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
+        let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
+        check_radiance(&surface.name, emission.radiance)?;
+        let first = surface.first_primitive as usize;
+        let area: f64 = self.shapes[first..first + surface.primitives as usize].iter().map(Shape::area).sum();
+        if area.is_nan() || area <= 0.0 {
+            return Err(SceneError::LightWithoutArea { object: surface.name.clone() });
+        }
+        surface.emission = (!emission.radiance.is_black()).then_some(emission);
+        Ok(())
+    }
+
+    /// Adds a light that is not a surface of the scene: a point light, a spot light, a directional light.
+    ///
+    /// # Errors
+    /// The name is taken.
+    pub fn add_light(&mut self, name: impl Into<String>, light: impl Light + Send + 'static) -> Result<(), SceneError> {
+        let name = self.check_name(name.into())?;
+        self.names.insert(name.clone());
+        self.lights.push((name, Box::new(light)));
+        Ok(())
+    }
+
+    /// Adds the light that rays which leave the scene reach.
+    ///
+    /// # Errors
+    /// The name is taken, or there is an environment already.
+    pub fn set_environment(&mut self, name: impl Into<String>, light: impl Light + Send + 'static) -> Result<(), SceneError> {
+        let name = name.into();
+        if self.environment.is_some() {
+            return Err(SceneError::SecondEnvironment { name });
+        }
+        self.add_light(name, light)?;
+        self.environment = Some(self.lights.len() - 1);
+        Ok(())
+    }
+
+    /// Builds the acceleration structure and the tables.
+    ///
+    /// Emissive surfaces become the first lights, in their order; then come the others in theirs.
+    ///
+    /// # Errors
+    /// The scene is empty, or the power of a light is negative or not finite.
+    pub fn build(mut self) -> Result<World, SceneError> {
+        if self.shapes.is_empty() && self.lights.is_empty() {
+            return Err(SceneError::Empty);
+        }
+        let mut lights: Vec<(String, BoxedLight)> = Vec::new();
+        for (id, surface) in self.surfaces.iter_mut().enumerate() {
+            let Some(Emission { radiance, two_sided }) = surface.emission else { continue };
+            let first = surface.first_primitive as usize;
+            let shapes = self.shapes[first..first + surface.primitives as usize].to_vec();
+            surface.light = Some(LightId(lights.len() as u32));
+            let light = AreaLight::new(shapes, surface.first_primitive, id as u32, radiance, two_sided)
+                .map_err(|reason| SceneError::Light { name: surface.name.clone(), reason })?;
+            lights.push((surface.name.clone(), Box::new(light)));
+        }
+        let environment = self.environment.map(|index| LightId((lights.len() + index) as u32));
+        lights.append(&mut self.lights);
+        let bounds = self.shapes.iter().fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
+        // Lights at infinity over a scene without surfaces have nothing to illuminate: no power, but still visible to the camera.
+        let lit = if bounds.is_empty() { Bounds { min: glam::DVec3::ZERO, max: glam::DVec3::ZERO } } else { bounds };
+        let light_choice = lights::prepare(&mut lights, &lit)?;
+        let areas: Vec<f64> = self.shapes.iter().map(Shape::area).collect();
+        let bvh = Bvh::new(&self.shapes, &bounds);
+        Ok(World::assemble(bvh, bounds, self.materials, self.surfaces, lights, environment, light_choice, &areas, self.dropped_triangles))
+    }
+
+    fn check_name(&self, name: String) -> Result<String, SceneError> {
+        if self.names.contains(&name) { Err(SceneError::DuplicateName { name }) } else { Ok(name) }
+    }
+
+    fn check_surface(&self, name: String, material: MaterialId) -> Result<String, SceneError> {
+        if material.0 as usize >= self.materials.len() {
+            return Err(SceneError::Missing { kind: "material", name: material.0.to_string() });
+        }
+        self.check_name(name)
+    }
+
+    fn add_surface(
+        &mut self,
+        name: String,
+        material: MaterialId,
+        mut shapes: Vec<Shape>,
+        attributes: Option<Attributes>,
+    ) -> Result<SurfaceId, SceneError> {
+        if self.shapes.len() + shapes.len() >= i32::MAX as usize {
+            return Err(SceneError::TooManyPrimitives);
+        }
+        let (first_primitive, primitives) = (self.shapes.len() as u32, shapes.len() as u32);
+        self.names.insert(name.clone());
+        self.shapes.append(&mut shapes);
+        let id = SurfaceId(self.surfaces.len() as u32);
+        self.surfaces.push(Surface { name, material, emission: None, light: None, first_primitive, primitives, attributes });
+        Ok(id)
+    }
+}
+
+fn check_radius(name: &str, radius: f64) -> Result<(), SceneError> {
+    // The area must neither underflow nor overflow.
+    let fits = |r: f64| r > 0.0 && r * r > 0.0 && r <= SceneError::MAX_COORDINATE;
+    check(name, "radius", radius, "positive, with a positive square, and at most 1e50", fits)
+}
+
+fn check_direction(name: &str, parameter: &'static str, direction: glam::DVec3) -> Result<glam::DVec3, SceneError> {
+    check_point(name, parameter, direction)?;
+    let zero = || SceneError::Parameter {
+        object: name.to_owned(),
+        parameter,
+        value: direction.length(),
+        requirement: "a vector of positive length",
+    };
+    direction.try_normalize().ok_or_else(zero)
+}
+
+impl std::fmt::Debug for WorldBuilder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("WorldBuilder")
+            .field("materials", &self.materials.len())
+            .field("surfaces", &self.surfaces.len())
+            .field("primitives", &self.shapes.len())
+            .field("lights", &self.lights.len())
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,173 @@
+//! What can be wrong with a scene.
+
+use crate::bsdf::BsdfError;
+use crate::endpoint::EndpointError;
+use std::fmt;
+
+/// Why a scene, or a part of it, was refused. Every message names the object and the reason.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// Neither a surface nor a light.
+    Empty,
+    /// The name is taken: surfaces and lights share one set of names, materials have another.
+    DuplicateName {
+        /// The name.
+        name: String,
+    },
+    /// No object of this name or id.
+    Missing {
+        /// What was looked for: "material", "surface".
+        kind: &'static str,
+        /// Its name or number.
+        name: String,
+    },
+    /// A second environment.
+    SecondEnvironment {
+        /// The environment that was refused.
+        name: String,
+    },
+    /// A number outside its range, infinite or not a number.
+    Parameter {
+        /// The object.
+        object: String,
+        /// Which of its parameters, "radius" for instance.
+        parameter: &'static str,
+        /// The value.
+        value: f64,
+        /// What it must be.
+        requirement: &'static str,
+    },
+    /// A parameter of a material outside its range.
+    Material {
+        /// The material.
+        name: String,
+        /// What is wrong.
+        reason: BsdfError,
+    },
+    /// A parameter of a light outside its range.
+    Light {
+        /// The light.
+        name: String,
+        /// What is wrong.
+        reason: EndpointError,
+    },
+    /// A vertex position, normal or texture coordinate that is infinite, not a number, or beyond [`SceneError::MAX_COORDINATE`].
+    Vertex {
+        /// The mesh.
+        object: String,
+        /// Which attribute.
+        attribute: &'static str,
+        /// Index of the vertex.
+        vertex: usize,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A triangle that refers to a vertex which does not exist.
+    IndexOutOfRange {
+        /// The mesh.
+        object: String,
+        /// Index of the triangle.
+        triangle: usize,
+        /// The vertex that it refers to.
+        index: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// As many normals or texture coordinates as positions are needed.
+    AttributeCount {
+        /// The mesh.
+        object: String,
+        /// Which attribute.
+        attribute: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        expected: usize,
+    },
+    /// A transform that is not finite or not invertible.
+    SingularTransform {
+        /// The object.
+        object: String,
+    },
+    /// A quad without area.
+    Degenerate {
+        /// The object.
+        object: String,
+    },
+    /// An emissive surface whose total area is zero.
+    LightWithoutArea {
+        /// The surface.
+        object: String,
+    },
+    /// More primitives than ids.
+    TooManyPrimitives,
+}
+
+impl SceneError {
+    /// Largest admissible size of a coordinate or radius: products of three of them, and their squares, must not overflow.
+    pub const MAX_COORDINATE: f64 = 1e50;
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => write!(f, "the scene has neither a surface nor a light"),
+            Self::DuplicateName { name } => write!(f, "the name \"{name}\" is already taken"),
+            Self::Missing { kind, name } => write!(f, "there is no {kind} \"{name}\""),
+            Self::SecondEnvironment { name } => write!(f, "environment \"{name}\": the scene has an environment already"),
+            Self::Parameter { object, parameter, value, requirement } => {
+                write!(f, "\"{object}\": {parameter} is {value}, but must be {requirement}")
+            }
+            Self::Material { name, reason } => write!(f, "material \"{name}\": {reason}"),
+            Self::Light { name, reason } => write!(f, "\"{name}\": {reason}"),
+            Self::Vertex { object, attribute, vertex, reason } => write!(f, "\"{object}\": {attribute} of vertex {vertex} is {reason}"),
+            Self::IndexOutOfRange { object, triangle, index, vertices } => {
+                write!(f, "\"{object}\": triangle {triangle} refers to vertex {index}, but there are {vertices}")
+            }
+            Self::AttributeCount { object, attribute, found, expected } => {
+                write!(f, "\"{object}\": {found} {attribute}s for {expected} vertices")
+            }
+            Self::SingularTransform { object } => write!(f, "\"{object}\": the transform is not invertible or not finite"),
+            Self::Degenerate { object } => write!(f, "\"{object}\": the quad has no area"),
+            Self::LightWithoutArea { object } => write!(f, "\"{object}\": a surface without area cannot emit"),
+            Self::TooManyPrimitives => write!(f, "the scene has more than 2³¹ - 1 primitives"),
+        }
+    }
+}
+
+impl std::error::Error for SceneError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Material { reason, .. } => Some(reason),
+            Self::Light { reason, .. } => Some(reason),
+            _ => None,
+        }
+    }
+}
+
+/// Checks one number.
+pub(crate) fn check(
+    object: &str,
+    parameter: &'static str,
+    value: f64,
+    requirement: &'static str,
+    holds: impl Fn(f64) -> bool,
+) -> Result<(), SceneError> {
+    if value.is_finite() && holds(value) {
+        Ok(())
+    } else {
+        Err(SceneError::Parameter { object: object.to_owned(), parameter, value, requirement })
+    }
+}
+
+/// Checks each component of a radiance.
+pub(crate) fn check_radiance(object: &str, value: crate::math::Rgb) -> Result<(), SceneError> {
+    value.0.iter().try_for_each(|&c| check(object, "radiance", c, "finite and not negative", |c| c >= 0.0))
+}
+
+/// Checks the coordinates of a point.
+pub(crate) fn check_point(object: &str, parameter: &'static str, p: glam::DVec3) -> Result<(), SceneError> {
+    let fits = |c: f64| c.abs() <= SceneError::MAX_COORDINATE;
+    p.to_array().iter().try_for_each(|&c| check(object, parameter, c, "finite and at most 1e50 in size", fits))
+}

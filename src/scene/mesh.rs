@@ -1,0 +1,239 @@
+//! Triangle meshes: what a user hands in, and the vertex attributes that a scene keeps.
+
+use super::error::SceneError;
+use crate::geometry::{Shape, SurfacePoint, Triangle};
+use glam::{DAffine3, DVec2, DVec3};
+use std::collections::HashMap;
+
+/// An indexed triangle mesh in object space.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertex positions.
+    pub positions: Vec<DVec3>,
+    /// Normals for smooth shading, one for each vertex, of any length but zero. `None`: flat triangles.
+    pub normals: Option<Vec<DVec3>>,
+    /// Texture coordinates, one for each vertex. `None`: barycentric coordinates take their place.
+    pub uvs: Option<Vec<DVec2>>,
+    /// Three vertices for each triangle, counter-clockwise seen from the front.
+    pub indices: Vec<[u32; 3]>,
+}
+
+/// A mesh in world space.
+pub(crate) struct PlacedMesh {
+    pub triangles: Vec<Shape>,
+    /// Attributes of these triangles, if there are any.
+    pub attributes: Option<Attributes>,
+    /// Number of triangles without area, which were left out.
+    pub dropped: usize,
+}
+
+/// Vertex attributes of the triangles of one surface.
+#[derive(Debug)]
+pub(crate) struct Attributes {
+    normals: Option<Vec<DVec3>>,
+    uvs: Option<Vec<DVec2>>,
+    indices: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// A closed approximation of the unit sphere: an icosahedron whose triangles are divided into four `levels` times, 20 · 4ⁿ
+    /// triangles in all. Its vertices lie on the sphere and are shared.
+    #[must_use]
+    pub fn icosphere(levels: u32) -> Self {
+        let golden = 0.5 * (1.0 + 5.0f64.sqrt());
+        let mut positions = Vec::new();
+        for (a, b) in [(1.0, golden), (1.0, -golden), (-1.0, golden), (-1.0, -golden)] {
+            positions.extend([DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)].map(DVec3::normalize));
+        }
+        let near = |a: u32, b: u32| positions[a as usize].distance(positions[b as usize]) < 1.1;
+        let mut indices = Vec::new();
+        for (a, b, c) in (0..12).flat_map(|a| (0..a).flat_map(move |b| (0..b).map(move |c| (a, b, c)))) {
+            if near(a, b) && near(b, c) && near(c, a) {
+                let [p, q, r] = [a, b, c].map(|i: u32| positions[i as usize]);
+                indices.push(if (q - p).cross(r - p).dot(p) > 0.0 { [a, b, c] } else { [a, c, b] });
+            }
+        }
+        for _ in 0..levels {
+            let mut middles = HashMap::new();
+            let mut middle = |a: u32, b: u32| {
+                *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                    positions.push((positions[a as usize] + positions[b as usize]).normalize());
+                    positions.len() as u32 - 1
+                })
+            };
+            let mut divided = Vec::with_capacity(4 * indices.len());
+            for [a, b, c] in indices {
+                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                divided.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+            }
+            indices = divided;
+        }
+        Self { positions, indices, ..Self::default() }
+    }
+
+    /// Checks the mesh and brings it to world space.
+    ///
+    /// Under a mirroring transform the winding is reversed, so that the front side stays the image of the front side.
+    pub(crate) fn place(&self, name: &str, transform: &DAffine3) -> Result<PlacedMesh, SceneError> {
+        let linear = transform.matrix3;
+        // The determinant of the matrix with its scale taken out, so that neither tiny nor huge scales pass for singular ones.
+        let scale = [linear.x_axis, linear.y_axis, linear.z_axis].iter().fold(0.0f64, |s, axis| s.max(axis.abs().max_element()));
+        let unscaled = linear * (1.0 / scale);
+        let determinant = unscaled.determinant();
+        if !(transform.is_finite() && scale > 0.0 && determinant.is_finite() && determinant != 0.0) {
+            return Err(SceneError::SingularTransform { object: name.to_owned() });
+        }
+        let normal_matrix = unscaled.inverse().transpose();
+        if !normal_matrix.is_finite() {
+            return Err(SceneError::SingularTransform { object: name.to_owned() });
+        }
+        self.check_counts(name)?;
+        let fits = |p: &DVec3| p.abs().cmple(DVec3::splat(SceneError::MAX_COORDINATE)).all();
+        let positions = self.map_vertices(name, "position", &self.positions, |p| Some(transform.transform_point3(p)).filter(fits))?;
+        let normals = match &self.normals {
+            Some(normals) => Some(self.map_vertices(name, "normal", normals, |n| (normal_matrix * n.try_normalize()?).try_normalize())?),
+            None => None,
+        };
+        if let Some(uvs) = &self.uvs {
+            self.map_vertices(name, "texture coordinate", uvs, |uv| uv.is_finite().then_some(uv))?;
+        }
+        let mirrored = determinant < 0.0;
+        let (mut triangles, mut indices) = (Vec::with_capacity(self.indices.len()), Vec::with_capacity(self.indices.len()));
+        for &[a, b, c] in &self.indices {
+            let corners = if mirrored { [a, c, b] } else { [a, b, c] };
+            let triangle = Triangle { vertices: corners.map(|i| positions[i as usize]) };
+            let normal_length = triangle.cross().length();
+            // Also drops triangles so small that their normal underflows.
+            if normal_length.is_finite() && normal_length > 0.0 && triangle.cross().try_normalize().is_some() {
+                triangles.push(Shape::Triangle(triangle));
+                indices.push(corners);
+            }
+        }
+        let dropped = self.indices.len() - triangles.len();
+        let has_attributes = normals.is_some() || self.uvs.is_some();
+        let attributes = has_attributes.then(|| Attributes { normals, uvs: self.uvs.clone(), indices });
+        Ok(PlacedMesh { triangles, attributes, dropped })
+    }
+
+    fn check_counts(&self, name: &str) -> Result<(), SceneError> {
+        let expected = self.positions.len();
+        let counts = [("normal", self.normals.as_ref().map(Vec::len)), ("texture coordinate", self.uvs.as_ref().map(Vec::len))];
+        for (attribute, found) in counts {
+            if let Some(found) = found.filter(|&found| found != expected) {
+                return Err(SceneError::AttributeCount { object: name.to_owned(), attribute, found, expected });
+            }
+        }
+        for (triangle, indices) in self.indices.iter().enumerate() {
+            if let Some(&index) = indices.iter().find(|&&i| i as usize >= expected) {
+                return Err(SceneError::IndexOutOfRange { object: name.to_owned(), triangle, index, vertices: expected });
+            }
+        }
+        Ok(())
+    }
+
+    fn map_vertices<T: Copy>(
+        &self,
+        name: &str,
+        attribute: &'static str,
+        values: &[T],
+        f: impl Fn(T) -> Option<T>,
+    ) -> Result<Vec<T>, SceneError> {
+        let refuse = |vertex| SceneError::Vertex {
+            object: name.to_owned(),
+            attribute,
+            vertex,
+            reason: if attribute == "normal" { "zero, infinite or not a number" } else { "infinite, not a number or too large" },
+        };
+        values.iter().enumerate().map(|(vertex, &value)| f(value).ok_or_else(|| refuse(vertex))).collect()
+    }
+}
+
+impl Attributes {
+    /// Whether shading normals differ from geometric ones.
+    pub fn is_smooth(&self) -> bool {
+        self.normals.is_some()
+    }
+
+    /// Replaces shading normal, texture coordinates and tangent of a point, whose uv are barycentric, on a triangle of this surface.
+    ///
+    /// A shading normal on the back of its triangle is negated, so that both normals always agree about the side.
+    pub fn apply(&self, triangle: usize, shape: &Shape, x: &mut SurfacePoint) {
+        let (Some(&indices), Shape::Triangle(shape)) = (self.indices.get(triangle), shape) else { return };
+        let [a, b, c] = indices.map(|i| i as usize);
+        let (u, v) = (x.uv.x, x.uv.y);
+        let w = 1.0 - u - v;
+        if let Some(n) = &self.normals {
+            let sum = n[a] * w + n[b] * u + n[c] * v;
+            let normal = sum.try_normalize().unwrap_or(x.geometric_normal);
+            x.shading_normal = if normal.dot(x.geometric_normal) < 0.0 { -normal } else { normal };
+        }
+        if let Some(uv) = &self.uvs {
+            x.uv = uv[a] * w + uv[b] * u + uv[c] * v;
+            let [p, q, r] = shape.vertices;
+            let (d1, d2) = (uv[b] - uv[a], uv[c] - uv[a]);
+            // Solves for dp/du; only its direction matters, so the determinant's sign is enough.
+            let tangent = ((q - p) * d2.y - (r - p) * d1.y) * d1.perp_dot(d2).signum();
+            x.tangent = if d1.perp_dot(d2) != 0.0 && tangent.is_finite() { tangent } else { x.tangent };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn icospheres_are_closed_and_face_outwards() {
+        for levels in 0..4 {
+            let mesh = Mesh::icosphere(levels);
+            assert_eq!(mesh.indices.len(), 20 << (2 * levels));
+            // Euler's formula for a closed surface without holes: V - E + F = 2 with E = 3 F / 2.
+            assert_eq!(2 * mesh.positions.len(), mesh.indices.len() + 4);
+            let placed = mesh.place("ball", &DAffine3::IDENTITY).expect("valid");
+            for shape in &placed.triangles {
+                let Shape::Triangle(t) = shape else { unreachable!() };
+                assert!(t.cross().dot(t.vertices[0]) > 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn attributes_follow_the_vertices_through_a_mirror() {
+        let mesh = Mesh {
+            positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+            normals: Some(vec![DVec3::new(0.1, 0.0, 1.0), DVec3::new(0.5, 0.0, 1.0), DVec3::new(0.0, 0.5, 1.0)]),
+            uvs: Some(vec![DVec2::new(0.2, 0.3), DVec2::new(0.6, 0.3), DVec2::new(0.2, 0.9)]),
+            indices: vec![[0, 1, 2]],
+        };
+        for mirror in [1.0, -1.0] {
+            let placed = mesh.place("thing", &DAffine3::from_scale(DVec3::new(mirror, 1.0, 1.0))).expect("valid");
+            let (shape, attributes) = (&placed.triangles[0], placed.attributes.expect("given"));
+            let ray = crate::geometry::Ray::new(DVec3::new(0.25 * mirror, 0.5, 1.0), -DVec3::Z);
+            let mut x = shape.point_at_hit(&ray, &shape.intersect(&ray).expect("aimed at it"));
+            attributes.apply(0, shape, &mut x);
+            assert_eq!(x.geometric_normal, DVec3::Z);
+            assert_relative_eq!(x.uv, DVec2::new(0.3, 0.6), epsilon = 1e-15);
+            assert_relative_eq!(x.tangent.normalize(), DVec3::X * mirror, epsilon = 1e-15);
+            assert!(x.shading_normal.x * mirror > 0.0 && x.shading_normal.is_normalized());
+        }
+    }
+
+    #[test]
+    fn shading_normals_stay_on_the_side_of_the_geometric_one() {
+        let mesh = Mesh {
+            positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+            normals: Some(vec![-DVec3::Z, DVec3::Z, DVec3::new(0.6, 0.0, -0.8)]),
+            indices: vec![[0, 1, 2]],
+            ..Mesh::default()
+        };
+        let placed = mesh.place("thing", &DAffine3::IDENTITY).expect("valid");
+        let (shape, attributes) = (&placed.triangles[0], placed.attributes.expect("given"));
+        let Shape::Triangle(triangle) = shape else { unreachable!() };
+        for (u, v, expected) in [(0.0, 0.0, DVec3::Z), (0.5, 0.0, DVec3::Z), (0.0, 1.0, DVec3::new(-0.6, 0.0, 0.8))] {
+            let mut x = triangle.point_at(u, v, DVec3::Z);
+            attributes.apply(0, shape, &mut x);
+            assert_relative_eq!(x.shading_normal, expected, epsilon = 1e-15);
+        }
+    }
+}

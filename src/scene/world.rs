@@ -1,0 +1,397 @@
+//! The ready-made scene: meshes, spheres, quads and disks, named materials, and lights of any kind.
+
+use super::builder::{MaterialId, Surface, SurfaceId};
+use super::bvh::{Bvh, Ends, unit};
+use super::lights::{BoxedLight, Choice};
+use super::{Needs, Scene, SurfaceArea};
+use crate::bsdf::{Bsdf, Lobes, Model};
+use crate::endpoint::{Light, LightId};
+use crate::geometry::{Bounds, Place, Shape, SurfacePoint};
+use glam::{DVec2, DVec3};
+
+/// A scene made by a [`WorldBuilder`](super::WorldBuilder). Immutable; share it between threads.
+///
+/// Primitives are numbered surface by surface in the order in which surfaces were added. Of surfaces at the same distance, a ray sees
+/// that of the lowest number.
+pub struct World {
+    bvh: Bvh,
+    bounds: Bounds,
+    materials: Vec<Model>,
+    surfaces: Vec<Surface>,
+    /// The surface of each primitive.
+    surface_of: Vec<u32>,
+    lights: Vec<(String, BoxedLight)>,
+    environment: Option<LightId>,
+    light_choice: Choice,
+    area_choice: Choice,
+    total_area: f64,
+    needs: Needs,
+    dropped_triangles: usize,
+}
+
+impl World {
+    #[allow(clippy::too_many_arguments)]
+    pub(super) fn assemble(
+        bvh: Bvh,
+        bounds: Bounds,
+        materials: Vec<Model>,
+        surfaces: Vec<Surface>,
+        lights: Vec<(String, BoxedLight)>,
+        environment: Option<LightId>,
+        light_choice: Choice,
+        areas: &[f64],
+        dropped_triangles: usize,
+    ) -> Self {
+        let mut surface_of = Vec::with_capacity(areas.len());
+        for (id, surface) in surfaces.iter().enumerate() {
+            surface_of.resize(surface_of.len() + surface.primitives as usize, id as u32);
+        }
+        let needs = needs(&materials, &surfaces, &lights, environment);
+        let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
+        Self {
+            bvh,
+            bounds,
+            materials,
+            surfaces,
+            surface_of,
+            lights,
+            environment,
+            light_choice,
+            area_choice,
+            total_area,
+            needs,
+            dropped_triangles,
+        }
+    }
+
+    /// The box around all surfaces; empty if there is none.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// Number of triangles, spheres, quads and disks.
+    #[must_use]
+    pub fn primitive_count(&self) -> usize {
+        self.surface_of.len()
+    }
+
+    /// Number of surfaces: what was added by one call.
+    #[must_use]
+    pub fn surface_count(&self) -> usize {
+        self.surfaces.len()
+    }
+
+    /// Number of lights, emissive surfaces and the environment included.
+    #[must_use]
+    pub fn light_count(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// Number of triangles that were left out because they have no area.
+    #[must_use]
+    pub fn dropped_triangles(&self) -> usize {
+        self.dropped_triangles
+    }
+
+    /// The light of a name; an emissive surface's light has the name of the surface.
+    #[must_use]
+    pub fn light_by_name(&self, name: &str) -> Option<LightId> {
+        self.lights.iter().position(|(n, _)| n == name).map(|index| LightId(index as u32))
+    }
+
+    /// The name of a light.
+    #[must_use]
+    pub fn light_name(&self, id: LightId) -> Option<&str> {
+        self.lights.get(id.0 as usize).map(|(name, _)| name.as_str())
+    }
+
+    /// The surface of a name.
+    #[must_use]
+    pub fn surface_by_name(&self, name: &str) -> Option<SurfaceId> {
+        self.surfaces.iter().position(|s| s.name == name).map(|index| SurfaceId(index as u32))
+    }
+
+    /// The name of the surface that a point lies on.
+    #[must_use]
+    pub fn surface_name(&self, x: &SurfacePoint) -> Option<&str> {
+        self.surfaces.get(x.surface as usize).map(|s| s.name.as_str())
+    }
+
+    /// The material of the surface that a point lies on, as the model that it became.
+    #[must_use]
+    pub fn material_at(&self, x: &SurfacePoint) -> Option<(MaterialId, &Model)> {
+        let id = self.surfaces.get(x.surface as usize)?.material;
+        self.materials.get(id.0 as usize).map(|material| (id, material))
+    }
+
+    /// The shape of a primitive.
+    #[must_use]
+    pub fn shape(&self, primitive: u32) -> Option<&Shape> {
+        self.bvh.shape(primitive)
+    }
+
+    /// Gives a point of a shape what the scene knows about it.
+    fn complete(&self, primitive: u32, shape: &Shape, mut x: SurfacePoint) -> SurfacePoint {
+        x.primitive = primitive;
+        x.surface = self.surface_of[primitive as usize];
+        let surface = &self.surfaces[x.surface as usize];
+        if let Some(attributes) = &surface.attributes {
+            attributes.apply((primitive - surface.first_primitive) as usize, shape, &mut x);
+        }
+        x
+    }
+
+    /// The end of a segment at which to start the ray: the one closer to the scene's centre, whose rounding is the smaller one. So the
+    /// answer does not depend on the order of the ends.
+    fn starts_segment(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
+        let center = if self.bounds.is_empty() { DVec3::ZERO } else { self.bounds.center() };
+        let key = |x: &SurfacePoint| {
+            let p = x.position;
+            [(p - center).length_squared(), p.x, p.y, p.z, f64::from(x.primitive)]
+        };
+        key(a).partial_cmp(&key(b)) != Some(std::cmp::Ordering::Greater)
+    }
+}
+
+impl Scene for World {
+    type Bsdf<'a> = &'a Model;
+    type Light = dyn Light;
+
+    #[inline]
+    fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
+        let direction = unit(direction);
+        let hit = self.bvh.closest(from.origin_towards(direction), direction, contact(from))?;
+        Some(self.complete(hit.primitive, hit.shape, hit.shape.point_at_hit(&hit.ray, &hit.intersection)))
+    }
+
+    /// Coincident points, two points at infinity and points that are not finite do not see each other: they have no geometry term.
+    #[inline]
+    fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
+        let (a, b) = match (a.place, b.place) {
+            (Place::Infinite, Place::Infinite) => return false,
+            (Place::Infinite, _) => (b, a),
+            (_, Place::Infinite) => (a, b),
+            _ if self.starts_segment(a, b) => (a, b),
+            _ => (b, a),
+        };
+        let (origin, direction, length) = if b.place == Place::Infinite {
+            let direction = unit(-b.geometric_normal);
+            let origin = a.origin_towards(direction);
+            (origin, direction, (b.position - origin).dot(direction))
+        } else {
+            let between = b.position - a.position;
+            if between == DVec3::ZERO {
+                return false;
+            }
+            // Each end is moved towards the other, so that neither end's own surface is in the way.
+            let (origin, end) = (a.origin_towards(between), b.origin_towards(-between));
+            let segment = end - origin;
+            if segment.dot(between) <= 0.0 {
+                // Closer to each other than their error bounds: nothing can be in between.
+                return true;
+            }
+            let length = segment.length();
+            (origin, segment / length, length)
+        };
+        if !(origin.is_finite() && direction.is_finite() && direction != DVec3::ZERO && length.is_finite()) {
+            return false;
+        }
+        // Hits within the rounding of the distance itself belong to the end.
+        let length = length * (1.0 - crate::geometry::gamma(8));
+        self.bvh.is_free(origin, direction, length, Ends { origin: contact(a), end: contact(b) })
+    }
+
+    #[inline]
+    fn bsdf(&self, x: &SurfacePoint) -> &Model {
+        self.material_at(x).map_or(&Model::BLACK, |(_, model)| model)
+    }
+
+    #[inline]
+    fn light_at(&self, x: &SurfacePoint) -> Option<LightId> {
+        self.surfaces.get(x.surface as usize)?.light
+    }
+
+    fn environment(&self) -> Option<LightId> {
+        self.environment
+    }
+
+    /// # Panics
+    /// The id is not one of this world.
+    fn light(&self, id: LightId) -> &Self::Light {
+        &*self.lights[id.0 as usize].1
+    }
+
+    fn pick_light(&self, u: f64) -> Option<(LightId, f64)> {
+        self.light_choice.sample_light(u)
+    }
+
+    fn pick_pmf(&self, id: LightId) -> f64 {
+        self.light_choice.pmf(id.0)
+    }
+
+    fn needs(&self) -> Needs {
+        self.needs
+    }
+}
+
+impl SurfaceArea for World {
+    fn total_area(&self) -> f64 {
+        self.total_area
+    }
+
+    fn sample_surface(&self, u1: f64, u2: DVec2) -> SurfacePoint {
+        let chosen = self.area_choice.sample(u1).map(|(index, _)| index);
+        match chosen.and_then(|primitive| Some((primitive, self.bvh.shape(primitive)?))) {
+            Some((primitive, shape)) => self.complete(primitive, shape, shape.sample_area(u2)),
+            // A world without surfaces: a point that nothing is known about and that scatters nothing.
+            None => SurfacePoint::dirac(DVec3::ZERO),
+        }
+    }
+}
+
+/// The primitive that a ray from a point must not hit again.
+fn contact(x: &SurfacePoint) -> u32 {
+    if x.place == Place::Area { x.primitive } else { SurfacePoint::NONE }
+}
+
+fn needs(materials: &[Model], surfaces: &[Surface], lights: &[(String, BoxedLight)], environment: Option<LightId>) -> Needs {
+    let when = |condition: bool, need: Needs| if condition { need } else { Needs::NONE };
+    let lobes = surfaces.iter().fold(Lobes::NONE, |lobes, s| lobes | materials[s.material.0 as usize].lobes());
+    let smooth = surfaces.iter().any(|s| s.attributes.as_ref().is_some_and(|a| a.is_smooth()));
+    when(lights.iter().any(|(_, light)| light.can_be_hit()), Needs::HITTABLE_LIGHTS)
+        | when(lights.iter().any(|(_, light)| light.can_be_connected()), Needs::CONNECTIBLE_LIGHTS)
+        | when(lobes.intersects(Lobes::FINITE), Needs::FINITE_LOBES)
+        | when(lobes.intersects(Lobes::DIRAC), Needs::DIRAC_LOBES)
+        | when(lobes.intersects(Lobes::TRANSMISSION), Needs::TRANSMISSION)
+        | when(environment.is_some(), Needs::ENVIRONMENT)
+        | when(smooth, Needs::SMOOTH_NORMALS)
+}
+
+impl std::fmt::Debug for World {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let lights: Vec<&str> = self.lights.iter().map(|(name, _)| name.as_str()).collect();
+        f.debug_struct("World")
+            .field("bvh", &self.bvh)
+            .field("bounds", &self.bounds)
+            .field("surfaces", &self.surfaces.len())
+            .field("materials", &self.materials)
+            .field("lights", &lights)
+            .field("needs", &self.needs)
+            .finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::endpoint::{DirectionSample, Endpoint, PointSample};
+    use crate::geometry::{Quad, Sphere};
+    use crate::math::{PerArea, PerProjected, Rgb};
+    use crate::scene::Material;
+    use crate::scene::{Emission, SceneError, WorldBuilder};
+
+    /// A light of a given power that is proportional to the radius of the scene.
+    struct Stub {
+        power: f64,
+        radius: f64,
+    }
+
+    impl Endpoint for Stub {
+        fn sample_point(&self, _: f64, _: DVec2) -> Option<PointSample> {
+            None
+        }
+        fn point_pdf(&self, _: &SurfacePoint) -> PerArea {
+            PerArea::ZERO
+        }
+        fn sample_direction(&self, _: &SurfacePoint, _: DVec2) -> Option<DirectionSample> {
+            None
+        }
+        fn direction_pdf(&self, _: &SurfacePoint, _: DVec3) -> PerProjected {
+            PerProjected::ZERO
+        }
+        fn emit(&self, _: &SurfacePoint, _: DVec3) -> Rgb {
+            Rgb::BLACK
+        }
+    }
+
+    impl Light for Stub {
+        fn power(&self) -> Rgb {
+            Rgb::splat(self.power * self.radius)
+        }
+        fn can_be_hit(&self) -> bool {
+            false
+        }
+        fn set_scene_bounds(&mut self, bounds: &Bounds) {
+            self.radius = bounds.radius();
+        }
+    }
+
+    fn stub(power: f64) -> Stub {
+        Stub { power, radius: f64::NAN }
+    }
+
+    #[test]
+    fn lights_are_picked_by_power_and_found_by_name() -> Result<(), SceneError> {
+        let mut builder = WorldBuilder::new();
+        let grey = builder.add_material("grey", Material::Lambert { albedo: Rgb::splat(0.5) })?;
+        builder.add_light("off", stub(0.0))?;
+        builder.add_light("on", stub(2.0))?;
+        builder.set_environment("sky", stub(1.0))?;
+        assert_eq!(builder.set_environment("heaven", stub(1.0)), Err(SceneError::SecondEnvironment { name: "heaven".into() }));
+        assert_eq!(builder.add_light("on", stub(1.0)), Err(SceneError::DuplicateName { name: "on".into() }));
+        builder.add_sphere("ball", Sphere::new(DVec3::ZERO, 1.0), grey)?;
+        let lamp = builder.add_quad("lamp", Quad { origin: DVec3::Z * 2.0, edge_u: DVec3::X, edge_v: DVec3::Y }, grey)?;
+        let power_of_others = 3.0 * Bounds { min: DVec3::splat(-1.0), max: DVec3::new(1.0, 1.0, 2.0) }.radius();
+        let radiance = Rgb::splat(power_of_others / std::f64::consts::PI);
+        builder.set_emission(lamp, Emission { radiance, two_sided: false })?;
+        let world = builder.build()?;
+
+        let id = |name: &str| world.light_by_name(name).expect("added");
+        assert_eq!((world.light_count(), world.environment()), (4, Some(id("sky"))));
+        for (name, pmf) in [("off", 0.0), ("on", 1.0 / 3.0), ("sky", 1.0 / 6.0), ("lamp", 0.5)] {
+            approx::assert_relative_eq!(world.pick_pmf(id(name)), pmf, max_relative = 1e-12);
+        }
+        for i in 0..1000 {
+            let (light, pmf) = world.pick_light(f64::from(i) / 1000.0).expect("there are lights");
+            assert!(pmf > 0.0 && pmf == world.pick_pmf(light) && light != id("off"));
+        }
+        let hit = world.intersect(&SurfacePoint::dirac(DVec3::new(0.5, 0.5, 5.0)), -DVec3::Z).expect("the lamp");
+        assert_eq!((world.surface_name(&hit), world.light_at(&hit)), (Some("lamp"), Some(id("lamp"))));
+        let expected = Needs::HITTABLE_LIGHTS | Needs::CONNECTIBLE_LIGHTS | Needs::FINITE_LOBES | Needs::ENVIRONMENT;
+        assert_eq!(world.needs(), expected);
+        Ok(())
+    }
+
+    #[test]
+    fn a_world_of_an_environment_alone_is_valid() -> Result<(), SceneError> {
+        let mut builder = WorldBuilder::new();
+        builder.set_environment("sky", stub(1.0))?;
+        let world = builder.build()?;
+        let (a, b) = (SurfacePoint::dirac(DVec3::ZERO), SurfacePoint::dirac(DVec3::X * 1e9));
+        assert!(world.intersect(&a, DVec3::X).is_none());
+        assert!(world.visible(&a, &b));
+        assert_eq!((world.pick_light(0.5), world.total_area()), (None, 0.0));
+        assert_eq!(world.bsdf(&world.sample_surface(0.5, DVec2::ZERO)), &Model::BLACK);
+        Ok(())
+    }
+
+    #[test]
+    fn lights_without_a_proper_power_are_refused() {
+        for power in [-1.0, f64::NAN, f64::INFINITY] {
+            let mut builder = WorldBuilder::new();
+            builder.add_light("bad", Stub { power, radius: 1.0 }).expect("power is known only when the scene is");
+            builder.set_environment("sky", stub(1.0)).expect("valid");
+            let black = builder.add_material("black", Material::Black).expect("valid");
+            builder.add_sphere("ball", Sphere::new(DVec3::ZERO, 1.0), black).expect("valid");
+            assert!(matches!(builder.build(), Err(SceneError::Parameter { parameter: "power", .. })));
+        }
+    }
+
+    #[test]
+    fn worlds_are_shared_between_threads() {
+        fn check<T: Send + Sync>() {}
+        check::<World>();
+        check::<WorldBuilder>();
+    }
+}

@@ -1,0 +1,225 @@
+//! Every bad scene is refused with an error that names the object, and nothing makes the builder panic.
+
+use pathspace::geometry::{Disk, Quad, Sphere, SurfacePoint};
+use pathspace::glam::{DAffine3, DMat3, DVec2, DVec3};
+use pathspace::math::Rgb;
+use pathspace::scene::{Emission, Material, MaterialId, Mesh, Scene, SceneError, SurfaceArea, SurfaceId, WorldBuilder};
+use proptest::prelude::*;
+
+fn builder() -> (WorldBuilder, MaterialId) {
+    let mut builder = WorldBuilder::new();
+    let grey = builder.add_material("grey", Material::Lambert { albedo: Rgb::splat(0.5) }).expect("valid");
+    (builder, grey)
+}
+
+fn triangle() -> Mesh {
+    Mesh { positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y], indices: vec![[0, 1, 2]], ..Mesh::default() }
+}
+
+/// The error of adding a mesh called "thing".
+fn refused(mesh: &Mesh, transform: DAffine3) -> SceneError {
+    let (mut builder, grey) = builder();
+    let error = builder.add_mesh("thing", mesh, transform, grey).expect_err("must be refused");
+    assert!(error.to_string().contains("\"thing\""), "{error}");
+    error
+}
+
+#[test]
+fn vertices_must_be_finite() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300] {
+        let mut mesh = triangle();
+        mesh.positions[1].y = bad;
+        assert!(matches!(refused(&mesh, DAffine3::IDENTITY), SceneError::Vertex { attribute: "position", vertex: 1, .. }));
+    }
+    for bad in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY] {
+        let mesh = Mesh { normals: Some(vec![DVec3::Z, DVec3::Z, bad]), ..triangle() };
+        assert!(matches!(refused(&mesh, DAffine3::IDENTITY), SceneError::Vertex { attribute: "normal", vertex: 2, .. }));
+    }
+    let mesh = Mesh { uvs: Some(vec![DVec2::ZERO, DVec2::NAN, DVec2::ONE]), ..triangle() };
+    assert!(matches!(refused(&mesh, DAffine3::IDENTITY), SceneError::Vertex { vertex: 1, .. }));
+}
+
+#[test]
+fn meshes_must_be_consistent() {
+    let mesh = Mesh { indices: vec![[0, 1, 2], [0, 1, 3]], ..triangle() };
+    assert!(matches!(refused(&mesh, DAffine3::IDENTITY), SceneError::IndexOutOfRange { triangle: 1, index: 3, vertices: 3, .. }));
+    let mesh = Mesh { normals: Some(vec![DVec3::Z; 2]), ..triangle() };
+    assert!(matches!(refused(&mesh, DAffine3::IDENTITY), SceneError::AttributeCount { found: 2, expected: 3, .. }));
+    let mesh = Mesh { uvs: Some(vec![DVec2::ZERO; 4]), ..triangle() };
+    assert!(matches!(refused(&mesh, DAffine3::IDENTITY), SceneError::AttributeCount { found: 4, expected: 3, .. }));
+}
+
+#[test]
+fn transforms_must_be_invertible() {
+    for matrix in [DMat3::ZERO, DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0)), DMat3::NAN] {
+        assert!(matches!(refused(&triangle(), DAffine3::from_mat3(matrix)), SceneError::SingularTransform { .. }));
+    }
+    let infinite = DAffine3::from_translation(DVec3::INFINITY);
+    assert!(matches!(refused(&triangle(), infinite), SceneError::SingularTransform { .. }));
+    let (mut builder, grey) = builder();
+    for (name, scale) in [("tiny", 1e-30), ("huge", 1e30)] {
+        let transform = DAffine3::from_scale(DVec3::splat(scale));
+        assert!(builder.add_mesh(name, &triangle(), transform, grey).is_ok(), "small and large are not singular");
+    }
+    assert_eq!(builder.build().expect("valid").dropped_triangles(), 0);
+}
+
+#[test]
+fn empty_scenes_are_refused_and_degenerate_triangles_dropped() {
+    assert_eq!(WorldBuilder::new().build().expect_err("empty"), SceneError::Empty);
+    let (mut builder, grey) = builder();
+    let slivers = Mesh { indices: vec![[0, 0, 1], [1, 1, 1], [0, 1, 2], [2, 1, 2]], ..triangle() };
+    builder.add_mesh("slivers", &slivers, DAffine3::IDENTITY, grey).expect("degenerate triangles are no error");
+    let world = builder.build().expect("valid");
+    assert_eq!((world.dropped_triangles(), world.primitive_count()), (3, 1));
+    assert!((world.total_area() - 0.5).abs() < 1e-15);
+}
+
+#[test]
+fn lights_need_area_and_radiance() {
+    let (mut builder, grey) = builder();
+    let flat = Mesh { indices: vec![[0, 0, 1]], ..triangle() };
+    let flat = builder.add_mesh("flat", &flat, DAffine3::IDENTITY, grey).expect("valid as long as it is dark");
+    let emission = Emission { radiance: Rgb::WHITE, two_sided: false };
+    assert_eq!(builder.set_emission(flat, emission), Err(SceneError::LightWithoutArea { object: "flat".into() }));
+    let lamp = builder.add_mesh("lamp", &triangle(), DAffine3::IDENTITY, grey).expect("valid");
+    for bad in [-1.0, f64::NAN, f64::INFINITY] {
+        let emission = Emission { radiance: Rgb::new(1.0, bad, 1.0), two_sided: false };
+        assert!(matches!(builder.set_emission(lamp, emission), Err(SceneError::Parameter { parameter: "radiance", .. })));
+    }
+    assert!(matches!(builder.set_emission(SurfaceId(9), emission), Err(SceneError::Missing { kind: "surface", .. })));
+    builder.set_emission(lamp, emission).expect("valid");
+    let world = builder.build().expect("valid");
+    let id = world.light_by_name("lamp").expect("named after its surface");
+    assert_eq!(world.light_name(id), Some("lamp"));
+    assert_eq!(world.pick_light(0.3), Some((id, 1.0)));
+}
+
+#[test]
+fn names_are_unique_and_materials_exist() {
+    let (mut builder, grey) = builder();
+    let sphere = Sphere::new(DVec3::ZERO, 1.0);
+    let duplicate = |name: &str| SceneError::DuplicateName { name: name.into() };
+    assert_eq!(builder.add_material("grey", Material::Black), Err(duplicate("grey")));
+    builder.add_sphere("ball", sphere, grey).expect("valid");
+    assert_eq!(builder.add_sphere("ball", sphere, grey), Err(duplicate("ball")));
+    assert_eq!(builder.add_mesh("ball", &triangle(), DAffine3::IDENTITY, grey), Err(duplicate("ball")));
+    assert!(matches!(builder.add_sphere("other", sphere, MaterialId(7)), Err(SceneError::Missing { kind: "material", .. })));
+    assert_eq!(builder.material("grey"), Ok(grey));
+    assert!(matches!(builder.material("gray"), Err(SceneError::Missing { kind: "material", .. })));
+}
+
+#[test]
+fn materials_are_checked() {
+    let (mut builder, _) = builder();
+    for bad in [-0.1, 1.1, f64::NAN] {
+        let material = Material::Lambert { albedo: Rgb::new(0.2, 0.3, bad) };
+        let error = builder.add_material("bad", material).expect_err("outside [0, 1]");
+        assert!(matches!(error, SceneError::Parameter { parameter: "albedo", .. }));
+        assert!(error.to_string().contains("\"bad\""), "{error}");
+    }
+}
+
+#[test]
+fn shapes_are_checked() {
+    let (mut builder, grey) = builder();
+    let sphere = Sphere::new(DVec3::ZERO, 1.0);
+    for radius in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-300] {
+        assert!(matches!(
+            builder.add_sphere("s", Sphere { radius, ..sphere }, grey),
+            Err(SceneError::Parameter { parameter: "radius", .. })
+        ));
+        let disk = Disk { center: DVec3::ZERO, normal: DVec3::Z, radius };
+        assert!(matches!(builder.add_disk("d", disk, grey), Err(SceneError::Parameter { parameter: "radius", .. })));
+    }
+    for (cos_min, cos_max) in [(0.5, 0.5), (0.6, 0.2), (-1.5, 1.0), (f64::NAN, 1.0), (-1.0, f64::NAN), (0.0, 1.5)] {
+        assert!(matches!(
+            builder.add_sphere("s", Sphere { cos_min, cos_max, ..sphere }, grey),
+            Err(SceneError::Parameter { parameter: "cos_min" | "cos_max", .. })
+        ));
+    }
+    assert!(builder.add_sphere("s", Sphere { axis: DVec3::ZERO, ..sphere }, grey).is_err());
+    assert!(builder.add_sphere("s", Sphere { center: DVec3::NAN, ..sphere }, grey).is_err());
+    assert!(builder.add_disk("d", Disk { center: DVec3::ZERO, normal: DVec3::ZERO, radius: 1.0 }, grey).is_err());
+    let quad = Quad { origin: DVec3::ZERO, edge_u: DVec3::X, edge_v: DVec3::X * 2.0 };
+    assert_eq!(builder.add_quad("q", quad, grey), Err(SceneError::Degenerate { object: "q".into() }));
+    // What was refused leaves nothing behind.
+    assert!(builder.add_sphere("s", sphere, grey).is_ok());
+    assert_eq!(builder.build().expect("valid").surface_count(), 1);
+}
+
+#[test]
+fn mirrored_meshes_keep_their_front_side() {
+    let (mut builder, grey) = builder();
+    let mesh = Mesh { normals: Some(vec![DVec3::Z; 3]), ..triangle() };
+    for (name, scale) in [("plain", DVec3::ONE), ("mirrored", DVec3::new(-1.0, 1.0, 1.0)), ("turned", DVec3::new(1.0, -2.0, -3.0))] {
+        builder.add_mesh(name, &mesh, DAffine3::from_scale(scale), grey).expect("valid");
+    }
+    let world = builder.build().expect("valid");
+    for (x, y, expected) in [(0.2, 0.2, DVec3::Z), (-0.2, 0.2, DVec3::Z), (0.2, -0.2, -DVec3::Z)] {
+        let hit = world.intersect(&SurfacePoint::dirac(DVec3::new(x, y, 5.0)), -DVec3::Z).expect("aimed at it");
+        assert_eq!(hit.geometric_normal, expected);
+        assert_eq!(hit.shading_normal, expected);
+    }
+}
+
+fn number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        6 => -2.0..2.0f64,
+        1 => prop::sample::select(vec![0.0, -0.0, 1.0, 1e-320, 1e-160, 1e-30, 1e30, 1e50, 1e160, f64::MAX, f64::NAN, f64::INFINITY]),
+    ]
+}
+
+fn vector() -> impl Strategy<Value = DVec3> {
+    [number(), number(), number()].prop_map(DVec3::from)
+}
+
+fn mesh() -> impl Strategy<Value = Mesh> {
+    let attributes = (prop::option::weighted(0.3, prop::collection::vec(vector(), 1..8)), prop::option::weighted(0.3, 1..8usize));
+    let indices = prop::collection::vec([0..9u32, 0..9u32, 0..9u32], 0..12);
+    (prop::collection::vec(vector(), 0..9), attributes, indices).prop_map(|(positions, (normals, uvs), indices)| Mesh {
+        positions,
+        normals,
+        uvs: uvs.map(|n| vec![DVec2::splat(n as f64); n]),
+        indices,
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #[test]
+    fn the_builder_never_panics(
+        meshes in prop::collection::vec((mesh(), [vector(), vector(), vector(), vector()], "[a-c]?"), 0..3),
+        (center, radius, cos) in (vector(), number(), number()),
+        (origin, edge_u, edge_v) in (vector(), vector(), vector()),
+        (albedo, radiance) in (number(), number()),
+        (from, to) in (vector(), vector()),
+    ) {
+        let (mut builder, grey) = builder();
+        let _ = builder.add_material("other", Material::Lambert { albedo: Rgb::splat(albedo) });
+        let emission = Emission { radiance: Rgb::splat(radiance), two_sided: radiance > 1.0 };
+        for (mesh, [x, y, z, offset], name) in meshes {
+            let transform = DAffine3::from_cols(x, y, z, offset);
+            if let Ok(id) = builder.add_mesh(name.clone() + "1", &mesh, transform, grey) {
+                let _ = builder.set_emission(id, emission);
+            }
+            let _ = builder.add_mesh(name, &mesh, DAffine3::IDENTITY, grey);
+        }
+        let _ = builder.add_sphere("sphere", Sphere { axis: edge_u, cos_min: cos, ..Sphere::new(center, radius) }, grey);
+        let _ = builder.add_disk("disk", Disk { center, normal: edge_v, radius }, grey);
+        if let Ok(id) = builder.add_quad("quad", Quad { origin, edge_u, edge_v }, grey) {
+            let _ = builder.set_emission(id, emission);
+        }
+        if let Ok(world) = builder.build() {
+            let (a, b) = (SurfacePoint::dirac(from), SurfacePoint::dirac(to));
+            prop_assert_eq!(world.visible(&a, &b), world.visible(&b, &a));
+            let x = world.intersect(&a, to);
+            prop_assert!(x.is_none_or(|x| x.position.is_finite() && x.shading_normal.is_normalized() && x.error.is_finite()));
+            if world.primitive_count() > 0 {
+                let x = world.sample_surface(0.5, DVec2::splat(0.3));
+                prop_assert!(x.position.is_finite() && x.geometric_normal.is_normalized());
+                let _ = (world.bsdf(&x), world.light_at(&x), world.visible(&x, &a), world.intersect(&x, to));
+            }
+        }
+    }
+}
