@@ -5,7 +5,6 @@
 //! the front (+z), a little from the right and above; a file without Ke is lit by a white environment.
 
 use super::scenes::{AnyCamera, NamedScene};
-use pathspace::bsdf::{Dielectric, Lambert, Model};
 use pathspace::endpoint::{ConstantEnvironment, PinholeCamera};
 use pathspace::geometry::Bounds;
 use pathspace::glam::{DAffine3, DVec3, UVec2};
@@ -23,7 +22,7 @@ const FIELD_OF_VIEW: f64 = 40.0;
 
 /// What a material of the file becomes.
 struct Look {
-    model: Model,
+    material: Material,
     emission: Option<Rgb>,
     is_glass: bool,
 }
@@ -40,11 +39,11 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
 
     let mut builder = WorldBuilder::new();
     let looks = materials.iter().map(look).collect::<Result<Vec<_>, _>>()?;
-    let fallback = builder.add_material("without material", Material::from(Model::from(Lambert::new(Rgb::splat(DEFAULT_ALBEDO))?)))?;
+    let fallback = builder.add_material("without material", Material::Lambert { albedo: Rgb::splat(DEFAULT_ALBEDO) })?;
     let mut ids = Vec::new();
     for (index, (material, look)) in materials.iter().zip(&looks).enumerate() {
         // Names may occur twice in a file.
-        ids.push(builder.add_material(format!("{index} {}", material.name), Material::from(look.model))?);
+        ids.push(builder.add_material(format!("{index} {}", material.name), look.material.clone())?);
     }
 
     let (mut triangles, mut emits, mut has_glass) = (0, false, false);
@@ -85,20 +84,17 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
 }
 
 fn look(material: &tobj::Material) -> Result<Look, Box<dyn Error>> {
-    let in_material = |error: &dyn Error| format!("material {}: {error}", material.name);
     let is_glass = matches!(material.illumination_model, Some(4 | 6 | 7 | 9));
-    let model: Model = if is_glass {
-        let ior = material.optical_density.map_or(DEFAULT_IOR, f64::from);
-        Dielectric::new(ior).map_err(|error| in_material(&error))?.into()
+    let kind = if is_glass {
+        Material::Dielectric { relative_ior: material.optical_density.map_or(DEFAULT_IOR, f64::from) }
     } else {
-        let albedo = material.diffuse.map_or(Rgb::splat(DEFAULT_ALBEDO), |kd| Rgb(kd.map(f64::from)));
-        Lambert::new(albedo).map_err(|error| in_material(&error))?.into()
+        Material::Lambert { albedo: material.diffuse.map_or(Rgb::splat(DEFAULT_ALBEDO), |kd| Rgb(kd.map(f64::from))) }
     };
     let emission = match material.unknown_param.get("Ke") {
         Some(text) => Some(radiance(text).ok_or_else(|| format!("material {}: Ke {text:?} is not a colour", material.name))?),
         None => None,
     };
-    Ok(Look { model, emission: emission.filter(|radiance| !radiance.is_black()), is_glass })
+    Ok(Look { material: kind, emission: emission.filter(|radiance| !radiance.is_black()), is_glass })
 }
 
 /// One number for grey, or three.

@@ -1,7 +1,7 @@
 //! A glass ball under a small lamp focuses light on a diffuse floor. Path tracing must hit the lamp by chance behind the glass, which it can,
 //! since the lamp has an area, but rarely does. Light tracing draws the caustic at once and does not see the ball.
 
-use super::materials::{black, diffuse, emission, glass};
+use super::materials::{BLACK, GLASS, diffuse, emission};
 use super::shapes::quadrilateral;
 use super::{Claims, GalleryError, GalleryScene};
 use crate::endpoint::PinholeCamera;
@@ -19,10 +19,10 @@ const LAMP_RADIANCE: Rgb = Rgb::new(260.0, 240.0, 210.0);
 pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let mut builder = WorldBuilder::new();
-    let black = black(&mut builder)?;
-    let glass = glass(&mut builder, "glass")?;
-    let floor = diffuse(&mut builder, "floor", Rgb::new(0.6, 0.58, 0.55))?;
-    let wall = diffuse(&mut builder, "wall", Rgb::new(0.3, 0.4, 0.5))?;
+    let black = builder.add_material("black", BLACK)?;
+    let glass = builder.add_material("glass", GLASS)?;
+    let floor = builder.add_material("floor", diffuse(Rgb::new(0.6, 0.58, 0.55)))?;
+    let wall = builder.add_material("wall", diffuse(Rgb::new(0.3, 0.4, 0.5)))?;
 
     let ground = quadrilateral([p(-8.0, 0.0, 8.0), p(8.0, 0.0, 8.0), p(8.0, 0.0, -3.5), p(-8.0, 0.0, -3.5)]);
     builder.add_mesh("floor", &ground, DAffine3::IDENTITY, floor)?;

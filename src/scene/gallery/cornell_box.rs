@@ -6,7 +6,7 @@
 //! red and green walls, white blocks), so that images can be compared. The lamp hangs 0.5 mm below the ceiling, in which the data has
 //! a hole, and reflects nothing.
 
-use super::materials::{black, diffuse, emission};
+use super::materials::{BLACK, diffuse, emission};
 use super::shapes::{prism, quadrilateral};
 use super::{Claims, GalleryError, GalleryScene};
 use crate::endpoint::PinholeCamera;
@@ -26,10 +26,10 @@ const LAMP_HEIGHT: f64 = 548.3;
 pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let mut builder = WorldBuilder::new();
-    let black = black(&mut builder)?;
-    let white = diffuse(&mut builder, "white", WHITE)?;
-    let red = diffuse(&mut builder, "red", RED)?;
-    let green = diffuse(&mut builder, "green", GREEN)?;
+    let black = builder.add_material("black", BLACK)?;
+    let white = builder.add_material("white", diffuse(WHITE))?;
+    let red = builder.add_material("red", diffuse(RED))?;
+    let green = builder.add_material("green", diffuse(GREEN))?;
 
     let walls = [
         ("floor", white, [p(552.8, 0.0, 0.0), p(0.0, 0.0, 0.0), p(0.0, 0.0, 559.2), p(549.6, 0.0, 559.2)]),

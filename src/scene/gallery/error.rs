@@ -1,7 +1,6 @@
 //! Why a scene of the gallery could not be built.
 
 use super::NAMES;
-use crate::bsdf::BsdfError;
 use crate::endpoint::EndpointError;
 use crate::scene::SceneError;
 use std::fmt;
@@ -19,8 +18,6 @@ pub enum GalleryError {
     Scene(SceneError),
     /// A camera or light was refused: a film without pixels, for instance.
     Endpoint(EndpointError),
-    /// A material was refused.
-    Material(BsdfError),
 }
 
 impl fmt::Display for GalleryError {
@@ -29,7 +26,6 @@ impl fmt::Display for GalleryError {
             Self::UnknownScene { name } => write!(f, "there is no scene {name:?} in the gallery; it has {}", NAMES.join(", ")),
             Self::Scene(error) => error.fmt(f),
             Self::Endpoint(error) => error.fmt(f),
-            Self::Material(error) => error.fmt(f),
         }
     }
 }
@@ -40,7 +36,6 @@ impl std::error::Error for GalleryError {
             Self::UnknownScene { .. } => None,
             Self::Scene(error) => Some(error),
             Self::Endpoint(error) => Some(error),
-            Self::Material(error) => Some(error),
         }
     }
 }
@@ -54,11 +49,5 @@ impl From<SceneError> for GalleryError {
 impl From<EndpointError> for GalleryError {
     fn from(error: EndpointError) -> Self {
         Self::Endpoint(error)
-    }
-}
-
-impl From<BsdfError> for GalleryError {
-    fn from(error: BsdfError) -> Self {
-        Self::Material(error)
     }
 }

@@ -2,7 +2,7 @@
 //! Sampling the lights is best for rough plates and small lights, sampling the BSDF for smooth plates and large lights: the
 //! case for multiple importance sampling.
 
-use super::materials::{black, diffuse, emission, metal};
+use super::materials::{BLACK, diffuse, emission, metal};
 use super::shapes::quadrilateral;
 use super::{Claims, GalleryError, GalleryScene};
 use crate::endpoint::PinholeCamera;
@@ -30,8 +30,8 @@ const INTENSITY: f64 = 1.6;
 pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let mut builder = WorldBuilder::new();
-    let black = black(&mut builder)?;
-    let grey = diffuse(&mut builder, "grey", Rgb::splat(0.4))?;
+    let black = builder.add_material("black", BLACK)?;
+    let grey = builder.add_material("grey", diffuse(Rgb::splat(0.4)))?;
 
     let floor = quadrilateral([p(-12.0, -4.8, 14.0), p(12.0, -4.8, 14.0), p(12.0, -4.8, -4.0), p(-12.0, -4.8, -4.0)]);
     builder.add_mesh("floor", &floor, DAffine3::IDENTITY, grey)?;
@@ -39,7 +39,7 @@ pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     builder.add_mesh("back wall", &wall, DAffine3::IDENTITY, grey)?;
 
     for (index, (height, depth, alpha)) in PLATES.into_iter().enumerate() {
-        let material = metal(&mut builder, &format!("metal {alpha}"), Rgb::splat(0.85), alpha)?;
+        let material = builder.add_material(format!("metal {alpha}"), metal(Rgb::splat(0.85), alpha))?;
         let center = p(0.0, height, depth);
         // Half way between camera and lights, so that the plate mirrors the one in the other.
         let normal = ((CAMERA - center).normalize() - center.normalize()).normalize();

@@ -4,7 +4,7 @@
 //!
 //! The screen hides the glass from the camera, and nothing else is a mirror: so light tracing, too, sees every path.
 
-use super::materials::{black, diffuse, emission, glass};
+use super::materials::{BLACK, GLASS, diffuse, emission};
 use super::shapes::{cuboid, room};
 use super::{Claims, GalleryError, GalleryScene};
 use crate::endpoint::PinholeCamera;
@@ -26,12 +26,12 @@ const BOWL_RADIANCE: Rgb = Rgb::new(320.0, 360.0, 420.0);
 pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let mut builder = WorldBuilder::new();
-    let black = black(&mut builder)?;
-    let glass = glass(&mut builder, "glass")?;
-    let plaster = diffuse(&mut builder, "plaster", Rgb::new(0.78, 0.76, 0.72))?;
-    let wood = diffuse(&mut builder, "wood", Rgb::new(0.45, 0.29, 0.17))?;
-    let blue = diffuse(&mut builder, "blue", Rgb::new(0.2, 0.3, 0.5))?;
-    let brick = diffuse(&mut builder, "brick", Rgb::new(0.55, 0.22, 0.15))?;
+    let black = builder.add_material("black", BLACK)?;
+    let glass = builder.add_material("glass", GLASS)?;
+    let plaster = builder.add_material("plaster", diffuse(Rgb::new(0.78, 0.76, 0.72)))?;
+    let wood = builder.add_material("wood", diffuse(Rgb::new(0.45, 0.29, 0.17)))?;
+    let blue = builder.add_material("blue", diffuse(Rgb::new(0.2, 0.3, 0.5)))?;
+    let brick = builder.add_material("brick", diffuse(Rgb::new(0.55, 0.22, 0.15)))?;
 
     // Walls, in metres.
     let names = ["floor", "ceiling", "left wall", "right wall", "back wall", "front wall"];

@@ -1,37 +1,25 @@
 //! The materials that scenes of the gallery use.
 
-use super::GalleryError;
-use crate::bsdf::{Dielectric, Ggx, Lambert, Model, Reflectance, RoughConductor};
 use crate::math::Rgb;
-use crate::scene::{Emission, Material, MaterialId, WorldBuilder};
+use crate::scene::{Emission, Material};
+use glam::DVec2;
 
-/// Index of refraction of common glass.
-const GLASS: f64 = 1.5;
+/// Common glass behind the front side of a surface.
+pub(super) const GLASS: Material = Material::Dielectric { relative_ior: 1.5 };
 
-pub(super) fn diffuse(builder: &mut WorldBuilder, name: &str, albedo: Rgb) -> Result<MaterialId, GalleryError> {
-    add(builder, name, Lambert::new(albedo)?)
-}
+/// What lamps are made of: reflects nothing.
+pub(super) const BLACK: Material = Material::Black;
 
-/// Clear glass behind the front side of a surface.
-pub(super) fn glass(builder: &mut WorldBuilder, name: &str) -> Result<MaterialId, GalleryError> {
-    add(builder, name, Dielectric::new(GLASS)?)
+pub(super) const fn diffuse(albedo: Rgb) -> Material {
+    Material::Lambert { albedo }
 }
 
 /// Metal of the given reflectance and GGX roughness.
-pub(super) fn metal(builder: &mut WorldBuilder, name: &str, reflectance: Rgb, alpha: f64) -> Result<MaterialId, GalleryError> {
-    add(builder, name, RoughConductor::new(Reflectance::constant(reflectance)?, Ggx::isotropic(alpha)?))
-}
-
-/// What lamps are made of: reflects nothing.
-pub(super) fn black(builder: &mut WorldBuilder) -> Result<MaterialId, GalleryError> {
-    add(builder, "black", Model::BLACK)
+pub(super) const fn metal(reflectance: Rgb, alpha: f64) -> Material {
+    Material::RoughMirror { reflectance, alpha: DVec2::splat(alpha) }
 }
 
 /// Emission from the front side.
 pub(super) const fn emission(radiance: Rgb) -> Emission {
     Emission { radiance, two_sided: false }
-}
-
-fn add(builder: &mut WorldBuilder, name: &str, model: impl Into<Model>) -> Result<MaterialId, GalleryError> {
-    Ok(builder.add_material(name, Material::from(model.into()))?)
 }

@@ -20,9 +20,9 @@ const SUN_DEGREES: f64 = 5.0;
 
 pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let mut builder = WorldBuilder::new();
-    let ground = diffuse(&mut builder, "ground", Rgb::new(0.42, 0.4, 0.36))?;
-    let clay = diffuse(&mut builder, "clay", Rgb::new(0.7, 0.32, 0.2))?;
-    let gold = metal(&mut builder, "gold", Rgb::new(0.95, 0.72, 0.35), 0.25)?;
+    let ground = builder.add_material("ground", diffuse(Rgb::new(0.42, 0.4, 0.36)))?;
+    let clay = builder.add_material("clay", diffuse(Rgb::new(0.7, 0.32, 0.2)))?;
+    let gold = builder.add_material("gold", metal(Rgb::new(0.95, 0.72, 0.35), 0.25))?;
 
     builder.add_disk("ground", Disk { center: DVec3::ZERO, normal: DVec3::Y, radius: 7.0 }, ground)?;
     // Both float a little, so that nothing intersects.

@@ -17,7 +17,7 @@ const CAP_COSINE: f64 = 0.8;
 
 pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let mut builder = WorldBuilder::new();
-    let grey = diffuse(&mut builder, "grey", Rgb::splat(ALBEDO))?;
+    let grey = builder.add_material("grey", diffuse(Rgb::splat(ALBEDO)))?;
     let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
     builder.add_sphere("wall", Sphere { cos_max: CAP_COSINE, ..sphere }, grey)?;
     let cap = builder.add_sphere("cap", Sphere { cos_min: CAP_COSINE, ..sphere }, grey)?;
