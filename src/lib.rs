@@ -59,3 +59,8 @@ pub mod sampler;
 pub mod scene;
 
 pub use glam;
+
+/// The README's code must compile.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -112,12 +112,23 @@ fn names_are_unique_and_materials_exist() {
 #[test]
 fn materials_are_checked() {
     let (mut builder, _) = builder();
+    let glass = |relative_ior: f64, alpha: f64| Material::RoughDielectric { relative_ior, alpha: DVec2::splat(alpha) };
+    let mixture = |weights| Material::Mixture { components: Box::new([Material::Black, Material::Null]), weights };
+    let mut refused = vec![glass(0.0, 0.1), glass(f64::NAN, 0.1), glass(1.5, -0.1), glass(1.5, f64::INFINITY), mixture([-1.0, 1.0])];
+    refused.push(Material::Mixture { components: Box::new([mixture([0.5, 0.5]), Material::Black]), weights: [0.5, 0.5] });
     for bad in [-0.1, 1.1, f64::NAN] {
-        let material = Material::Lambert { albedo: Rgb::new(0.2, 0.3, bad) };
-        let error = builder.add_material("bad", material).expect_err("outside [0, 1]");
-        assert!(matches!(error, SceneError::Parameter { parameter: "albedo", .. }));
-        assert!(error.to_string().contains("\"bad\""), "{error}");
+        refused.push(Material::Lambert { albedo: Rgb::new(0.2, 0.3, bad) });
+        refused.push(Material::Mirror { reflectance: Rgb::new(bad, 0.2, 0.3) });
+        refused.push(Material::RoughMirror { reflectance: Rgb::new(0.2, bad, 0.3), alpha: DVec2::ONE });
     }
+    refused.push(Material::Conductor { eta: Rgb::splat(-1.0), k: Rgb::WHITE });
+    refused.push(Material::RoughConductor { eta: Rgb::WHITE, k: Rgb::splat(f64::NAN), alpha: DVec2::ONE });
+    for material in refused {
+        let error = builder.add_material("bad", material.clone()).expect_err("a parameter outside its range");
+        assert!(matches!(error, SceneError::Material { .. }), "{material:?}: {error}");
+        assert!(error.to_string().starts_with("material \"bad\": "), "{error}");
+    }
+    assert!(builder.material("bad").is_err(), "a refused material leaves no name behind");
 }
 
 #[test]
