@@ -16,6 +16,7 @@ const REFERENCE_SHARE: f64 = 0.1;
 pub struct Row {
     pub integrator: AnyIntegrator,
     pub sees_all: bool,
+    pub long_tails: bool,
     pub techniques: String,
     pub samples_per_pixel: u32,
     pub seconds: f64,
@@ -61,6 +62,7 @@ fn row(run: &Measured, path_tracing: Option<&Measured>, reference: &Reference) -
     Row {
         integrator: run.integrator,
         sees_all: run.sees_all,
+        long_tails: run.has_long_tails(),
         techniques: run.techniques.to_string(),
         samples_per_pixel: run.samples_per_pixel,
         seconds,
@@ -109,7 +111,7 @@ pub fn print(rows: &[Row], reference: &Reference) {
                 format!("{ratio:.digits$} ± {error:.digits$}")
             },
         );
-        let flag = if row.sees_all { "" } else { " *" };
+        let flag = format!("{}{}", if row.sees_all { "" } else { " *" }, if row.long_tails { " ‡" } else { "" });
         println!(
             "{:<15} {:>8} {:>8.2} {:>8.2} {:>6.2} {:>20} {:>28} {:>17} {:>9.2e} {:>10.2e} {:>15} {:>10}",
             format!("{}{flag}", row.integrator.name()),
@@ -132,6 +134,9 @@ pub fn print(rows: &[Row], reference: &Reference) {
     }
     if rows.iter().any(|row| row.reference_limited) {
         println!("† reference-limited: the reference's own variance is more than {:.0} % of it", 100.0 * REFERENCE_SHARE);
+    }
+    if rows.iter().any(|row| row.long_tails) {
+        println!("‡ long tails: rare, bright contributions make up much of the variance; its standard errors are lower bounds");
     }
     println!("\ntechniques:");
     rows.iter().for_each(|row| println!("  {:<15} {}", row.integrator.name(), row.techniques));
@@ -172,6 +177,7 @@ fn row_json(row: &Row) -> Value {
     json!({
         "integrator": row.integrator.name(),
         "sees_everything": row.sees_all,
+        "long_tails": row.long_tails,
         "techniques": row.techniques,
         "samples_per_pixel": row.samples_per_pixel,
         "seconds": row.seconds,
