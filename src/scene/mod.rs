@@ -1,8 +1,9 @@
-//! The [`Scene`] trait, the one seam for other renderers, and the ready-made [`World`].
+//! The [`Scene`] trait, the one seam for other renderers, the ready-made [`World`], and a gallery of worlds.
 
 mod builder;
 mod bvh;
 mod error;
+pub mod gallery;
 mod lights;
 mod material;
 mod mesh;

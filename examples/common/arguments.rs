@@ -1,0 +1,103 @@
+//! Values of command-line arguments.
+
+use clap::ValueEnum;
+use pathspace::film::Filter;
+use pathspace::glam::UVec2;
+use pathspace::sampler::SamplerKind;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// More pixels than this are taken for a typing mistake: 2²⁸ pixels need 6 GiB.
+const MOST_PIXELS: u64 = 1 << 28;
+
+/// An image size, `WIDTHxHEIGHT` or one number for a square.
+pub fn parse_size(text: &str) -> Result<UVec2, String> {
+    let (width, height) = text.split_once(['x', 'X', '×']).unwrap_or((text, text));
+    let side = |side: &str| match side.trim().parse::<u32>() {
+        Ok(0) | Err(_) => Err(format!("{side:?} is not a number of pixels; a size looks like 512x512")),
+        Ok(pixels) => Ok(pixels),
+    };
+    let size = UVec2::new(side(width)?, side(height)?);
+    let pixels = u64::from(size.x) * u64::from(size.y);
+    if pixels > MOST_PIXELS { Err(format!("{pixels} pixels are too many, the limit is {MOST_PIXELS}")) } else { Ok(size) }
+}
+
+/// A time such as `500ms`, `10s`, `1.5m` or `2h`; a bare number means seconds.
+pub fn parse_duration(text: &str) -> Result<Duration, String> {
+    let text = text.trim();
+    let digits = text.find(|c: char| c.is_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let unit = match unit {
+        "ms" => 0.001,
+        "" | "s" => 1.0,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(format!("{unit:?} is not a unit of time; use ms, s, m or h")),
+    };
+    let number: f64 = number.trim().parse().map_err(|_| format!("{text:?} is not a time; a time looks like 10s, 500ms or 2m"))?;
+    match Duration::try_from_secs_f64(number * unit) {
+        Ok(duration) if !duration.is_zero() => Ok(duration),
+        _ => Err(format!("{text:?} must be positive and finite")),
+    }
+}
+
+/// An exposure in stops.
+pub fn parse_exposure(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(stops) if stops.abs() <= 64.0 => Ok(stops),
+        _ => Err("an exposure is a number of stops between -64 and 64".to_owned()),
+    }
+}
+
+/// A path whose extension names a format that images can be written in.
+pub fn parse_image_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        Some("png" | "exr" | "hdr") => Ok(path),
+        _ => Err("the file must end in .png, .exr or .hdr".to_owned()),
+    }
+}
+
+/// Names of the samplers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum SamplerName {
+    /// Plain Monte Carlo.
+    #[default]
+    Independent,
+    /// Stratified over the samples of a pixel.
+    Stratified,
+    /// Scrambled Sobol' points: randomised quasi-Monte Carlo.
+    Sobol,
+}
+
+impl From<SamplerName> for SamplerKind {
+    fn from(name: SamplerName) -> Self {
+        match name {
+            SamplerName::Independent => Self::Independent,
+            SamplerName::Stratified => Self::Stratified,
+            SamplerName::Sobol => Self::Sobol,
+        }
+    }
+}
+
+/// Names of the pixel filters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum FilterName {
+    /// The average over the pixel.
+    #[default]
+    Box,
+    /// Tent of radius 1 pixel.
+    Tent,
+    /// Gaussian with a standard deviation of half a pixel.
+    Gaussian,
+}
+
+impl From<FilterName> for Filter {
+    fn from(name: FilterName) -> Self {
+        match name {
+            FilterName::Box => Self::Box,
+            FilterName::Tent => Self::Tent,
+            FilterName::Gaussian => Self::Gaussian { standard_deviation: 0.5 },
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! What the command-line examples share: reading arguments, finding a scene, choosing an integrator, showing progress.
+
+// Every example uses a part of it.
+#![allow(dead_code, unused_imports)]
+
+mod arguments;
+mod integrators;
+mod obj;
+mod progress;
+mod scenes;
+
+pub use arguments::{FilterName, SamplerName, parse_duration, parse_exposure, parse_image_path, parse_size};
+pub use integrators::AnyIntegrator;
+pub use progress::{progress_bar, show};
+pub use scenes::{NamedScene, scene_list, scene_or_file};

@@ -1,0 +1,161 @@
+//! Renders one image of a scene with one integrator.
+//!
+//! ```text
+//! cargo run --release --example render -- --scene cornell-box --integrator bidirectional --samples 256 --out target/box.png
+//! cargo run --release --example render -- --scene model.obj --time 30s
+//! cargo run --release --example render -- --scene list
+//! ```
+
+mod common;
+
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser};
+use common::{AnyIntegrator, FilterName, NamedScene, SamplerName};
+use pathspace::glam::UVec2;
+use pathspace::math::Rgb;
+use pathspace::render::{Budget, Rendering, Settings};
+use std::error::Error;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Renders one image of a scene with one integrator.
+#[derive(Debug, Parser)]
+#[command(version, about)]
+struct Arguments {
+    /// A scene of the gallery, a Wavefront OBJ file, or `list` for the names of the gallery
+    #[arg(long, default_value = "cornell-box", value_name = "NAME|FILE")]
+    scene: String,
+    /// How to draw paths
+    #[arg(long, value_enum, default_value_t = AnyIntegrator::PathTracing)]
+    integrator: AnyIntegrator,
+    /// Samples per pixel [default: 64]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "time")]
+    samples: Option<u32>,
+    /// Time to render for, such as 500ms, 10s or 2m; the image then depends on the machine
+    #[arg(long, value_parser = common::parse_duration)]
+    time: Option<Duration>,
+    /// Different seeds give independent images
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Number of threads, which never changes the image [default: all processors]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Leave out paths with more scattering events [default: the scene's own]
+    #[arg(long)]
+    max_bounces: Option<u32>,
+    /// Leave out paths with fewer scattering events
+    #[arg(long, default_value_t = 0)]
+    min_bounces: u32,
+    /// Image size in pixels
+    #[arg(long, default_value = "256x256", value_parser = common::parse_size, value_name = "WxH")]
+    size: UVec2,
+    /// Where random numbers come from
+    #[arg(long, value_enum, default_value_t)]
+    sampler: SamplerName,
+    /// Pixel filter
+    #[arg(long, value_enum, default_value_t)]
+    filter: FilterName,
+    /// Stops by which a PNG is made brighter; HDR and EXR keep radiance
+    #[arg(long, default_value = "0", value_parser = common::parse_exposure, allow_hyphen_values = true)]
+    exposure: f64,
+    /// Image file to write, .exr, .hdr or .png [default: target/SCENE-INTEGRATOR.exr]
+    #[arg(long, value_parser = common::parse_image_path)]
+    out: Option<PathBuf>,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    if arguments.scene == "list" {
+        print!("{}", common::scene_list());
+        return ExitCode::SUCCESS;
+    }
+    let scene = match common::scene_or_file(&arguments.scene, arguments.size) {
+        Ok(scene) => scene,
+        Err(error) => refuse(&format!("--scene: {error}")),
+    };
+    let max_bounces = arguments.max_bounces.or(scene.max_bounces);
+    if max_bounces.is_some_and(|max| max < arguments.min_bounces) {
+        refuse("--min-bounces is larger than the largest number of bounces: no path would count");
+    }
+    match run(&arguments, &scene, max_bounces) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Ends the program as it ends for any other wrong argument.
+fn refuse(reason: &str) -> ! {
+    Arguments::command().error(ErrorKind::ValueValidation, reason).exit()
+}
+
+fn run(arguments: &Arguments, scene: &NamedScene, max_bounces: Option<u32>) -> Result<(), Box<dyn Error>> {
+    let name = arguments.integrator.name();
+    if !arguments.integrator.sees_all(&scene.claims) {
+        eprintln!("note: {name} cannot draw every path of {}; its image will lack light", scene.name);
+    }
+    let settings = Settings {
+        budget: match arguments.time {
+            Some(time) => Budget::Time(time),
+            None => Budget::Samples(arguments.samples.unwrap_or(64)),
+        },
+        seed: arguments.seed,
+        threads: arguments.threads.map(usize::from),
+        filter: arguments.filter.into(),
+        sampler: arguments.sampler.into(),
+    };
+    let integrator = arguments.integrator.build(arguments.min_bounces, max_bounces);
+    let bar = common::progress_bar(name);
+    let rendering = integrator.render(&scene.world, &*scene.camera.0, &settings, &mut |progress| common::show(&bar, progress))?;
+    bar.finish_and_clear();
+
+    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(format!("target/{}-{name}.exr", scene.name)));
+    if let Some(directory) = out.parent().filter(|directory| !directory.as_os_str().is_empty()) {
+        std::fs::create_dir_all(directory).map_err(|error| format!("directory {}: {error}", directory.display()))?;
+    }
+    let mut file = rendering.to_file();
+    file.exposure = arguments.exposure;
+    let depth = max_bounces.map_or_else(|| "unbounded".to_owned(), |max| max.to_string());
+    let entries = [("scene", arguments.scene.clone()), ("max_bounces", depth), ("min_bounces", arguments.min_bounces.to_string())];
+    file.metadata.extend(entries.map(|(key, value)| (key.to_owned(), value)));
+    file.save(&out)?;
+
+    print_summary(&rendering, scene);
+    println!("image       {}", out.display());
+    Ok(())
+}
+
+fn print_summary(rendering: &Rendering, scene: &NamedScene) {
+    let counters = &rendering.counters;
+    let seconds = rendering.wall.as_secs_f64();
+    println!("scene       {}: {}", scene.name, scene.description);
+    println!("integrator  {}: {}", rendering.integrator, rendering.techniques);
+    println!("samples     {} per pixel, {} in all", rendering.samples_per_pixel, counters.samples);
+    println!("time        {seconds:.3} s on the wall, {:.3} s in all threads", rendering.thread_time.as_secs_f64());
+    println!("rays        {} ({:.2} million per second)", counters.rays(), counters.rays() as f64 / seconds.max(1e-9) / 1e6);
+    println!("mean        {}", rgb(rendering.image.mean()));
+    let ledger = &counters.ledger;
+    // Integrators without walks from the light keep no ledger.
+    if !ledger.emitted.is_black() {
+        let share = |part: Rgb| 100.0 * part.mean() / ledger.emitted.mean();
+        println!(
+            "light       absorbed {:.2} %, escaped {:.2} %, truncated {:.2} %, rejected {:.2} % of what was emitted",
+            share(ledger.absorbed),
+            share(ledger.escaped),
+            share(ledger.truncated),
+            share(ledger.rejected)
+        );
+    }
+    println!("truncated   {} walks", counters.truncated_walks);
+    println!("non-finite  {}", counters.non_finite);
+    for (technique, count) in rendering.non_finite().by_technique() {
+        println!("            {count} by (s, t) = ({}, {})", technique.s, technique.t);
+    }
+}
+
+fn rgb(value: Rgb) -> String {
+    format!("{:.5} {:.5} {:.5}", value.r(), value.g(), value.b())
+}
