@@ -4,6 +4,9 @@
 //! pixels does (Šidák's correction for their number); or all blocks together do. The statistic is Welch's t, because the variances come from
 //! few batches: with 16 of them its tails are much longer than a normal distribution's.
 //!
+//! An integrator with long tails (rare, very bright contributions) is tested for blocks that are too bright only: a block that is too dark may
+//! just have missed them. In exchange, large regions of the image, which catch enough of them, are tested both ways.
+//!
 //! A block that an integrator rarely reaches (some of its batches saw nothing) has no usable variance. Such blocks are pooled into one.
 
 use super::measure::{BLOCK, BatchMean, Layout, Measured};
@@ -12,6 +15,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Probability that one test rejects integrators that do agree.
 const SIGNIFICANCE: f64 = 1e-4;
+
+/// Rows and columns of large regions.
+const REGIONS: u32 = 4;
 
 /// Welch's test of two means.
 #[derive(Clone, Copy, Debug)]
@@ -44,9 +50,9 @@ impl Welch {
 pub struct Pair {
     pub names: [&'static str; 2],
     pub mean: Welch,
-    /// Smallest p-value among the blocks, and which block it is; `None` for the pool.
+    /// Smallest p-value among the blocks, and where it is.
     pub worst: Welch,
-    pub worst_block: Option<usize>,
+    pub worst_place: String,
     pub worst_means: [f64; 2],
     pub worst_limit: f64,
     pub tested_blocks: usize,
@@ -54,30 +60,37 @@ pub struct Pair {
     /// Mean of t² over the blocks, each divided by its expectation: 1 if the integrators agree.
     pub mean_square: f64,
     pub mean_square_error: f64,
+    /// Which of the two has long tails.
+    pub long_tails: [bool; 2],
 }
 
 impl Pair {
     fn verdicts(&self) -> [bool; 3] {
         // Only an excess speaks against agreement; long-tailed noise makes t too small, not too large.
         let excess = (self.mean_square - 1.0) / self.mean_square_error;
-        let all_blocks = excess < 0.0 || excess.is_nan() || 0.5 * two_sided_p_value(excess) > SIGNIFICANCE;
+        let all_blocks = self.long_tails != [false; 2] || excess < 0.0 || excess.is_nan() || 0.5 * two_sided_p_value(excess) > SIGNIFICANCE;
         [self.mean.p_value > SIGNIFICANCE, self.worst.p_value > self.worst_limit, all_blocks]
     }
 
     pub fn agrees(&self) -> bool {
         self.verdicts().iter().all(|ok| *ok)
     }
+}
 
-    /// The pixels of the worst block.
-    pub fn place(&self, layout: Layout) -> String {
-        self.worst_block.map_or_else(
-            || "pooled dark blocks".to_owned(),
-            |block| {
-                let [x, y] = layout.corner(block);
-                format!("pixels {x}..{}, {y}..{}", (x + BLOCK).min(layout.width), (y + BLOCK).min(layout.height))
-            },
-        )
+/// The pixels of a group of blocks, given by the first and the last one.
+fn place(layout: Layout, first: usize, last: usize) -> String {
+    let ([left, top], [right, bottom]) = (layout.corner(first), layout.corner(last));
+    format!("pixels {left}..{}, {top}..{}", (right + BLOCK).min(layout.width), (bottom + BLOCK).min(layout.height))
+}
+
+/// The blocks of each large region, in their order.
+fn regions(layout: Layout) -> Vec<Vec<usize>> {
+    let mut regions = vec![Vec::new(); (REGIONS * REGIONS) as usize];
+    for block in 0..layout.blocks() {
+        let [x, y] = layout.corner(block);
+        regions[(y * REGIONS / layout.height * REGIONS + x * REGIONS / layout.width) as usize].push(block);
     }
+    regions
 }
 
 /// Tests all pairs of integrators that see everything.
@@ -89,6 +102,7 @@ pub fn test_pairs(measured: &[Measured], layout: Layout) -> Vec<Pair> {
 
 fn test(a: &Measured, b: &Measured, layout: Layout) -> Pair {
     let usable = |run: &Measured, block: usize| run.batch_blocks.iter().all(|means| means[block] != 0.0);
+    let long_tails = [a.has_long_tails(), b.has_long_tails()];
     let (mut tests, mut pool) = (Vec::new(), Vec::new());
     for block in 0..layout.blocks() {
         let dark = [a, b].iter().all(|run| run.batch_blocks.iter().all(|means| means[block] == 0.0));
@@ -97,7 +111,7 @@ fn test(a: &Measured, b: &Measured, layout: Layout) -> Pair {
         }
         if usable(a, block) && usable(b, block) {
             let means = [a, b].map(|run| run.block(&[block]));
-            tests.push((Welch::test(&means[0], &means[1]), Some(block), means.map(|m| m.mean)));
+            tests.push((Welch::test(&means[0], &means[1]), place(layout, block, block), means.map(|m| m.mean)));
         } else {
             pool.push(block);
         }
@@ -110,26 +124,37 @@ fn test(a: &Measured, b: &Measured, layout: Layout) -> Pair {
     let mean_square_error = ((squares / count - mean_square.powi(2)) / count).sqrt();
     if !pool.is_empty() {
         let means = [a, b].map(|run| run.block(&pool));
-        tests.push((Welch::test(&means[0], &means[1]), None, means.map(|m| m.mean)));
+        tests.push((Welch::test(&means[0], &means[1]), "the pool of dark blocks".to_owned(), means.map(|m| m.mean)));
     }
-    let none = (Welch { t: 0.0, freedom: f64::INFINITY, p_value: 1.0 }, None, [0.0; 2]);
+    if long_tails != [false; 2] {
+        // Too dark where its tails are long says nothing.
+        tests.retain(|(welch, ..)| !(long_tails[0] && welch.t < 0.0 || long_tails[1] && welch.t > 0.0));
+        for blocks in regions(layout) {
+            if let (Some(&first), Some(&last)) = (blocks.first(), blocks.last()) {
+                let means = [a, b].map(|run| run.block(&blocks));
+                tests.push((Welch::test(&means[0], &means[1]), place(layout, first, last), means.map(|m| m.mean)));
+            }
+        }
+    }
+    let none = (Welch { t: 0.0, freedom: f64::INFINITY, p_value: 1.0 }, "no block".to_owned(), [0.0; 2]);
     let tested_blocks = tests.len();
-    let (worst, worst_block, worst_means) = tests.into_iter().min_by(|x, y| x.0.p_value.total_cmp(&y.0.p_value)).unwrap_or(none);
+    let (worst, worst_place, worst_means) = tests.into_iter().min_by(|x, y| x.0.p_value.total_cmp(&y.0.p_value)).unwrap_or(none);
     Pair {
         names: [a, b].map(|run| run.integrator.name()),
         mean: Welch::test(&a.mean, &b.mean),
         worst,
-        worst_block,
+        worst_place,
         worst_means,
         worst_limit: sidak(SIGNIFICANCE, tested_blocks.max(1)),
         tested_blocks,
         pooled_blocks: pool.len(),
         mean_square,
         mean_square_error,
+        long_tails,
     }
 }
 
-pub fn print(pairs: &[Pair], layout: Layout) {
+pub fn print(pairs: &[Pair]) {
     if pairs.is_empty() {
         return;
     }
@@ -145,13 +170,18 @@ pub fn print(pairs: &[Pair], layout: Layout) {
             pair.worst.t,
             pair.worst.p_value,
             pair.worst_limit,
-            pair.place(layout),
+            pair.worst_place,
             pair.worst_means[0],
             pair.worst_means[1],
             pair.tested_blocks,
             pair.mean_square,
             pair.mean_square_error,
             if pair.agrees() { "agree" } else { "DISAGREE" }
+        );
+    }
+    if pairs.iter().any(|pair| pair.long_tails != [false; 2]) {
+        println!(
+            "  integrators marked ‡ have long tails: their blocks are tested for being too bright, and {REGIONS} x {REGIONS} large regions both ways"
         );
     }
 }

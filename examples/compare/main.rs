@@ -151,7 +151,7 @@ fn compare(options: &Options, scene: &NamedScene, directory: &Path) -> Result<bo
     let rows = report::rows(&measured, &reference);
     report::print(&rows, &reference);
     let pairs = agreement::test_pairs(&measured, layout);
-    agreement::print(&pairs, layout);
+    agreement::print(&pairs);
     let agree = pairs.iter().all(|pair| pair.agrees());
 
     for run in &measured {

@@ -252,6 +252,21 @@ impl Measured {
         self.mean_variance() * self.wall.as_secs_f64()
     }
 
+    /// Whether rare, large contributions make up much of the variance. Then whoever missed them in a block has too small a mean *and* too
+    /// small a variance there, and no test can tell that from a missing path: the central limit theorem has not set in yet.
+    pub fn has_long_tails(&self) -> bool {
+        self.relative_error > 0.07 || self.variance_concentration() > 0.5
+    }
+
+    /// Part of the total variance that is found in the noisiest hundredth of the pixels.
+    pub fn variance_concentration(&self) -> f64 {
+        let mut variances: Vec<f64> = self.variance.pixels().iter().map(|v| v.mean()).collect();
+        variances.sort_by(|a, b| b.total_cmp(a));
+        let sum = |values: &[f64]| values.iter().sum::<f64>();
+        let total = sum(&variances);
+        if total > 0.0 { sum(&variances[..variances.len().div_ceil(100)]) / total } else { 0.0 }
+    }
+
     pub fn save(&self, scene: &NamedScene, options: &Options, directory: &Path) -> Result<(), Box<dyn Error>> {
         let mut file = ImageFile::from(self.image.clone());
         let entries = [

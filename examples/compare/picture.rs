@@ -3,7 +3,7 @@
 use super::font;
 use super::measure::Measured;
 use super::reference::Reference;
-use super::report::Row;
+use super::report::{Row, error_text};
 use pathspace::film::{Image, ImageFile};
 use pathspace::math::Rgb;
 
@@ -49,7 +49,7 @@ pub fn side_by_side(measured: &[Measured], reference: &Reference, rows: &[Row]) 
         });
         let bottom = top[2] + height + GAP;
         canvas.text(&format!("{} samples", run.samples_per_pixel), left(column), bottom, scale);
-        canvas.text(&format!("relmse {:.2e}", row.relative_mse), left(column), bottom + line, scale);
+        canvas.text(&format!("relmse {}", error_text(row.relative_mse)), left(column), bottom + line, scale);
         let note = if run.sees_all { format!("{:.1} s", row.seconds) } else { "blind to some paths".to_owned() };
         canvas.text(&note, left(column), bottom + 2 * line, scale);
     }

@@ -3,7 +3,7 @@
 use super::Options;
 use super::agreement::Pair;
 use super::common::{AnyIntegrator, NamedScene};
-use super::measure::{Layout, Measured};
+use super::measure::Measured;
 use super::reference::Reference;
 use serde_json::{Value, json};
 use std::error::Error;
@@ -16,6 +16,7 @@ const REFERENCE_SHARE: f64 = 0.1;
 pub struct Row {
     pub integrator: AnyIntegrator,
     pub sees_all: bool,
+    pub long_tails: bool,
     pub techniques: String,
     pub samples_per_pixel: u32,
     pub seconds: f64,
@@ -61,6 +62,7 @@ fn row(run: &Measured, path_tracing: Option<&Measured>, reference: &Reference) -
     Row {
         integrator: run.integrator,
         sees_all: run.sees_all,
+        long_tails: run.has_long_tails(),
         techniques: run.techniques.to_string(),
         samples_per_pixel: run.samples_per_pixel,
         seconds,
@@ -109,9 +111,9 @@ pub fn print(rows: &[Row], reference: &Reference) {
                 format!("{ratio:.digits$} ± {error:.digits$}")
             },
         );
-        let flag = if row.sees_all { "" } else { " *" };
+        let flag = format!("{}{}", if row.sees_all { "" } else { " *" }, if row.long_tails { " ‡" } else { "" });
         println!(
-            "{:<15} {:>8} {:>8.2} {:>8.2} {:>6.2} {:>20} {:>28} {:>17} {:>9.2e} {:>10.2e} {:>15} {:>10}",
+            "{:<15} {:>8} {:>8.2} {:>8.2} {:>6.2} {:>20} {:>28} {:>17} {:>9} {:>10.2e} {:>15} {:>10}",
             format!("{}{flag}", row.integrator.name()),
             row.samples_per_pixel,
             row.seconds,
@@ -119,8 +121,8 @@ pub fn print(rows: &[Row], reference: &Reference) {
             row.rays_per_sample,
             format!("{:.5} ± {:.5}", row.mean, row.mean_error),
             format!("{:+.5} ± {:.5} ({:+.2})", row.bias, row.bias_error, row.bias / row.bias_error),
-            format!("{:.2e} ± {:.0} %{}", row.mse, 100.0 * row.relative_error, if row.reference_limited { " †" } else { "" }),
-            row.relative_mse,
+            format!("{} ± {:.0} %{}", error_text(row.mse), 100.0 * row.relative_error, if row.reference_limited { " †" } else { "" }),
+            error_text(row.relative_mse),
             row.cost,
             speed_up,
             row.non_finite
@@ -133,8 +135,16 @@ pub fn print(rows: &[Row], reference: &Reference) {
     if rows.iter().any(|row| row.reference_limited) {
         println!("† reference-limited: the reference's own variance is more than {:.0} % of it", 100.0 * REFERENCE_SHARE);
     }
+    if rows.iter().any(|row| row.long_tails) {
+        println!("‡ long tails: rare, bright contributions make up much of the variance; its standard errors are lower bounds");
+    }
     println!("\ntechniques:");
     rows.iter().for_each(|row| println!("  {:<15} {}", row.integrator.name(), row.techniques));
+}
+
+/// An error from which the reference's own was subtracted; nothing may be left.
+pub fn error_text(error: f64) -> String {
+    if error > 0.0 { format!("{error:.2e}") } else { "< ref.".to_owned() }
 }
 
 pub fn write_json(
@@ -146,11 +156,10 @@ pub fn write_json(
     pairs: &[Pair],
     reference: &Reference,
 ) -> Result<(), Box<dyn Error>> {
-    let layout = Layout { width: reference.image.width(), height: reference.image.height() };
     let document = json!({
         "scene": scene.name,
-        "width": layout.width,
-        "height": layout.height,
+        "width": reference.image.width(),
+        "height": reference.image.height(),
         "max_bounces": depth,
         "seed": options.seed,
         "batches": options.batches,
@@ -161,7 +170,7 @@ pub fn write_json(
             "variance": reference.own_error(|_| 1.0),
         },
         "integrators": rows.iter().map(row_json).collect::<Vec<Value>>(),
-        "pairs": pairs.iter().map(|pair| pair_json(pair, layout)).collect::<Vec<Value>>(),
+        "pairs": pairs.iter().map(pair_json).collect::<Vec<Value>>(),
         "agree": pairs.iter().all(Pair::agrees),
     });
     std::fs::write(path, serde_json::to_string_pretty(&document)?).map_err(|e| format!("{}: {e}", path.display()))?;
@@ -172,6 +181,7 @@ fn row_json(row: &Row) -> Value {
     json!({
         "integrator": row.integrator.name(),
         "sees_everything": row.sees_all,
+        "long_tails": row.long_tails,
         "techniques": row.techniques,
         "samples_per_pixel": row.samples_per_pixel,
         "seconds": row.seconds,
@@ -192,13 +202,13 @@ fn row_json(row: &Row) -> Value {
     })
 }
 
-fn pair_json(pair: &Pair, layout: Layout) -> Value {
+fn pair_json(pair: &Pair) -> Value {
     json!({
         "integrators": pair.names,
         "agree": pair.agrees(),
         "t_of_means": pair.mean.t,
         "p_of_means": pair.mean.p_value,
-        "worst_block": pair.place(layout),
+        "worst_block": pair.worst_place,
         "worst_block_means": pair.worst_means,
         "t_of_worst_block": pair.worst.t,
         "p_of_worst_block": pair.worst.p_value,
