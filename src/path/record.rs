@@ -7,7 +7,7 @@ use super::{Edge, Heuristic, Path, TechniqueSet};
 use crate::bsdf::Walk;
 use crate::bsdf::shading::ShadedBsdf;
 use crate::endpoint::{Camera, Endpoint, Light, LightId};
-use crate::geometry::SurfacePoint;
+use crate::geometry::{Place, SurfacePoint};
 use crate::math::Rgb;
 use crate::scene::Scene;
 
@@ -43,7 +43,12 @@ impl PathRecord {
     ) -> Self {
         let k = points.len() - 1;
         let none = Edge { direction: glam::DVec3::ZERO, geometry: 0.0 };
-        let edges: Vec<Edge> = points.windows(2).map(|pair| Edge::between(&pair[0], &pair[1]).unwrap_or(none)).collect();
+        let edge = |a: &SurfacePoint, b: &SurfacePoint| match (a.place, b.place) {
+            // A lens at infinity that sees an environment directly: parallel lines have no direction between their ends, but the lens has one.
+            (Place::Infinite, Place::Infinite) => Edge::along(a, b, a.geometric_normal),
+            _ => Edge::between(a, b).unwrap_or(none),
+        };
+        let edges: Vec<Edge> = points.windows(2).map(|pair| edge(&pair[0], &pair[1])).collect();
         let mut factors = vec![Rgb::BLACK; k + 1];
         let mut towards_light = vec![0.0; k + 1];
         let mut towards_camera = vec![0.0; k + 1];

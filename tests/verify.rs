@@ -1,0 +1,169 @@
+//! Audits recorded paths: what an integrator knows about a path against the same evaluated anew from the definitions.
+//!
+//! Bounds. Weights of one path sum to 1 within 1e-12 (measured: 1e-15). Values and weights may differ from the definitions by what moving the
+//! vertices within their error bounds does to them, that is, by the condition of the path: a cosine of 1e-4, an edge of 1e-6 or a lobe of
+//! width 1e-3 magnify the rounding of a position, and no program in f64 can do better. Besides, scenes of unit size stay below 1e-9.
+#![allow(missing_docs, reason = "a test program")]
+
+mod common;
+mod worlds;
+
+use common::Random;
+use glam::DVec3;
+use pathspace::endpoint::Camera;
+use pathspace::film::Technique;
+use pathspace::geometry::{Place, SurfacePoint};
+use pathspace::integrator::{Bidirectional, Depth};
+use pathspace::path::{Heuristic, Path, PathDensities, PathRecord, Roulette, Scratch};
+use pathspace::scene::{Scene, World};
+use std::collections::BTreeSet;
+use worlds::{Placement, Result, TestScene};
+
+/// Paths per scene and heuristic; three heuristics.
+const PATHS: usize = 40_000;
+const SUM_TOLERANCE: f64 = 1e-12;
+
+/// The record with every vertex displaced by a few times its error bound.
+fn displaced<C: Camera + ?Sized>(path: &Path<'_, '_, World, C>, scene: &TestScene, record: &PathRecord, random: &mut Random) -> PathRecord {
+    let mut sign = || DVec3::from([0.0; 3].map(|_| if pathspace::sampler::Sampler::next_1d(random) < 0.5 { -1.0 } else { 1.0 }));
+    let move_point = |(i, x): (usize, &SurfacePoint)| {
+        let near = |j: usize| if record.points[j].place == Place::Infinite { 0.0 } else { record.points[j].position.distance(x.position) };
+        let reach = near(i.saturating_sub(1)).max(near((i + 1).min(record.points.len() - 1)));
+        let rounding = 4.0 * f64::EPSILON;
+        match x.place {
+            Place::Infinite => SurfacePoint { geometric_normal: (x.geometric_normal + sign() * rounding).normalize(), ..*x },
+            _ => SurfacePoint { position: x.position + sign() * (4.0 * x.error + rounding * reach), ..*x },
+        }
+    };
+    let points: Vec<SurfacePoint> = record.points.iter().enumerate().map(move_point).collect();
+    PathRecord::evaluate(&scene.world, &*scene.camera, &points, &record.dirac, path.light())
+}
+
+/// How much value and weight may change: eight times the most that they do over some random displacements, since these add up to the root of
+/// their number while the worst case adds up to their number.
+fn sensitivity<C: Camera + ?Sized>(
+    path: &Path<'_, '_, World, C>,
+    scene: &TestScene,
+    set: &pathspace::path::TechniqueSet,
+    heuristic: Heuristic,
+    random: &mut Random,
+) -> (f64, f64) {
+    let (record, t) = (path.record(), usize::from(path.technique().t));
+    let (value, weight) = (record.estimate(t), record.weight(t, set, heuristic));
+    let mut largest = (0.0f64, 0.0f64);
+    for _ in 0..8 {
+        let moved = displaced(path, scene, &record, random);
+        let change = (moved.estimate(t) - value).map(f64::abs).max_component() / value.max_component();
+        largest.0 = largest.0.max(change);
+        largest.1 = largest.1.max((moved.weight(t, set, heuristic) - weight).abs());
+    }
+    (8.0 * largest.0, 8.0 * largest.1)
+}
+
+#[derive(Debug, Default)]
+struct Audit {
+    paths: usize,
+    value: f64,
+    weight: f64,
+    sum: f64,
+}
+
+/// Draws paths and verifies each.
+fn audit(
+    scene: &TestScene,
+    integrator: &Bidirectional,
+    seed: u64,
+    paths: usize,
+    mut look: impl FnMut(&PathRecord, bool, Technique),
+) -> Audit {
+    let (mut sampler, mut displacements, mut scratch) = (Random::new(seed), Random::new(!seed), Scratch::default());
+    let mut audit = Audit::default();
+    let set = integrator.techniques.pruned(&scene.world.needs());
+    for _ in 0..100 * paths {
+        if audit.paths >= paths {
+            break;
+        }
+        let film = worlds::film_sample(&*scene.camera, &mut sampler);
+        integrator.for_each_path(&scene.world, &*scene.camera, film, &mut sampler, &mut scratch, |path, contribution| {
+            let verified = path.verify(&set, integrator.heuristic);
+            let rounding = 16.0 * f64::EPSILON * path.edges() as f64;
+            let what = || format!("{} {path:?} {:?} {verified:?}", scene.name, path.record().dirac);
+            assert!(verified.weight_sum_error <= SUM_TOLERANCE, "{}", what());
+            assert!(contribution.weight > 0.0 && contribution.weight <= 1.0, "{}", what());
+            // Also false for what is not a number.
+            if !(verified.value_error <= rounding && verified.weight_error <= rounding) {
+                let (value, weight) = sensitivity(path, scene, &set, integrator.heuristic, &mut displacements);
+                assert!(verified.value_error <= value + rounding, "{} {value:e}", what());
+                assert!(verified.weight_error <= weight + rounding, "{} {weight:e}", what());
+            }
+            audit.paths += 1;
+            audit.value = audit.value.max(verified.value_error);
+            audit.weight = audit.weight.max(verified.weight_error);
+            audit.sum = audit.sum.max(verified.weight_sum_error);
+            look(&path.record(), pathspace::endpoint::Light::can_be_hit(scene.world.light(path.light())), path.technique());
+        });
+    }
+    assert_eq!(scratch.counters.non_finite, 0, "{}", scene.name);
+    assert!(audit.paths >= paths, "{}: only {} paths", scene.name, audit.paths);
+    audit
+}
+
+/// The number of techniques that can draw a path (theory: k + 2 pairs (s, t); less one since the lens is never hit; less one for a light that
+/// cannot be hit; less every pair whose connecting edge has an end that takes a Dirac lobe or a direction at infinity at both ends).
+fn expected_techniques(record: &PathRecord, hittable: bool) -> usize {
+    let k = record.points.len() - 1;
+    let directional = !hittable && record.points[k].place == Place::Infinite && record.points[0].place == Place::Infinite;
+    let connected = |t: usize| !record.dirac[t - 1] && !record.dirac[t];
+    let lens_to_light = (hittable || record.points[0].place == Place::Area)
+        && !directional
+        && !(record.points[0].place == Place::Infinite && record.points[1].place == Place::Infinite);
+    usize::from(hittable) + if k == 1 { usize::from(lens_to_light) } else { (1..=k).filter(|&t| connected(t)).count() }
+}
+
+#[test]
+fn paths_are_what_the_definitions_say() -> Result {
+    for scene in worlds::all()? {
+        // Over all recorded paths of up to three edges: techniques that can draw one, and techniques that did.
+        let (mut able, mut seen) = (BTreeSet::new(), BTreeSet::new());
+        for (seed, heuristic) in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(1.5)].into_iter().enumerate() {
+            let integrator = Bidirectional { heuristic, depth: Depth::up_to(7), ..Bidirectional::default() };
+            let audit = audit(&scene, &integrator, seed as u64, PATHS, |record, hittable, technique| {
+                let k = record.edges();
+                let admissible: Vec<usize> = (0..=k + 2).filter(|&t| record.is_admissible(t)).collect();
+                assert_eq!(admissible.len(), expected_techniques(record, hittable), "{} {record:?}", scene.name);
+                // What can be drawn structurally has a density, whichever technique drew the path.
+                for &t in &admissible {
+                    assert!(record.density(t) > 0.0, "{} drawn by {technique:?}, t = {t}: {record:?}", scene.name);
+                }
+                if k <= 3 {
+                    able.extend(admissible.iter().map(|&t| (k + 1 - t, t)));
+                    seen.insert((usize::from(technique.s), usize::from(technique.t)));
+                }
+            });
+            println!("{:15} {heuristic:?} {audit:?}", scene.name);
+            assert!(audit.value < 1e-9 && audit.weight < 1e-9, "{}: {audit:?}", scene.name);
+        }
+        assert_eq!(able, seen, "{}", scene.name);
+    }
+    Ok(())
+}
+
+/// 20 vertices, whatever the size of the scene, at the origin and a thousand sizes away from it.
+#[test]
+fn long_paths_verify_at_every_scale() -> Result {
+    for exponent in [-6, -3, 0, 3, 6] {
+        for offset in [0.0, 1000.0] {
+            let scale = 10f64.powi(exponent);
+            let at = Placement { scale, offset: DVec3::new(offset, -0.3 * offset, 0.7 * offset) * scale };
+            for scene in [worlds::mixtures(at)?, worlds::glass(at)?] {
+                let integrator = Bidirectional { depth: Depth::exactly(18), roulette: Roulette::NEVER, ..Bidirectional::default() };
+                let audit = audit(&scene, &integrator, 3, 3000, |record, _, _| assert_eq!(record.points.len(), 20));
+                println!("{:15} 1e{exponent} {offset} {audit:?}", scene.name);
+                // Displaced by a thousand sizes, positions lose three digits more.
+                let bound = if offset == 0.0 { 1e-8 } else { 1e-5 };
+                assert!(audit.value < bound && audit.weight < bound, "{} {at:?} {audit:?}", scene.name);
+            }
+        }
+    }
+    Ok(())
+}
