@@ -89,7 +89,7 @@ pub fn test_pairs(measured: &[Measured], layout: Layout) -> Vec<Pair> {
 
 fn test(a: &Measured, b: &Measured, layout: Layout) -> Pair {
     let usable = |run: &Measured, block: usize| run.batch_blocks.iter().all(|means| means[block] != 0.0);
-    let long_tails = [a.has_long_tails(), b.has_long_tails()];
+    let long_tails = [a.long_tails, b.long_tails];
     let (mut tests, mut pool) = (Vec::new(), Vec::new());
     for block in 0..layout.blocks() {
         let dark = [a, b].iter().all(|run| run.batch_blocks.iter().all(|means| means[block] == 0.0));

@@ -167,8 +167,7 @@ fn compare(options: &Options, scene: &NamedScene, directory: &Path) -> Result<bo
         disagreeing if !disagreeing.is_empty() => println!("THE INTEGRATORS DISAGREE: {}\n", disagreeing.join("; ")),
         _ if pairs.is_empty() => println!("nothing to test: fewer than two integrators see everything in this scene\n"),
         _ => {
-            let noisy: Vec<&str> =
-                measured.iter().filter(|run| run.sees_all && run.has_long_tails()).map(|run| run.integrator.name()).collect();
+            let noisy: Vec<&str> = measured.iter().filter(|run| run.sees_all && run.long_tails).map(|run| run.integrator.name()).collect();
             let caveat = if noisy.is_empty() { String::new() } else { format!(", as far as the noise of {} shows", noisy.join(", ")) };
             println!("the integrators agree{caveat}\n");
         }

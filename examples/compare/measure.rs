@@ -101,6 +101,11 @@ pub struct Plan {
 /// Fewer batches say too little about their spread; an integrator that is out of time still makes so many, of one pass each.
 const FEWEST_BATCHES: usize = 4;
 
+/// Added to R² in relative errors (I - R)² / R², which have no meaning where the reference R is dark.
+pub fn floor(reference: &Image) -> f64 {
+    0.01 * reference.mean().mean().powi(2)
+}
+
 /// An integrator at work.
 pub struct Batches {
     pub integrator: AnyIntegrator,
@@ -118,8 +123,10 @@ pub struct Batches {
     /// Mean luminance of each block, for each batch.
     blocks: Vec<Vec<f64>>,
     means: Vec<f64>,
-    /// Mean squared error of each batch against an image, times its samples: all have the same expectation.
+    /// Mean squared error of each batch against an image, times its samples, summed over pixels: all have the same expectation.
     errors: Estimate,
+    /// The same for the relative error, to which bright pixels contribute no more than others.
+    relative_errors: Estimate,
 }
 
 impl Batches {
@@ -138,6 +145,7 @@ impl Batches {
             blocks: Vec::new(),
             means: Vec::new(),
             errors: Estimate::default(),
+            relative_errors: Estimate::default(),
         }
     }
 
@@ -165,8 +173,17 @@ impl Batches {
         let settings = Settings { budget, seed, ..self.settings };
         let rendering = self.method.render(&scene.world, &*scene.camera.0, &settings, &mut unattended)?;
         self.add(&rendering);
-        if let Some(error) = reference.and_then(|reference| rendering.image.mse(reference)) {
-            self.errors.push(f64::from(rendering.samples_per_pixel) * error.mean());
+        if let Some(reference) = reference {
+            let samples = f64::from(rendering.samples_per_pixel);
+            let (floor, mut sums) = (floor(reference), [0.0; 2]);
+            for (i, r) in rendering.image.pixels().iter().zip(reference.pixels()) {
+                for c in 0..3 {
+                    let squared = (i[c] - r[c]).powi(2);
+                    sums = [sums[0] + squared, sums[1] + squared / (r[c] * r[c] + floor)];
+                }
+            }
+            self.errors.push(samples * sums[0]);
+            self.relative_errors.push(samples * sums[1]);
         }
         Ok(())
     }
@@ -196,11 +213,13 @@ impl Batches {
             // The difference of two large numbers may round below zero.
             *square = ((*square - *mean * *mean * total) / (freedom * total)).map(|v| v.max(0.0));
         }
+        let relative = |errors: &Estimate| errors.standard_error() / errors.mean();
         Measured {
             integrator: self.integrator,
             sees_all: self.integrator.sees_all(claims),
             techniques: self.techniques,
-            relative_error: self.errors.standard_error() / self.errors.mean(),
+            long_tails: relative(&self.relative_errors) > 0.05,
+            relative_error: relative(&self.errors),
             samples_per_pixel: self.samples.iter().sum(),
             wall: self.wall,
             counters: self.counters,
@@ -228,6 +247,9 @@ pub struct Measured {
     pub batch_samples: Vec<f64>,
     /// Mean luminance of each block, for each batch.
     pub batch_blocks: Vec<Vec<f64>>,
+    /// Whether rare, large contributions make up much of the relative variance, so that even all batches together do not know it well. Then
+    /// whoever missed them in a block has too small a mean *and* too small a variance there, and no test can tell that from missing light.
+    pub long_tails: bool,
     /// Relative standard error of the variance of a sample.
     pub relative_error: f64,
     pub image: Image,
@@ -250,21 +272,6 @@ impl Measured {
     /// Variance × time: the seconds that an image of variance 1 takes.
     pub fn cost(&self) -> f64 {
         self.mean_variance() * self.wall.as_secs_f64()
-    }
-
-    /// Whether rare, large contributions make up much of the variance. Then whoever missed them in a block has too small a mean *and* too
-    /// small a variance there, and no test can tell that from a missing path: the central limit theorem has not set in yet.
-    pub fn has_long_tails(&self) -> bool {
-        self.relative_error > 0.07 || self.variance_concentration() > 0.5
-    }
-
-    /// Part of the total variance that is found in the noisiest hundredth of the pixels.
-    pub fn variance_concentration(&self) -> f64 {
-        let mut variances: Vec<f64> = self.variance.pixels().iter().map(|v| v.mean()).collect();
-        variances.sort_by(|a, b| b.total_cmp(a));
-        let sum = |values: &[f64]| values.iter().sum::<f64>();
-        let total = sum(&variances);
-        if total > 0.0 { sum(&variances[..variances.len().div_ceil(100)]) / total } else { 0.0 }
     }
 
     pub fn save(&self, scene: &NamedScene, options: &Options, directory: &Path) -> Result<(), Box<dyn Error>> {

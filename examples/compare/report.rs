@@ -3,7 +3,7 @@
 use super::Options;
 use super::agreement::Pair;
 use super::common::{AnyIntegrator, NamedScene};
-use super::measure::Measured;
+use super::measure::{self, Measured};
 use super::reference::Reference;
 use serde_json::{Value, json};
 use std::error::Error;
@@ -45,7 +45,7 @@ pub fn rows(measured: &[Measured], reference: &Reference) -> Vec<Row> {
 }
 
 fn row(run: &Measured, path_tracing: Option<&Measured>, reference: &Reference) -> Row {
-    let floor = 0.01 * reference.image.mean().mean().powi(2);
+    let floor = measure::floor(&reference.image);
     let squared_error = |scale: &dyn Fn(f64) -> f64| {
         let pairs = run.image.pixels().iter().zip(reference.image.pixels());
         let sum: f64 = pairs.map(|(i, r)| (0..3).map(|c| (i[c] - r[c]).powi(2) / scale(r[c])).sum::<f64>()).sum();
@@ -62,7 +62,7 @@ fn row(run: &Measured, path_tracing: Option<&Measured>, reference: &Reference) -
     Row {
         integrator: run.integrator,
         sees_all: run.sees_all,
-        long_tails: run.has_long_tails(),
+        long_tails: run.long_tails,
         techniques: run.techniques.to_string(),
         samples_per_pixel: run.samples_per_pixel,
         seconds,
