@@ -7,8 +7,9 @@ use pathspace::endpoint::{
     ThinLensCamera,
 };
 use pathspace::film::FilmSample;
-use pathspace::geometry::{Disk, Quad, Sphere};
+use pathspace::geometry::{Disk, Place, Quad, Sphere};
 use pathspace::math::Rgb;
+use pathspace::path::{Edge, Path};
 use pathspace::sampler::Sampler;
 use pathspace::scene::{Emission, Material, MaterialId, Mesh, SurfaceId, World, WorldBuilder};
 use std::error::Error;
@@ -199,4 +200,16 @@ pub fn all() -> Result<Vec<TestScene>> {
 /// A point of the film, uniform over its window.
 pub fn film_sample(camera: &(impl Camera + ?Sized), sampler: &mut impl Sampler) -> FilmSample {
     FilmSample { raster: camera.film().from_window(sampler.next_2d()), offset: DVec2::ZERO }
+}
+
+/// What rounding may do to a path of a random world: each vertex' position has an error, which an edge turns into an angle, and cosines and the
+/// narrowest possible lobe (α = 1e-4, half vectors of indices near 1) magnify it.
+pub fn tolerance<C: Camera + ?Sized>(path: &Path<'_, '_, World, C>) -> f64 {
+    let edge = |i: usize| {
+        let (a, b) = (path.vertex(i).point, path.vertex(i + 1).point);
+        let infinite = a.place == Place::Infinite || b.place == Place::Infinite;
+        let angle = 4.0 * f64::EPSILON + if infinite { 0.0 } else { 4.0 * (a.error + b.error) / a.position.distance(b.position) };
+        Edge::between(&a, &b).map_or(0.0, |edge| angle * (1.0 / a.cosine(edge.direction) + 1.0 / b.cosine(edge.direction)))
+    };
+    1e-12 + 1e4 * (0..path.edges()).map(edge).sum::<f64>()
 }
