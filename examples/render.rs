@@ -21,7 +21,7 @@ use std::time::Duration;
 
 /// Renders one image of a scene with one integrator.
 #[derive(Debug, Parser)]
-#[command(version, about)]
+#[command(name = "render", version, about)]
 struct Arguments {
     /// A scene of the gallery, a Wavefront OBJ file, or `list` for the names of the gallery
     #[arg(long, default_value = "cornell-box", value_name = "NAME|FILE")]
@@ -97,6 +97,12 @@ fn run(arguments: &Arguments, scene: &NamedScene, max_bounces: Option<u32>) -> R
     if !arguments.integrator.sees_all(&scene.claims) {
         eprintln!("note: {name} cannot draw every path of {}; its image will lack light", scene.name);
     }
+    // Before rendering: an hour's work must not end with a missing directory.
+    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(format!("target/{}-{name}.exr", scene.name)));
+    if let Some(directory) = out.parent().filter(|directory| !directory.as_os_str().is_empty()) {
+        std::fs::create_dir_all(directory).map_err(|error| format!("directory {}: {error}", directory.display()))?;
+    }
+
     let settings = Settings {
         budget: match arguments.time {
             Some(time) => Budget::Time(time),
@@ -111,11 +117,6 @@ fn run(arguments: &Arguments, scene: &NamedScene, max_bounces: Option<u32>) -> R
     let bar = common::progress_bar(name);
     let rendering = integrator.render(&scene.world, &*scene.camera.0, &settings, &mut |progress| common::show(&bar, progress))?;
     bar.finish_and_clear();
-
-    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(format!("target/{}-{name}.exr", scene.name)));
-    if let Some(directory) = out.parent().filter(|directory| !directory.as_os_str().is_empty()) {
-        std::fs::create_dir_all(directory).map_err(|error| format!("directory {}: {error}", directory.display()))?;
-    }
     let mut file = rendering.to_file();
     file.exposure = arguments.exposure;
     let depth = max_bounces.map_or_else(|| "unbounded".to_owned(), |max| max.to_string());

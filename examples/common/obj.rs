@@ -11,8 +11,11 @@ use pathspace::glam::{DAffine3, DVec3, UVec2};
 use pathspace::math::Rgb;
 use pathspace::scene::gallery::Claims;
 use pathspace::scene::{Emission, Material, Mesh, WorldBuilder};
+use std::cell::RefCell;
 use std::error::Error;
-use std::path::Path;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
 
 /// Albedo of what has no Kd.
 const DEFAULT_ALBEDO: f64 = 0.6;
@@ -33,12 +36,9 @@ pub fn load(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error>
 }
 
 fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error>> {
-    let options = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
-    let (models, materials) = tobj::load_obj(path, &options)?;
-    let materials = materials.map_err(|error| format!("material library: {error}"))?;
-
+    let (models, materials) = parse(path)?;
     let mut builder = WorldBuilder::new();
-    let looks = materials.iter().map(look).collect::<Result<Vec<_>, _>>()?;
+    let looks = materials.iter().map(look).collect::<Vec<_>>();
     let fallback = builder.add_material("without material", Material::Lambert { albedo: Rgb::splat(DEFAULT_ALBEDO) })?;
     let mut ids = Vec::new();
     for (index, (material, look)) in materials.iter().zip(&looks).enumerate() {
@@ -83,28 +83,30 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
     })
 }
 
-fn look(material: &tobj::Material) -> Result<Look, Box<dyn Error>> {
+/// Reads the file and its material libraries, which are looked for beside it.
+fn parse(path: &Path) -> Result<(Vec<tobj::Model>, Vec<tobj::Material>), Box<dyn Error>> {
+    let options = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
+    let mut reader = BufReader::new(File::open(path)?);
+    // The parser's errors do not say which library they are about.
+    let library = RefCell::new(PathBuf::new());
+    let (models, materials) = tobj::load_obj_buf(&mut reader, &options, |name| {
+        let beside = path.with_file_name(name);
+        library.replace(beside.clone());
+        tobj::load_mtl(beside)
+    })?;
+    let materials = materials.map_err(|error| format!("material library {}: {error}", library.borrow().display()))?;
+    Ok((models, materials))
+}
+
+fn look(material: &tobj::Material) -> Look {
     let is_glass = matches!(material.illumination_model, Some(4 | 6 | 7 | 9));
     let kind = if is_glass {
         Material::Dielectric { relative_ior: material.optical_density.map_or(DEFAULT_IOR, f64::from) }
     } else {
         Material::Lambert { albedo: material.diffuse.map_or(Rgb::splat(DEFAULT_ALBEDO), |kd| Rgb(kd.map(f64::from))) }
     };
-    let emission = match material.unknown_param.get("Ke") {
-        Some(text) => Some(radiance(text).ok_or_else(|| format!("material {}: Ke {text:?} is not a colour", material.name))?),
-        None => None,
-    };
-    Ok(Look { material: kind, emission: emission.filter(|radiance| !radiance.is_black()), is_glass })
-}
-
-/// One number for grey, or three.
-fn radiance(text: &str) -> Option<Rgb> {
-    let numbers = text.split_whitespace().map(|number| number.parse().ok()).collect::<Option<Vec<f64>>>()?;
-    match numbers[..] {
-        [grey] => Some(Rgb::splat(grey)),
-        [red, green, blue] => Some(Rgb::new(red, green, blue)),
-        _ => None,
-    }
+    let emission = material.emissive.map(|ke| Rgb(ke.map(f64::from))).filter(|ke| !ke.is_black());
+    Look { material: kind, emission, is_glass }
 }
 
 fn to_mesh(mesh: &tobj::Mesh) -> Mesh {

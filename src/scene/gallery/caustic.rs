@@ -14,7 +14,7 @@ pub(super) const DESCRIPTION: &str = "A glass ball under a small lamp: a caustic
 
 const LAMP: DVec3 = DVec3::new(-2.6, 4.6, -1.0);
 const LAMP_RADIUS: f64 = 0.2;
-const LAMP_RADIANCE: Rgb = Rgb::new(260.0, 240.0, 210.0);
+const LAMP_RADIANCE: Rgb = Rgb::new(420.0, 390.0, 340.0);
 
 pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);

@@ -52,7 +52,7 @@ pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
         builder.set_emission(light, emission(color * (INTENSITY / (radius * radius))))?;
     }
 
-    let camera = PinholeCamera::new(CAMERA, p(0.0, -1.6, 2.0), DVec3::Y, 34.0, resolution)?;
+    let camera = PinholeCamera::new(CAMERA, p(0.0, -1.7, 2.0), DVec3::Y, 39.0, resolution)?;
     Ok(GalleryScene {
         name: "glossy-plates",
         description: DESCRIPTION,

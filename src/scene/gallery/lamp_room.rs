@@ -21,7 +21,7 @@ const BULB_RADIUS: f64 = 0.2;
 const BULB_THICKNESS: f64 = 0.01;
 const FILAMENT_RADIUS: f64 = 0.03;
 const FILAMENT_RADIANCE: Rgb = Rgb::new(900.0, 560.0, 280.0);
-const BOWL_RADIANCE: Rgb = Rgb::new(320.0, 360.0, 420.0);
+const BOWL_RADIANCE: Rgb = Rgb::new(150.0, 170.0, 200.0);
 
 pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
@@ -66,7 +66,7 @@ pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let lamp = builder.add_quad("bowl lamp", lamp, black)?;
     builder.set_emission(lamp, emission(BOWL_RADIANCE))?;
 
-    let camera = PinholeCamera::new(p(0.0, 1.35, 2.4), p(0.0, 1.15, 0.0), DVec3::Y, 52.0, resolution)?;
+    let camera = PinholeCamera::new(p(0.0, 1.35, 2.4), p(0.0, 1.15, 0.0), DVec3::Y, 62.0, resolution)?;
     Ok(GalleryScene {
         name: "lamp-room",
         description: DESCRIPTION,

@@ -30,7 +30,7 @@ pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     builder.add_mesh("blob", &blob(24, 14), DAffine3::from_translation(DVec3::Y * 1.05), gold)?;
     builder.set_environment("sky", sky()?)?;
 
-    let camera = PinholeCamera::new(DVec3::new(0.0, 3.6, 6.4), DVec3::new(0.0, 0.55, 0.0), DVec3::Y, 38.0, resolution)?;
+    let camera = PinholeCamera::new(DVec3::new(0.0, 2.5, 6.6), DVec3::new(0.0, 0.9, 0.0), DVec3::Y, 40.0, resolution)?;
     Ok(GalleryScene {
         name: "smooth-mesh",
         description: DESCRIPTION,
@@ -109,7 +109,7 @@ fn sky() -> Result<EnvironmentMap, EndpointError> {
         let direction = DVec3::new(polar.sin() * turn.sin(), polar.cos(), -polar.sin() * turn.cos());
         let horizon = (1.0 - direction.y.abs()).powi(4);
         let air = Rgb::new(0.18, 0.32, 0.6) * (1.0 - horizon) + Rgb::new(0.75, 0.8, 0.85) * horizon;
-        let dust = Rgb::new(0.12, 0.11, 0.1);
+        let dust = Rgb::new(0.3, 0.28, 0.25);
         let disk = direction.dot(sun) > SUN_DEGREES.to_radians().cos();
         (if direction.y > 0.0 { air } else { dust }) + if disk { SUN_RADIANCE } else { Rgb::BLACK }
     });
