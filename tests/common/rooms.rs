@@ -99,14 +99,14 @@ impl Room {
 
 pub const FILM: UVec2 = UVec2::splat(16);
 
-/// Looks into the room from the front; the film is filled by it.
+/// Looks into the room from the front, below z = 1.7; the film is filled by it.
 pub fn camera() -> PinholeCamera {
-    PinholeCamera::new(v(0.1, -2.9, 1.1), v(0.0, 0.0, 0.85), DVec3::Z, 36.0, FILM).expect("valid camera")
+    PinholeCamera::new(v(0.1, -2.9, 1.1), v(0.0, 0.0, 0.7), DVec3::Z, 32.0, FILM).expect("valid camera")
 }
 
 /// The same with a large lens, focused on the blocker.
 pub fn lens_camera() -> ThinLensCamera {
-    ThinLensCamera::new(v(0.1, -2.9, 1.1), v(0.0, 0.0, 0.85), DVec3::Z, 36.0, 0.3, 2.7, FILM).expect("valid camera")
+    ThinLensCamera::new(v(0.1, -2.9, 1.1), v(0.0, 0.0, 0.7), DVec3::Z, 32.0, 0.3, 2.7, FILM).expect("valid camera")
 }
 
 /// Parallel rays into the room, slightly from above.
