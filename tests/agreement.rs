@@ -11,9 +11,7 @@ mod rooms;
 
 use compare::{Comparison, Named, assert_agree, measure};
 use glam::{DAffine3, DMat3, DVec2, DVec3, UVec2};
-use pathspace::endpoint::{
-    ConstantEnvironment, DirectionalLight, EnvironmentMap, Lookup, PointLight, SpotLight,
-};
+use pathspace::endpoint::{ConstantEnvironment, DirectionalLight, EnvironmentMap, Lookup, PointLight, SpotLight};
 use pathspace::film::{Filter, Technique};
 use pathspace::geometry::Sphere;
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, PathTracing, UniformArea};
@@ -100,7 +98,11 @@ impl Team {
     }
 
     fn agree(&self, case: &str, room: Room) {
-        assert_agree(case, &room.build(), &camera(), &self.named(), &Comparison::default());
+        self.agree_within(0.0025, case, room);
+    }
+
+    fn agree_within(&self, target: f64, case: &str, room: Room) {
+        assert_agree(case, &room.build(), &camera(), &self.named(), &Comparison { target, ..Comparison::default() });
     }
 }
 
@@ -202,10 +204,22 @@ fn constant_environment() {
     Team::with_light(THREE).emission_only().agree("constant environment", room);
 }
 
+/// An environment in view, with the blocker in front of it: s = 0 and (1, 1) draw the paths of one edge.
+#[test]
+fn environment_seen_directly() {
+    let mut room = Room::empty();
+    room.quad(v(-1.0, -1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), grey());
+    room.sphere(Sphere::new(v(0.2, 0.0, 0.8), 0.3), lambert(0.7, 0.5, 0.3));
+    room.environment(sky(Lookup::PiecewiseConstant));
+    let (world, team) = (room.build(), Team::with_light(Depth::up_to(1)));
+    assert_agree("environment in view, pinhole", &world, &camera(), &team.named(), &Comparison::default());
+    assert_agree("environment in view, thin lens", &world, &lens_camera(), &team.named(), &Comparison::default());
+}
+
 fn sky(lookup: Lookup) -> EnvironmentMap {
     // A dim sky with a colour gradient, black ground, and a hot spot.
     let pixel = |i: u32| match (i % 16, i / 16) {
-        (7, 1) => Rgb::new(40.0, 30.0, 20.0),
+        (7, 1) => Rgb::new(15.0, 12.0, 8.0),
         (x, y) if y < 5 => Rgb::new(0.2 + 0.05 * f64::from(x), 0.5, 0.1 * f64::from(y)),
         _ => Rgb::BLACK,
     };
@@ -237,6 +251,17 @@ fn several_lights() {
     Team::with_light(THREE).agree("several lights", room);
 }
 
+/// Each light is chosen half of the time: hits and connections must both know it.
+#[test]
+fn lights_of_equal_power() {
+    let mut room = Room::open(metal(0.3, 0.3));
+    for x in [-1.0, 0.0] {
+        let lamp = room.quad(v(x, -0.9, 1.95), v(0.0, 1.8, 0.0), v(0.95, 0.0, 0.0), black());
+        room.emit(lamp, Rgb::new(3.0, 2.0, 1.0), false);
+    }
+    Team::with_light(Depth::up_to(2)).emission_only().agree("equal lights", room);
+}
+
 /// The faint light is the only one that the camera's half of the scene sees, so that no other hides an error in its probability.
 #[test]
 fn faint_light_alone_behind_a_wall() {
@@ -247,7 +272,7 @@ fn faint_light_alone_behind_a_wall() {
     // Shines towards -y, onto the black back of the wall: strong, and of no use.
     let depth = Depth::up_to(2);
     let team = Team::new(depth).path().bidirectional().light();
-    team.agree("faint light", room);
+    team.agree_within(0.005, "faint light", room);
 }
 
 /// A mirrored instance emits on the side of its front, as a mesh whose vertices are mirrored and whose winding is reversed does.
@@ -294,7 +319,7 @@ fn a_larger_scene_changes_no_light_at_infinity() {
     };
     let team = Team::new(Depth::up_to(2)).bidirectional().light();
     // The light tracer hits the room with one ray in thirty.
-    let comparison = Comparison { target: 0.003, ..Comparison::default() };
+    let comparison = Comparison { target: 0.004, ..Comparison::default() };
     for directional in [true, false] {
         let mut measured = Vec::new();
         for speck in [false, true] {
@@ -328,7 +353,7 @@ fn mirror_in_view() {
     let general = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
     Team::standard(Depth::up_to(4))
         .with("general, s < 2", Bidirectional { techniques: general, depth: Depth::up_to(4), ..Bidirectional::default() })
-        .agree("mirror in view", room);
+        .agree_within(0.004, "mirror in view", room);
 }
 
 /// A glass pane between the lamp and all the rest, not seen by the camera.
@@ -339,7 +364,7 @@ fn glass_pane_under_the_lamp() {
     let glass = || Material::Dielectric { relative_ior: 1.5 };
     room.quad(v(-1.0, -1.0, 1.85), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), glass());
     room.quad(v(-1.0, -1.0, 1.80), v(0.0, 2.0, 0.0), v(2.0, 0.0, 0.0), glass());
-    Team::with_light(Depth::up_to(4)).agree("glass pane", room);
+    Team::with_light(Depth::up_to(4)).agree_within(0.004, "glass pane", room);
 }
 
 /// One interface only: the lamp is inside glass and the room is not, so n² does not cancel.
@@ -348,7 +373,7 @@ fn lamp_inside_glass() {
     let mut room = Room::open(grey());
     room.lamp(0.8, 4.0);
     room.quad(v(-2.0, -2.0, 1.85), v(0.0, 4.0, 0.0), v(4.0, 0.0, 0.0), Material::Dielectric { relative_ior: 1.5 });
-    Team::with_light(THREE).general().agree("lamp inside glass", room);
+    Team::with_light(THREE).general().agree_within(0.004, "lamp inside glass", room);
 }
 
 /// A glass ball in front of a large lamp: caustics that path tracing finds by chance.
@@ -357,7 +382,7 @@ fn glass_ball_before_the_lamp() {
     let mut room = Room::open(grey());
     room.lamp(0.95, 3.0);
     room.sphere(Sphere::new(v(0.2, 0.1, 1.72), 0.2), Material::Dielectric { relative_ior: 1.5 });
-    Team::with_light(THREE).agree("glass ball", room);
+    Team::with_light(THREE).agree_within(0.004, "glass ball", room);
 }
 
 /// The room is under water and the camera is in it, seen through no interface; the lamp is above.
@@ -366,7 +391,7 @@ fn camera_and_room_inside_a_medium() {
     let mut room = Room::open(grey());
     room.lamp(0.8, 4.0);
     room.quad(v(-9.0, -9.0, 1.85), v(18.0, 0.0, 0.0), v(0.0, 18.0, 0.0), Material::Dielectric { relative_ior: 1.33 });
-    Team::with_light(THREE).agree("under water", room);
+    Team::with_light(THREE).agree_within(0.004, "under water", room);
 }
 
 fn metal(x: f64, y: f64) -> Material {
@@ -472,6 +497,29 @@ fn smooth_normals() {
     Team::with_light(THREE).general().agree("smooth normals", smooth_room(lambert(0.8, 0.7, 0.6)));
 }
 
+/// Hits sample the shading cosine and connections evaluate it: each alone must find the same, as must a light tracer.
+#[test]
+fn smooth_normals_under_an_environment() {
+    let mut room = Room::empty();
+    let sphere = Mesh::icosphere(0);
+    let normals = sphere.positions.clone();
+    let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(1.2), glam::DQuat::IDENTITY, v(0.0, 0.0, 0.7));
+    room.mesh(&Mesh { normals: Some(normals), ..sphere }, transform, lambert(0.8, 0.7, 0.6));
+    room.environment(ConstantEnvironment::new(Rgb::new(0.5, 0.7, 1.0)).expect("valid"));
+    Team::with_light(Depth::exactly(1)).emission_only().next_event_only().agree("smooth normals, environment", room);
+}
+
+/// Light from the sphere to the floor and back: the walk's own factor.
+#[test]
+fn two_bounces_on_smooth_normals() {
+    let mut room = smooth_room(lambert(0.8, 0.7, 0.6));
+    let sphere = Mesh::icosphere(0);
+    let normals = sphere.positions.clone();
+    let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(0.4), glam::DQuat::IDENTITY, v(1.1, 0.3, 0.6));
+    room.mesh(&Mesh { normals: Some(normals), ..sphere }, transform, lambert(0.8, 0.7, 0.6));
+    Team::new(Depth::exactly(2)).path().light().agree_within(0.004, "two bounces on smooth normals", room);
+}
+
 #[test]
 fn smooth_normals_on_metal() {
     Team::with_light(Depth::up_to(2)).agree("smooth metal", smooth_room(metal(0.3, 0.3)));
@@ -486,7 +534,7 @@ fn smooth_normals_on_glass() {
     let normals = sphere.positions.clone();
     let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(0.25), glam::DQuat::IDENTITY, v(0.2, 0.1, 1.68));
     room.mesh(&Mesh { normals: Some(normals), ..sphere }, transform, Material::Dielectric { relative_ior: 1.5 });
-    Team::with_light(THREE).agree("smooth glass", room);
+    Team::with_light(THREE).agree_within(0.004, "smooth glass", room);
 }
 
 // Cameras and filters -------------------------------------------------------------------------------------------------------------------
@@ -526,6 +574,18 @@ fn filters() {
     for filter in [Filter::Box, Filter::Tent, Filter::Gaussian { standard_deviation: 0.9 }] {
         let comparison = Comparison { filter, ..Comparison::default() };
         assert_agree(&format!("{filter:?}"), &world, &camera(), &team.named(), &comparison);
+    }
+}
+
+/// A lamp seen directly, whose sharp edges the filter moves by half a block.
+#[test]
+fn filters_blur_alike() {
+    let mut room = Room::empty();
+    let lamp = room.quad(v(-0.3, 0.0, 0.3), v(0.5, 0.0, 0.0), v(0.0, 0.0, 0.6), black());
+    room.emit(lamp, Rgb::WHITE, false);
+    let (world, team) = (room.build(), Team::with_light(Depth::up_to(0)));
+    for filter in [Filter::Tent, Filter::Gaussian { standard_deviation: 1.5 }] {
+        assert_agree(&format!("{filter:?}"), &world, &camera(), &team.named(), &Comparison { filter, ..Comparison::default() });
     }
 }
 
@@ -629,7 +689,7 @@ fn techniques_alone(case: &str, world: &World, bounces: u32, comparison: &Compar
 fn each_technique_alone() {
     let world = technique_world(grey());
     techniques_alone("Lambert", &world, 1, &Comparison::default());
-    techniques_alone("Lambert", &world, 2, &Comparison { target: 0.004, ..Comparison::default() });
+    techniques_alone("Lambert", &world, 2, &Comparison { target: 0.005, ..Comparison::default() });
 }
 
 #[test]
@@ -643,7 +703,12 @@ fn each_technique_alone_on_metal() {
 #[ignore = "the same with longer paths"]
 fn each_technique_alone_with_three_bounces() {
     for material in [grey(), metal(0.3, 0.3)] {
-        techniques_alone("three bounces", &technique_world(material), 3, &Comparison { target: 0.006, most: 20_000, ..Comparison::default() });
+        techniques_alone(
+            "three bounces",
+            &technique_world(material),
+            3,
+            &Comparison { target: 0.006, most: 20_000, ..Comparison::default() },
+        );
     }
 }
 

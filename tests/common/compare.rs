@@ -155,7 +155,13 @@ impl Measured {
         for (c, expected) in expected.into_iter().enumerate() {
             let mean = self.channel(c);
             let (error, difference) = (mean.standard_error(), mean.value - expected);
-            println!("{:24} {:10.6} expected {expected:10.6}, z = {:5.2}, error {:.3} %", self.name, mean.value, difference / error, 100.0 * error / expected);
+            println!(
+                "{:24} {:10.6} expected {expected:10.6}, z = {:5.2}, error {:.3} %",
+                self.name,
+                mean.value,
+                difference / error,
+                100.0 * error / expected
+            );
             assert!(difference.abs() <= 4.0 * error + 1e-9 * expected.abs(), "{}: {} ± {error}, not {expected}", self.name, mean.value);
             assert!(error <= resolution * expected.abs(), "{}: error {error} of {expected} sees no bias", self.name);
         }
