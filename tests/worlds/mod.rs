@@ -143,7 +143,7 @@ pub fn smooth_normals(at: Placement) -> Result<TestScene> {
     let (width, height) = (16, 8);
     let pixel = |i: u32| {
         let bright = if i == 37 { 40.0 } else { 0.2 + 0.05 * f64::from(i % 7) };
-        Rgb::new(bright, 0.9 * bright, if i % 3 == 0 { 0.0 } else { bright })
+        Rgb::new(bright, 0.9 * bright, if i.is_multiple_of(3) { 0.0 } else { bright })
     };
     let map = EnvironmentMap::new(width, height, (0..width * height).map(pixel).collect(), DMat3::IDENTITY)?;
     b.set_environment("sky", map.with_lookup(Lookup::Bilinear))?;
