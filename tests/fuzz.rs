@@ -265,7 +265,9 @@ fn verify(plan: &Plan, world: &World, camera: &(dyn Camera + Send), seen: &Seen)
                 result = fail("weights do not sum to 1");
             } else if verified.worst() > 1e-12 {
                 let (value, weight) = worlds::sensitivity(path, (world, camera), &set, integrator.heuristic, 64, &mut displacements);
-                if !(verified.value_error <= value + 1e-12 && verified.weight_error <= weight + 1e-12) {
+                // Lobes of width 1e-4 between nearly equal indices also magnify the rounding of local frames, which displacements do not show.
+                let (value, weight) = (4.0 * value + 1e-12, 4.0 * weight + 1e-12);
+                if !(verified.value_error <= value && verified.weight_error <= weight) {
                     result = fail(&format!("beyond {value:e} or {weight:e}"));
                 }
             }
