@@ -20,8 +20,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::f64::consts::PI;
 use worlds::Result;
 
-const BATCHES: u64 = 30;
-const SAMPLES: u32 = 700;
+const BATCHES: u64 = 150;
+const SAMPLES: u32 = 150;
 
 /// The counters of independent batches, each of [`SAMPLES`] samples.
 fn batches<I: Integrator<World>>(world: &World, camera: &(dyn Camera + Send), integrator: &I) -> Vec<Counters> {
