@@ -381,7 +381,7 @@ fn lamp_inside_glass() {
 fn glass_ball_before_the_lamp() {
     let mut room = Room::open(grey());
     room.lamp(0.95, 3.0);
-    room.sphere(Sphere::new(v(0.2, 0.1, 1.72), 0.2), Material::Dielectric { relative_ior: 1.5 });
+    room.sphere(Sphere::new(v(0.2, 0.1, 1.76), 0.2), Material::Dielectric { relative_ior: 1.5 });
     Team::with_light(THREE).agree_within(0.004, "glass ball", room);
 }
 
@@ -532,7 +532,7 @@ fn smooth_normals_on_glass() {
     room.lamp(0.95, 3.0);
     let sphere = Mesh::icosphere(1);
     let normals = sphere.positions.clone();
-    let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(0.25), glam::DQuat::IDENTITY, v(0.2, 0.1, 1.68));
+    let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(0.2), glam::DQuat::IDENTITY, v(0.2, 0.1, 1.76));
     room.mesh(&Mesh { normals: Some(normals), ..sphere }, transform, Material::Dielectric { relative_ior: 1.5 });
     Team::with_light(THREE).agree_within(0.004, "smooth glass", room);
 }

@@ -216,7 +216,7 @@ fn e05_constant_radiance() {
     let camera = PinholeCamera::new(v(0.1, 0.0, 0.2), DVec3::X, DVec3::Z, 50.0, UVec2::splat(8)).expect("valid camera");
     for filter in [Filter::Box, Filter::Tent, Filter::Gaussian { standard_deviation: 0.8 }] {
         for (name, integrator) in everybody(Depth::up_to(1)) {
-            let comparison = Comparison { filter, target: 0.002, most: 20_000 };
+            let comparison = Comparison { filter, target: 0.002, most: 20_000, ..Comparison::default() };
             let measured = measure(&world, &camera, (name, integrator.as_ref()), &comparison);
             measured.assert_mean([1.0; 3], 0.003);
             measured.assert_pixels(1.0);
