@@ -120,7 +120,8 @@ impl Tail {
         let k = largest.len() as f64;
         // Values that are equal but for rounding have no tail.
         let sum: f64 = largest.iter().map(|x| (x / threshold).ln()).filter(|l| *l > 1e-9).sum();
-        let index = k / sum;
+        // An empty sum is -0.
+        let index = k / sum.abs();
         Some(Self { index, standard_error: index / k.sqrt(), count: largest.len() as u64 })
     }
 
