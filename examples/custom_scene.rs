@@ -7,6 +7,8 @@
 //! Path tracing, light tracing and bidirectional path tracing sample the same integral in different ways. If their images agree, then the
 //! host's sampling, densities and values are consistent with each other: comparing them is the best test of a new material or light.
 
+mod common;
+
 use clap::Parser;
 use pathspace::bsdf::{Bsdf, BsdfSample, Lobes, Walk};
 use pathspace::endpoint::{AreaLight, DirectionSample, Endpoint, Light, LightId, PinholeCamera, PointSample};
@@ -22,6 +24,7 @@ use pathspace::scene::{Needs, Scene, SurfaceArea};
 use std::error::Error;
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 // ---------------------------------------------------------------------------------------------------------------- the host's material
 
@@ -281,7 +284,7 @@ impl SurfaceArea for ToyScene {
 #[derive(Parser)]
 struct Options {
     /// Image file: the three images side by side (.png, .hdr or .exr)
-    #[arg(long, default_value = "target/custom_scene.png")]
+    #[arg(long, default_value = "target/custom_scene.png", value_parser = common::parse_image_path)]
     out: PathBuf,
     /// Width and height of each image in pixels
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=4096))]
@@ -300,14 +303,19 @@ struct Options {
     seed: u64,
 }
 
-fn main() {
-    if let Err(error) = run(&Options::parse()) {
-        eprintln!("error: {error}");
-        std::process::exit(1);
+fn main() -> ExitCode {
+    match run(&Options::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
     }
 }
 
-fn run(options: &Options) -> Result<(), Box<dyn Error>> {
+/// Whether the integrators agree.
+fn run(options: &Options) -> Result<bool, Box<dyn Error>> {
     let scene = ToyScene::new()?;
     let camera = PinholeCamera::new(DVec3::new(0.0, 3.0, 8.0), DVec3::new(0.0, 1.3, 0.0), DVec3::Y, 46.0, UVec2::splat(options.size))?;
     let depth = options.max_bounces;
@@ -354,5 +362,5 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
     }
     ImageFile::from(side_by_side).save(&options.out)?;
     println!("wrote {}", options.out.display());
-    if agree { Ok(()) } else { Err("the integrators disagree".into()) }
+    Ok(agree)
 }

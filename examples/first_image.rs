@@ -1,19 +1,19 @@
-//! The library in a few lines: a ball on the ground under a lamp, path traced, saved as PNG.
-//!
-//! `cargo run --release --example first_image [-- FILE.png]`
+//! The library in a few lines: a ball on the ground under a lamp, path traced.
 
+mod common;
+
+use clap::Parser;
 use pathspace::endpoint::PinholeCamera;
 use pathspace::geometry::{Disk, Sphere};
 use pathspace::glam::{DVec3, UVec2};
 use pathspace::integrator::PathTracer;
 use pathspace::math::Rgb;
-use pathspace::render::{Settings, render, unattended};
+use pathspace::render::{Rendering, Settings, render, unattended};
 use pathspace::scene::{Emission, Material, WorldBuilder};
 use std::error::Error;
+use std::path::PathBuf;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let file = std::env::args().nth(1).unwrap_or_else(|| "target/first_image.png".to_owned());
-
+fn first_image() -> Result<Rendering, Box<dyn Error>> {
     let mut scene = WorldBuilder::new();
     let clay = scene.add_material("clay", Material::Lambert { albedo: Rgb::new(0.7, 0.35, 0.2) })?;
     scene.add_disk("ground", Disk { center: DVec3::ZERO, normal: DVec3::Y, radius: 4.0 }, clay)?;
@@ -23,8 +23,30 @@ fn main() -> Result<(), Box<dyn Error>> {
     let world = scene.build()?;
 
     let camera = PinholeCamera::new(DVec3::new(0.0, 2.0, 7.0), DVec3::Y, DVec3::Y, 40.0, UVec2::new(320, 240))?;
-    let rendering = render(&world, &camera, &PathTracer::default(), &Settings::default(), &mut unattended)?;
-    rendering.to_file().save(&file)?;
-    println!("wrote {file}");
+    Ok(render(&world, &camera, &PathTracer::default(), &Settings::default(), &mut unattended)?)
+}
+
+/// Renders a ball on the ground under a lamp by path tracing.
+#[derive(Parser)]
+struct Options {
+    /// Image file (.png, .hdr or .exr)
+    #[arg(long, default_value = "target/first_image.png", value_parser = common::parse_image_path)]
+    out: PathBuf,
+}
+
+fn save(options: &Options) -> Result<(), Box<dyn Error>> {
+    let rendering = first_image()?;
+    if let Some(directory) = options.out.parent() {
+        std::fs::create_dir_all(directory)?;
+    }
+    rendering.to_file().save(&options.out)?;
+    println!("wrote {}", options.out.display());
     Ok(())
+}
+
+fn main() {
+    if let Err(error) = save(&Options::parse()) {
+        eprintln!("error: {error}");
+        std::process::exit(2);
+    }
 }

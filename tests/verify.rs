@@ -10,55 +10,17 @@ mod worlds;
 
 use common::Random;
 use glam::DVec3;
-use pathspace::endpoint::Camera;
 use pathspace::film::Technique;
-use pathspace::geometry::{Place, SurfacePoint};
+use pathspace::geometry::Place;
 use pathspace::integrator::{Bidirectional, Depth};
-use pathspace::path::{Heuristic, Path, PathDensities, PathRecord, Roulette, Scratch};
-use pathspace::scene::{Scene, World};
+use pathspace::path::{Heuristic, PathDensities, PathRecord, Roulette, Scratch};
+use pathspace::scene::Scene;
 use std::collections::BTreeSet;
 use worlds::{Placement, Result, TestScene};
 
 /// Paths per scene and heuristic; three heuristics.
 const PATHS: usize = 40_000;
 const SUM_TOLERANCE: f64 = 1e-12;
-
-/// The record with every vertex displaced by a few times its error bound.
-fn displaced<C: Camera + ?Sized>(path: &Path<'_, '_, World, C>, scene: &TestScene, record: &PathRecord, random: &mut Random) -> PathRecord {
-    let mut sign = || DVec3::from([0.0; 3].map(|_| if pathspace::sampler::Sampler::next_1d(random) < 0.5 { -1.0 } else { 1.0 }));
-    let move_point = |(i, x): (usize, &SurfacePoint)| {
-        let near = |j: usize| if record.points[j].place == Place::Infinite { 0.0 } else { record.points[j].position.distance(x.position) };
-        let reach = near(i.saturating_sub(1)).max(near((i + 1).min(record.points.len() - 1)));
-        let rounding = 4.0 * f64::EPSILON;
-        match x.place {
-            Place::Infinite => SurfacePoint { geometric_normal: (x.geometric_normal + sign() * rounding).normalize(), ..*x },
-            _ => SurfacePoint { position: x.position + sign() * (4.0 * x.error + rounding * reach), ..*x },
-        }
-    };
-    let points: Vec<SurfacePoint> = record.points.iter().enumerate().map(move_point).collect();
-    PathRecord::evaluate(&scene.world, &*scene.camera, &points, &record.dirac, path.light())
-}
-
-/// How much value and weight may change: eight times the most that they do over some random displacements, since these add up to the root of
-/// their number while the worst case adds up to their number.
-fn sensitivity<C: Camera + ?Sized>(
-    path: &Path<'_, '_, World, C>,
-    scene: &TestScene,
-    set: &pathspace::path::TechniqueSet,
-    heuristic: Heuristic,
-    random: &mut Random,
-) -> (f64, f64) {
-    let (record, t) = (path.record(), usize::from(path.technique().t));
-    let (value, weight) = (record.estimate(t), record.weight(t, set, heuristic));
-    let mut largest = (0.0f64, 0.0f64);
-    for _ in 0..8 {
-        let moved = displaced(path, scene, &record, random);
-        let change = (moved.estimate(t) - value).map(f64::abs).max_component() / value.max_component();
-        largest.0 = largest.0.max(change);
-        largest.1 = largest.1.max((moved.weight(t, set, heuristic) - weight).abs());
-    }
-    (8.0 * largest.0, 8.0 * largest.1)
-}
 
 #[derive(Debug, Default)]
 struct Audit {
@@ -92,7 +54,8 @@ fn audit(
             assert!(contribution.weight > 0.0 && contribution.weight <= 1.0, "{}", what());
             // Also false for what is not a number.
             if !(verified.value_error <= rounding && verified.weight_error <= rounding) {
-                let (value, weight) = sensitivity(path, scene, &set, integrator.heuristic, &mut displacements);
+                let (value, weight) =
+                    worlds::sensitivity(path, (&scene.world, &*scene.camera), &set, integrator.heuristic, 8, &mut displacements);
                 assert!(verified.value_error <= value + rounding, "{} {value:e}", what());
                 assert!(verified.weight_error <= weight + rounding, "{} {weight:e}", what());
             }

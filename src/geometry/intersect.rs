@@ -13,8 +13,8 @@ pub struct Ray {
     pub origin: DVec3,
     /// Its direction, of unit length.
     pub direction: DVec3,
-    /// The axes in the order that makes the last one that of the largest component of the direction.
-    axes: [usize; 3],
+    /// The axis of the largest component of the direction.
+    largest: u8,
     /// Maps the direction to (0, 0, 1): `x - shear.x z`, `y - shear.y z`, `shear.z z`.
     shear: DVec3,
 }
@@ -49,16 +49,16 @@ impl Ray {
     #[must_use]
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
         let size = direction.abs();
-        let z = if size.x > size.y {
+        let largest = if size.x > size.y {
             if size.x > size.z { 0 } else { 2 }
         } else if size.y > size.z {
             1
         } else {
             2
         };
-        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-        let scale = 1.0 / direction[z];
-        Self { origin, direction, axes: [x, y, z], shear: DVec3::new(direction[x] * scale, direction[y] * scale, scale) }
+        let d = rotated(direction, largest);
+        let scale = 1.0 / d.z;
+        Self { origin, direction, largest, shear: DVec3::new(d.x * scale, d.y * scale, scale) }
     }
 
     /// The point at distance `t`.
@@ -72,9 +72,18 @@ impl Ray {
     /// vertex see it at the same place.
     #[inline]
     fn sheared(&self, p: DVec3) -> DVec3 {
-        let p = p - self.origin;
-        let [x, y, z] = self.axes;
-        DVec3::new(p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], self.shear.z * p[z])
+        let p = rotated(p - self.origin, self.largest);
+        DVec3::new(p.x - self.shear.x * p.z, p.y - self.shear.y * p.z, self.shear.z * p.z)
+    }
+}
+
+/// The components in cyclic order with that of the given axis last. A branch that is the same for a whole ray is cheaper than indexing.
+#[inline]
+fn rotated(v: DVec3, last: u8) -> DVec3 {
+    match last {
+        0 => DVec3::new(v.y, v.z, v.x),
+        1 => DVec3::new(v.z, v.x, v.y),
+        _ => v,
     }
 }
 
@@ -127,7 +136,8 @@ impl Shape {
 /// 0, which counts as inside for both neighbours. So no extended precision is needed where an edge function vanishes.
 #[inline]
 fn intersect_corners(ray: &Ray, corners: [DVec3; 3]) -> Option<Intersection> {
-    let [a, b, c] = corners.map(|p| ray.sheared(p));
+    // Not `map`, which does not get inlined here.
+    let [a, b, c] = [ray.sheared(corners[0]), ray.sheared(corners[1]), ray.sheared(corners[2])];
     let u = c.x * b.y - c.y * b.x;
     let v = a.x * c.y - a.y * c.x;
     let w = b.x * a.y - b.y * a.x;

@@ -134,7 +134,11 @@ impl Bidirectional {
         let u = camera.film().to_window(film.raster + film.offset);
         let Some((walk, lens)) = RandomWalk::from_camera(scene, camera, u, sampler) else { return };
         vertices.push(lens);
-        walk.record(vertices, self.depth.limit(), &self.walk_roulette(), sampler, counters);
+        // The last vertex can only be hit: a connection needs one scattering event more.
+        let last = u32::from(!set.emitter_hits);
+        if let Some(limit) = self.depth.limit().checked_sub(last) {
+            walk.record(vertices, limit, &self.walk_roulette(), sampler, counters);
+        }
         if let [lens, first, ..] = &mut vertices[..] {
             lens.start.connection = camera.pdf_from(&first.point, &lens.point);
         }
@@ -155,8 +159,9 @@ impl Bidirectional {
         let Some((walk, start)) = RandomWalk::from_light(scene, sampler, counters) else { return };
         let light = start.light;
         vertices.push(start);
-        // The last vertex can only be connected to the lens, one scattering event less than a camera walk has.
-        let Some(limit) = self.depth.limit().checked_sub(1) else { return };
+        // A light walk's vertex is connected, never hit; to the lens at the cost of one scattering event, to a camera walk of two.
+        let last = if set.lens_sampling { 1 } else { 2 };
+        let Some(limit) = self.depth.limit().checked_sub(last) else { return };
         if let Some(walk) = walk {
             walk.record(vertices, limit, &self.walk_roulette(), sampler, counters);
         }

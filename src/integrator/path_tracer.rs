@@ -160,6 +160,11 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
                     add(1, bounces + 1, value, weight);
                 }
             }
+            if !set.emitter_hits && bounces + 1 >= self.depth.limit() {
+                // The next vertex could only count by being hit.
+                walk.truncate(counters);
+                break;
+            }
             match walk.scatter(&mut vertex, &self.roulette, sampler, counters) {
                 Scattered::On { constant } => {
                     if !constant.is_black() {

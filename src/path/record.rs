@@ -163,7 +163,7 @@ impl PathDensities for PathRecord {
 /// How far an integrator's numbers for a path are from the definitions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verification {
-    /// Relative difference of the unweighted estimate f/p, Russian roulette taken out.
+    /// Relative difference of the unweighted estimate f/p, Russian roulette taken out; infinite if one of the two is not finite.
     pub value_error: f64,
     /// Difference of the weight.
     pub weight_error: f64,
@@ -172,10 +172,12 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// The largest of the three errors.
+    /// The largest of the three errors; infinite if one of them is not a number.
     #[must_use]
     pub fn worst(&self) -> f64 {
-        self.value_error.max(self.weight_error).max(self.weight_sum_error)
+        let errors = [self.value_error, self.weight_error, self.weight_sum_error];
+        // `max` alone would ignore what is not a number.
+        if errors.iter().any(|error| error.is_nan()) { f64::INFINITY } else { errors.into_iter().fold(0.0, f64::max) }
     }
 }
 
@@ -193,7 +195,11 @@ impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'_, 's, S, C> {
             .map(|t| record.weight(t, set, heuristic))
             .sum();
         Verification {
-            value_error: (cached - exact).map(f64::abs).max_component() / scale,
+            value_error: if cached.is_finite() && exact.is_finite() {
+                (cached - exact).map(f64::abs).max_component() / scale
+            } else {
+                f64::INFINITY
+            },
             weight_error: (self.weight(set, heuristic) - record.weight(t, set, heuristic)).abs(),
             weight_sum_error: (sum - 1.0).abs(),
         }
@@ -206,5 +212,17 @@ impl PathRecord {
         self.end_density(t) > 0.0
             && (0..t - 1).all(|i| self.towards_light[i] * self.geometry_terms[i] > 0.0)
             && (t + 1..=self.edges()).all(|i| self.towards_camera[i] * self.geometry_terms[i - 1] > 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_a_number_is_not_a_small_error() {
+        let verification = Verification { value_error: 0.5, weight_error: 0.25, weight_sum_error: 0.0 };
+        assert_eq!(verification.worst(), 0.5);
+        assert_eq!(Verification { weight_error: f64::NAN, ..verification }.worst(), f64::INFINITY);
     }
 }

@@ -3,12 +3,13 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, UVec2};
 use pathspace::endpoint::{
-    Camera, ConstantEnvironment, DirectionalLight, EnvironmentMap, Lookup, OrthographicCamera, PinholeCamera, PointLight, SpotLight,
-    ThinLensCamera,
+    Camera, ConstantEnvironment, DirectionalLight, EnvironmentMap, LightId, Lookup, OrthographicCamera, PinholeCamera, PointLight,
+    SpotLight, ThinLensCamera,
 };
 use pathspace::film::FilmSample;
-use pathspace::geometry::{Disk, Quad, Sphere};
+use pathspace::geometry::{Disk, Place, Quad, Sphere, SurfacePoint};
 use pathspace::math::Rgb;
+use pathspace::path::{Heuristic, Path, PathDensities, PathRecord, TechniqueSet};
 use pathspace::sampler::Sampler;
 use pathspace::scene::{Emission, Material, MaterialId, Mesh, SurfaceId, World, WorldBuilder};
 use std::error::Error;
@@ -142,7 +143,7 @@ pub fn smooth_normals(at: Placement) -> Result<TestScene> {
     let (width, height) = (16, 8);
     let pixel = |i: u32| {
         let bright = if i == 37 { 40.0 } else { 0.2 + 0.05 * f64::from(i % 7) };
-        Rgb::new(bright, 0.9 * bright, if i % 3 == 0 { 0.0 } else { bright })
+        Rgb::new(bright, 0.9 * bright, if i.is_multiple_of(3) { 0.0 } else { bright })
     };
     let map = EnvironmentMap::new(width, height, (0..width * height).map(pixel).collect(), DMat3::IDENTITY)?;
     b.set_environment("sky", map.with_lookup(Lookup::Bilinear))?;
@@ -199,4 +200,42 @@ pub fn all() -> Result<Vec<TestScene>> {
 /// A point of the film, uniform over its window.
 pub fn film_sample(camera: &(impl Camera + ?Sized), sampler: &mut impl Sampler) -> FilmSample {
     FilmSample { raster: camera.film().from_window(sampler.next_2d()), offset: DVec2::ZERO }
+}
+
+/// The record with every vertex displaced by a few times its error bound.
+fn displaced(scene: (&World, &(dyn Camera + Send)), record: &PathRecord, light: LightId, random: &mut impl Sampler) -> PathRecord {
+    let mut sign = || DVec3::from([0.0; 3].map(|_| if random.next_1d() < 0.5 { -1.0 } else { 1.0 }));
+    let move_point = |(i, x): (usize, &SurfacePoint)| {
+        let near = |j: usize| if record.points[j].place == Place::Infinite { 0.0 } else { record.points[j].position.distance(x.position) };
+        let reach = near(i.saturating_sub(1)).max(near((i + 1).min(record.points.len() - 1)));
+        let rounding = 4.0 * f64::EPSILON;
+        match x.place {
+            Place::Infinite => SurfacePoint { geometric_normal: (x.geometric_normal + sign() * rounding).normalize(), ..*x },
+            _ => SurfacePoint { position: x.position + sign() * (4.0 * x.error + rounding * reach), ..*x },
+        }
+    };
+    let points: Vec<SurfacePoint> = record.points.iter().enumerate().map(move_point).collect();
+    PathRecord::evaluate(scene.0, scene.1, &points, &record.dirac, light)
+}
+
+/// How much value and weight may change: eight times the most that they do over some random displacements, since these add up to the root of
+/// their number while the worst case adds up to their number.
+pub fn sensitivity<C: Camera + ?Sized>(
+    path: &Path<'_, '_, World, C>,
+    scene: (&World, &(dyn Camera + Send)),
+    set: &TechniqueSet,
+    heuristic: Heuristic,
+    displacements: u32,
+    random: &mut impl Sampler,
+) -> (f64, f64) {
+    let (record, t) = (path.record(), usize::from(path.technique().t));
+    let (value, weight) = (record.estimate(t), record.weight(t, set, heuristic));
+    let mut largest = (0.0f64, 0.0f64);
+    for _ in 0..displacements {
+        let moved = displaced(scene, &record, path.light(), random);
+        let change = (moved.estimate(t) - value).map(f64::abs).max_component() / value.max_component();
+        largest.0 = largest.0.max(change);
+        largest.1 = largest.1.max((moved.weight(t, set, heuristic) - weight).abs());
+    }
+    (8.0 * largest.0, 8.0 * largest.1)
 }

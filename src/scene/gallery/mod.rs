@@ -41,7 +41,8 @@ pub struct GalleryScene {
     pub claims: Claims,
 }
 
-/// Which integrators can draw every path that contributes to a scene's image. The mean of an integrator that cannot is too low.
+/// Which integrators can draw every path that contributes to a scene's image. The mean of an integrator that cannot is too
+/// low. A claim is about the mean alone: the noise may be too large for any budget, as that of uniform-area sampling on narrow lobes is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Claims {
     /// [`UniformArea`](crate::integrator::UniformArea): no Dirac lobes, no light at infinity.

@@ -1,0 +1,96 @@
+//! Each integrator on the Cornell box, single-threaded: samples per second, and rays per sample. Weights of recorded paths alone.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use glam::{DVec2, UVec2};
+use pathspace::endpoint::Camera;
+use pathspace::film::{Contribution, FilmSample, Sink};
+use pathspace::integrator::{Bidirectional, Depth, Integrator, LightTracer, PathTracer, UniformArea};
+use pathspace::math::Rgb;
+use pathspace::path::{Counters, Heuristic, Path, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet};
+use pathspace::sampler::{Independent, SampleSource, Sampler};
+use pathspace::scene::World;
+use pathspace::scene::gallery::{self, GalleryScene};
+use std::hint::black_box;
+use std::time::Duration;
+
+const SIDE: u32 = 64;
+const SAMPLES: u32 = SIDE * SIDE;
+const MAX_BOUNCES: u32 = 7;
+
+#[derive(Default)]
+struct Sum(Rgb);
+
+impl Sink for Sum {
+    fn add(&mut self, contribution: &Contribution) {
+        self.0 += contribution.value * contribution.weight;
+    }
+}
+
+/// One sample per pixel.
+fn pass<I: Integrator<World>>(scene: &GalleryScene, integrator: &I) -> Counters {
+    let (source, camera) = (Independent { seed: 1 }, &*scene.camera);
+    let (mut scratch, mut sum) = (Scratch::default(), Sum::default());
+    for pixel in 0..SAMPLES {
+        let mut sampler = source.sampler(pixel, 0);
+        let raster = UVec2::new(pixel % SIDE, pixel / SIDE).as_dvec2() + sampler.next_2d();
+        integrator.sample(&scene.world, camera, FilmSample { raster, offset: DVec2::ZERO }, &mut sampler, &mut sum, &mut scratch);
+    }
+    black_box(sum.0);
+    scratch.counters
+}
+
+fn integrators(criterion: &mut Criterion) {
+    let scene = gallery::build("cornell-box", UVec2::splat(SIDE)).expect("a scene of the gallery");
+    let depth = Depth::up_to(MAX_BOUNCES);
+    let s01 = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+    let mut group = criterion.benchmark_group("cornell-box");
+    group.throughput(Throughput::Elements(u64::from(SAMPLES))).sample_size(20).measurement_time(Duration::from_secs(5));
+    let mut bench = |name: &str, run: &dyn Fn() -> Counters| {
+        let counters = run();
+        println!("{name}: {:.2} rays per sample", counters.rays() as f64 / f64::from(SAMPLES));
+        group.bench_function(name, |bencher| bencher.iter(run));
+    };
+    let roulette = Roulette::default();
+    bench("uniform-area", &|| pass(&scene, &UniformArea { depth, roulette }));
+    bench("path-tracing", &|| pass(&scene, &PathTracer { depth, ..PathTracer::default() }));
+    bench("path-tracing/general-kernel", &|| pass(&scene, &Bidirectional { techniques: s01, depth, ..Bidirectional::default() }));
+    bench("light-tracing", &|| pass(&scene, &LightTracer { depth, roulette }));
+    bench("bidirectional", &|| pass(&scene, &Bidirectional { depth, ..Bidirectional::default() }));
+    group.finish();
+}
+
+/// The weight of one path of each number of vertices, drawn from the middle.
+fn weights(criterion: &mut Criterion) {
+    let scene = gallery::build("cornell-box", UVec2::splat(SIDE)).expect("a scene of the gallery");
+    let mut group = criterion.benchmark_group("weight");
+    group.measurement_time(Duration::from_secs(2));
+    for vertices in [3usize, 6, 10] {
+        let depth = Depth::exactly(vertices as u32 - 2);
+        let integrator = Bidirectional { depth, roulette: Roulette::NEVER, ..Bidirectional::default() };
+        let (set, heuristic) = (integrator.techniques, integrator.heuristic);
+        let measure = |path: &Path<'_, '_, World, dyn Camera + Send>, record: &PathRecord, group: &mut criterion::BenchmarkGroup<'_, _>| {
+            group.bench_function(format!("{vertices} vertices"), |b| b.iter(|| black_box(path).weight(&set, heuristic)));
+            let t = usize::from(path.technique().t);
+            group.bench_function(format!("{vertices} vertices, sweep alone"), |b| b.iter(|| weigh(black_box(record), t, &set, heuristic)));
+        };
+        let (source, mut scratch, mut found) = (Independent { seed: 2 }, Scratch::default(), false);
+        for pixel in 0..SAMPLES {
+            let mut sampler = source.sampler(pixel, 0);
+            let film = FilmSample { raster: sampler.next_2d() * f64::from(SIDE), offset: DVec2::ZERO };
+            integrator.for_each_path(&scene.world, &*scene.camera, film, &mut sampler, &mut scratch, |path, _| {
+                if !found && usize::from(path.technique().t) == vertices / 2 + 1 {
+                    found = true;
+                    measure(path, &path.record(), &mut group);
+                }
+            });
+        }
+    }
+    group.finish();
+}
+
+fn weigh(record: &PathRecord, t: usize, set: &TechniqueSet, heuristic: Heuristic) -> f64 {
+    record.weight(t, set, heuristic)
+}
+
+criterion_group!(benches, integrators, weights);
+criterion_main!(benches);
