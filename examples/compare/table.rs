@@ -110,7 +110,11 @@ fn verdicts(report: &Report) {
     }
     match (report.pairs.len(), disagreeing.len()) {
         (0, _) => println!("\nfewer than two integrators see everything in this scene: agreement is not tested"),
-        (n, 0) => println!("\nthe integrators agree ({n} pairs)"),
+        (n, 0) => {
+            let noisy: Vec<&str> = report.methods.iter().filter(|m| m.complete && m.long_tails).map(|m| m.name.as_str()).collect();
+            let caveat = if noisy.is_empty() { String::new() } else { format!(", as far as the noise of {} shows", noisy.join(", ")) };
+            println!("\nthe integrators agree{caveat} ({n} pairs)");
+        }
         _ => {}
     }
 }

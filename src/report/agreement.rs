@@ -4,6 +4,10 @@
 //! pixels does (Šidák's correction for their number); or all blocks together do. The statistic is Welch's t, because the variances come from
 //! few batches: with 16 of them its tails are much longer than a normal distribution's.
 //!
+//! An integrator with long tails (rare, very bright contributions) is tested for blocks that are too bright only: a block that is too dark may
+//! just have missed them. What such a pair agrees on is the mean of the image; that no light is missing anywhere needs more samples. If not even
+//! the variance of the image is known, the same holds for its mean.
+//!
 //! A block that an integrator rarely reaches (some of its batches saw nothing) has no usable variance. Such blocks are pooled into one.
 
 use super::analysis::Measured;
@@ -14,6 +18,11 @@ use serde::{Deserialize, Serialize};
 
 /// Probability that one test rejects integrators that do agree.
 pub const SIGNIFICANCE: f64 = 1e-4;
+
+/// With a mean squared error that is known no better than this, the noise of an image is dominated by a handful of contributions.
+pub(super) const LARGEST_RELATIVE_ERROR: f64 = 0.2;
+/// Tails are long if the relative mean squared error is known no better than this.
+pub(super) const LONG_TAILS: f64 = 0.05;
 
 /// Welch's test of two means.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,7 +64,7 @@ pub struct Pair {
     pub mean: Welch,
     /// Test of the block with the smallest p-value.
     pub worst: Welch,
-    /// Columns and rows of that block, `[[from, to], [from, to]]`; `None` for the pool.
+    /// Columns and rows of that block, `[[from, to], [from, to]]`; `None` for the pool of dark blocks, or if no block was tested.
     pub worst_block: Option<[[u32; 2]; 2]>,
     /// Its two means.
     pub worst_means: [f64; 2],
@@ -71,6 +80,10 @@ pub struct Pair {
     /// Standard error of `mean_square`.
     #[serde(with = "super::number")]
     pub mean_square_error: f64,
+    /// Which of the two has long tails.
+    pub long_tails: [bool; 2],
+    /// Whether the image that is darker on average is so noisy that this says nothing.
+    pub mean_is_open: bool,
 }
 
 impl Pair {
@@ -79,8 +92,8 @@ impl Pair {
     pub fn verdicts(&self) -> [bool; 3] {
         // Only an excess speaks against agreement; long-tailed noise makes t too small, not too large.
         let excess = (self.mean_square - 1.0) / self.mean_square_error;
-        let all_blocks = excess < 0.0 || excess.is_nan() || 0.5 * two_sided_p_value(excess) > SIGNIFICANCE;
-        [self.mean.p_value > SIGNIFICANCE, self.worst.p_value > self.worst_limit, all_blocks]
+        let all_blocks = self.long_tails != [false; 2] || excess < 0.0 || excess.is_nan() || 0.5 * two_sided_p_value(excess) > SIGNIFICANCE;
+        [self.mean.p_value > SIGNIFICANCE || self.mean_is_open, self.worst.p_value > self.worst_limit, all_blocks]
     }
 
     /// Whether the pair passes all three tests.
@@ -92,7 +105,8 @@ impl Pair {
     /// The pixels of the worst block, for people.
     #[must_use]
     pub fn place(&self) -> String {
-        self.worst_block.map_or_else(|| "pooled dark blocks".to_owned(), |[x, y]| format!("pixels {}..{}, {}..{}", x[0], x[1], y[0], y[1]))
+        self.worst_block
+            .map_or_else(|| "the pool of dark blocks".to_owned(), |[x, y]| format!("pixels {}..{}, {}..{}", x[0], x[1], y[0], y[1]))
     }
 }
 
@@ -100,10 +114,12 @@ impl Pair {
 pub(super) fn test_pairs(measured: &[Measured], layout: Layout) -> Vec<Pair> {
     let tested: Vec<&Measured> = measured.iter().filter(|run| run.complete).collect();
     let pairs = tested.iter().enumerate().flat_map(|(i, a)| tested[i + 1..].iter().map(move |b| [*a, *b]));
-    pairs.map(|pair| test(pair.map(|m| m.name.as_str()), pair.map(|m| m.batches.as_slice()), layout)).collect()
+    pairs.map(|pair| test(pair, layout)).collect()
 }
 
-fn test(names: [&str; 2], batches: [&[Batch]; 2], layout: Layout) -> Pair {
+fn test(pair: [&Measured; 2], layout: Layout) -> Pair {
+    let batches = pair.map(|m| m.batches.as_slice());
+    let long_tails = pair.map(Measured::has_long_tails);
     let of_blocks = |batches: &[Batch], blocks: &[usize]| {
         let pixels: f64 = blocks.iter().map(|b| layout.pixels(*b)).sum();
         let mean = |batch: &Batch| blocks.iter().map(|b| batch.blocks[*b] * layout.pixels(*b)).sum::<f64>() / pixels;
@@ -132,13 +148,16 @@ fn test(names: [&str; 2], batches: [&[Batch]; 2], layout: Layout) -> Pair {
         let means = batches.map(|side| of_blocks(side, &pool));
         tests.push((Welch::test(&means[0], &means[1]), None, means.map(|m| m.mean)));
     }
+    // Too dark where its tails are long says nothing.
+    tests.retain(|(welch, ..)| !(long_tails[0] && welch.t < 0.0 || long_tails[1] && welch.t > 0.0));
     let weights = layout.uniform_weights();
     let means = batches.map(|side| BatchMean::of_sum(side, &weights));
     let none = (Welch { t: 0.0, freedom: f64::INFINITY, p_value: 1.0 }, None, [0.0; 2]);
     let tested_blocks = tests.len();
     let (worst, worst_block, worst_means) = tests.into_iter().min_by(|x, y| x.0.p_value.total_cmp(&y.0.p_value)).unwrap_or(none);
+    let darker = pair[usize::from(means[1].mean < means[0].mean)];
     Pair {
-        names: names.map(str::to_owned),
+        names: pair.map(|m| m.name.clone()),
         mean: Welch::test(&means[0], &means[1]),
         worst,
         worst_block,
@@ -148,5 +167,7 @@ fn test(names: [&str; 2], batches: [&[Batch]; 2], layout: Layout) -> Pair {
         pooled_blocks: pool.len(),
         mean_square,
         mean_square_error,
+        long_tails,
+        mean_is_open: darker.mse_uncertainty() > LARGEST_RELATIVE_ERROR,
     }
 }

@@ -1,6 +1,6 @@
 //! From measurements to numbers with intervals.
 
-use super::agreement::test_pairs;
+use super::agreement::{LARGEST_RELATIVE_ERROR, LONG_TAILS, test_pairs};
 use super::batches::{Batch, BatchMean, Layout};
 use super::inference::{Interval, slope, time_to_error};
 use super::method::Probe;
@@ -51,6 +51,23 @@ impl Measured {
             squares.sum::<f64>() / image.pixels().len().max(1) as f64
         };
         self.finals.iter().map(|image| spread(image) * correction * f64::from(self.samples)).collect()
+    }
+
+    /// Relative standard error of an error over the runs; 0 if there is no error.
+    fn uncertainty(&self, measure: fn(&Errors) -> f64) -> f64 {
+        let runs: Estimate = self.marks.last().map_or(&[][..], |mark| &mark.errors).iter().map(measure).collect();
+        if runs.mean() > 0.0 { runs.standard_error() / runs.mean() } else { 0.0 }
+    }
+
+    /// How well its mean squared error is known.
+    pub fn mse_uncertainty(&self) -> f64 {
+        self.uncertainty(|e| e.mse)
+    }
+
+    /// Whether rare, large contributions make up much of the relative variance, so that even all runs together do not know it well. Then
+    /// whoever missed them in a block has too small a mean *and* too small a variance there, and no test can tell that from missing light.
+    pub fn has_long_tails(&self) -> bool {
+        self.uncertainty(|e| e.relative_mse) > LONG_TAILS
     }
 
     fn final_costs(&self) -> &[Cost] {
@@ -181,6 +198,7 @@ fn method(
         slope: if m.complete { fit_slope(&checkpoints, infinite_variance) } else { None },
         tail,
         infinite_variance,
+        long_tails: m.has_long_tails(),
         non_finite_contributions: m.counters.non_finite,
         first_non_finite: first.map(|f| {
             let technique = f.contribution.technique;
@@ -240,7 +258,7 @@ fn bias(m: &Measured, reference: &Reference, weights: &[Vec<f64>; 2], limit: f64
         relative: relative.mean,
         relative_standard_error: relative.standard_error(),
         relative_p_value: relative_p,
-        flagged: m.complete && mean_p.min(relative_p) < limit,
+        flagged: m.complete && mean_p.min(relative_p) < limit && !(mean.mean < 0.0 && m.mse_uncertainty() > LARGEST_RELATIVE_ERROR),
     }
 }
 

@@ -270,6 +270,9 @@ pub struct MethodReport {
     /// Whether the tail says that the variance is infinite. Then MSE, variance and all that is made of them do not settle, and SMAPE, MedSE and
     /// median of means are the numbers to read.
     pub infinite_variance: bool,
+    /// Whether rare, bright contributions make up so much of the relative variance that the runs do not know it to 5 %: blocks of pixels that are
+    /// too dark are then no evidence.
+    pub long_tails: bool,
     /// Contributions that were infinite or not a number.
     pub non_finite_contributions: u64,
     /// The first of them, for people.

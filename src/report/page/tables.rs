@@ -28,6 +28,11 @@ fn interval(i: &Interval) -> String {
     format!("{}<br><small>{} … {}</small>", number(i.value), number(i.low), number(i.high))
 }
 
+/// An error from which the reference's own was subtracted; nothing may be left.
+fn error(i: &Interval) -> String {
+    if i.value > 0.0 { interval(i) } else { "below the reference's".to_owned() }
+}
+
 fn missing<T>(value: Option<&T>, text: impl Fn(&T) -> String) -> String {
     value.map_or_else(|| "–".to_owned(), text)
 }
@@ -40,7 +45,7 @@ fn tail(t: &Tail) -> String {
 pub(super) fn summary(report: &Report) -> String {
     type Cell<'a> = Box<dyn Fn(&MethodReport) -> String + 'a>;
     let baseline = report.setup.baseline.as_deref().unwrap_or("the baseline");
-    let last = |m: &MethodReport, f: fn(&super::super::result::Checkpoint) -> Interval| missing(m.last(), |c| interval(&f(c)));
+    let last = |m: &MethodReport, f: fn(&super::super::result::Checkpoint) -> Interval| missing(m.last(), |c| error(&f(c)));
     let rows: Vec<(String, Cell<'_>)> = vec![
         ("sees every path".into(), Box::new(|m| if m.complete { "yes" } else { "no" }.into())),
         ("runs × samples per pixel".into(), Box::new(|m| format!("{} × {}", m.runs, m.samples_per_pixel))),
