@@ -24,6 +24,9 @@ pub(super) const LARGEST_RELATIVE_ERROR: f64 = 0.2;
 /// Tails are long if the relative mean squared error is known no better than this.
 pub(super) const LONG_TAILS: f64 = 0.05;
 
+/// The test of all blocks together needs this many.
+const FEWEST_BLOCKS: f64 = 16.0;
+
 /// Welch's test of two means.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Welch {
@@ -77,7 +80,7 @@ pub struct Pair {
     /// Mean of t² over the blocks, each divided by its expectation: 1 if the integrators agree.
     #[serde(with = "super::number")]
     pub mean_square: f64,
-    /// Standard error of `mean_square`.
+    /// Standard error of `mean_square`; NaN for fewer than 16 blocks, which are not tested together.
     #[serde(with = "super::number")]
     pub mean_square_error: f64,
     /// Which of the two has long tails.
@@ -143,7 +146,9 @@ fn test(pair: [&Measured; 2], layout: Layout) -> Pair {
         (n + 1.0, sum + ratio, squares + ratio * ratio)
     });
     let mean_square: f64 = sum / count;
-    let mean_square_error = ((squares / count - mean_square.powi(2)) / count).sqrt();
+    // A few blocks do not know the error of their mean.
+    let variance = if count < FEWEST_BLOCKS { f64::NAN } else { squares / count - mean_square.powi(2) };
+    let mean_square_error = (variance / count).sqrt();
     if !pool.is_empty() {
         let means = batches.map(|side| of_blocks(side, &pool));
         tests.push((Welch::test(&means[0], &means[1]), None, means.map(|m| m.mean)));

@@ -53,9 +53,12 @@ impl Measured {
         self.finals.iter().map(|image| spread(image) * correction * f64::from(self.samples)).collect()
     }
 
-    /// Relative standard error of an error over the runs; 0 if there is no error.
+    /// Relative standard error of an error over the runs; 0 if there is no error, infinite for a single run.
     fn uncertainty(&self, measure: fn(&Errors) -> f64) -> f64 {
         let runs: Estimate = self.marks.last().map_or(&[][..], |mark| &mark.errors).iter().map(measure).collect();
+        if runs.count() < 2 {
+            return f64::INFINITY;
+        }
         if runs.mean() > 0.0 { runs.standard_error() / runs.mean() } else { 0.0 }
     }
 
