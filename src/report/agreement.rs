@@ -80,7 +80,7 @@ pub struct Pair {
     /// Mean of t² over the blocks, each divided by its expectation: 1 if the integrators agree.
     #[serde(with = "super::number")]
     pub mean_square: f64,
-    /// Standard error of `mean_square`; NaN for fewer than 16 blocks, which are not tested together.
+    /// Standard error of `mean_square`; infinite for fewer than 16 blocks, which are not tested together.
     #[serde(with = "super::number")]
     pub mean_square_error: f64,
     /// Which of the two has long tails.
@@ -145,10 +145,10 @@ fn test(pair: [&Measured; 2], layout: Layout) -> Pair {
         let ratio = w.t.powi(2) * (w.freedom - 2.0) / w.freedom;
         (n + 1.0, sum + ratio, squares + ratio * ratio)
     });
-    let mean_square: f64 = sum / count;
+    let mean_square: f64 = sum / f64::max(count, 1.0);
     // A few blocks do not know the error of their mean.
-    let variance = if count < FEWEST_BLOCKS { f64::NAN } else { squares / count - mean_square.powi(2) };
-    let mean_square_error = (variance / count).sqrt();
+    let variance = if count < FEWEST_BLOCKS { f64::INFINITY } else { squares / count - mean_square.powi(2) };
+    let mean_square_error = (variance / f64::max(count, 1.0)).sqrt();
     if !pool.is_empty() {
         let means = batches.map(|side| of_blocks(side, &pool));
         tests.push((Welch::test(&means[0], &means[1]), None, means.map(|m| m.mean)));

@@ -254,10 +254,10 @@ fn bias(m: &Measured, reference: &Reference, weights: &[Vec<f64>; 2], limit: f64
         let p = if negligible || error.is_infinite() { 1.0 } else { student_t_p_value(difference.mean / error, difference.freedom) };
         (difference, p)
     });
-    // Whoever missed rare, bright contributions is too dark and believes too small an error.
+    // Whoever missed rare, bright contributions is too dark and believes too small an error; so may a rendered reference.
     let no_mean = m.mse_uncertainty() > LARGEST_RELATIVE_ERROR;
     let heavy = no_mean || m.has_long_tails() || m.probe.tail.is_some_and(|tail| tail.is_infinite_variance());
-    let is_off = |bias: f64, p: f64, noisy: bool| p < limit && !(noisy && bias < 0.0);
+    let is_off = |bias: f64, p: f64, noisy: bool| p < limit && !(noisy && (bias < 0.0 || !reference.is_exact()));
     Bias {
         mean: mean.mean,
         mean_standard_error: mean.standard_error(),

@@ -1,8 +1,9 @@
 //! What can be compared: named integrators, and a look at their single contributions.
 
 use super::inference::{Largest, Tail};
+use super::metrics::RELATIVE_EPSILON;
 use crate::endpoint::Camera;
-use crate::film::{Contribution, FilmRegion, FilmSample, Sink};
+use crate::film::{Contribution, FilmRegion, FilmSample, Image, Sink};
 use crate::integrator::Integrator;
 use crate::path::Scratch;
 use crate::render::{Budget, Render, RenderError, Settings};
@@ -31,20 +32,21 @@ impl<S: Scene + ?Sized> fmt::Debug for Contestant<'_, S> {
 /// What a study can measure: [`Render`], and a probe of single contributions. Every [`Integrator`] is one; a renderer that is none implements
 /// this with the default probe, which sees nothing.
 pub trait Method<S: Scene + ?Sized>: Render<S> {
-    /// Draws samples in the calling thread and looks at each contribution.
+    /// Draws samples in the calling thread and looks at each contribution. The reference tells what is bright for a pixel: a lamp that is
+    /// seen directly is no tail.
     ///
     /// # Errors
     /// If the filter is invalid.
-    fn probe(&self, scene: &S, camera: &dyn Camera, settings: &Settings) -> Result<Probe, RenderError> {
-        let _ = (scene, camera, settings);
+    fn probe(&self, scene: &S, camera: &dyn Camera, settings: &Settings, reference: &Image) -> Result<Probe, RenderError> {
+        let _ = (scene, camera, settings, reference);
         Ok(Probe::default())
     }
 }
 
 impl<S: Scene + ?Sized, I: Integrator<S>> Method<S> for I {
-    fn probe(&self, scene: &S, camera: &dyn Camera, settings: &Settings) -> Result<Probe, RenderError> {
+    fn probe(&self, scene: &S, camera: &dyn Camera, settings: &Settings, reference: &Image) -> Result<Probe, RenderError> {
         let region = camera.film();
-        let mut sink = ProbeSink::new(region);
+        let mut sink = ProbeSink::new(region, reference);
         let mut scratch = Scratch::default();
         let passes = for_each_sample(region, settings, |_, _, film, sampler| {
             self.sample(scene, camera, film, sampler, &mut sink, &mut scratch);
@@ -58,7 +60,8 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Method<S> for I {
 pub struct Probe {
     /// Samples per pixel.
     pub passes: u32,
-    /// Tail of the weighted contributions' luminance; `None` if there were too few.
+    /// Tail of the weighted contributions' luminance, relative to that of their pixel in the reference (plus 1 % of its mean); `None` if there
+    /// were too few.
     pub tail: Option<Tail>,
     /// Mean luminance of the image by number of scattering events; the last entry has all longer paths.
     pub energy_by_bounces: Vec<f64>,
@@ -71,13 +74,17 @@ const LARGEST: usize = 8192;
 
 struct ProbeSink {
     region: FilmRegion,
+    /// One over the luminance that is usual for a pixel.
+    scales: Vec<f64>,
     largest: Largest,
     energy: [f64; BOUNCES + 1],
 }
 
 impl ProbeSink {
-    fn new(region: FilmRegion) -> Self {
-        Self { region, largest: Largest::new(LARGEST), energy: [0.0; BOUNCES + 1] }
+    fn new(region: FilmRegion, reference: &Image) -> Self {
+        let floor = RELATIVE_EPSILON * reference.mean().luminance();
+        let scales = reference.pixels().iter().map(|p| 1.0 / (p.luminance().max(0.0) + floor)).collect();
+        Self { region, scales, largest: Largest::new(LARGEST), energy: [0.0; BOUNCES + 1] }
     }
 
     fn finish(self, passes: u32) -> Probe {
@@ -90,12 +97,12 @@ impl ProbeSink {
 impl Sink for ProbeSink {
     fn add(&mut self, contribution: &Contribution) {
         let luminance = contribution.value.luminance() * contribution.weight;
-        if !luminance.is_finite() || self.region.pixel_index(contribution.raster).is_none() {
-            return;
-        }
+        let Some(pixel) = self.region.pixel_index(contribution.raster).filter(|_| luminance.is_finite()) else { return };
         let bounces = usize::from(contribution.technique.s) + usize::from(contribution.technique.t);
         self.energy[bounces.saturating_sub(2).min(BOUNCES)] += luminance;
-        self.largest.push(luminance);
+        if let Some(scale) = self.scales.get(pixel as usize) {
+            self.largest.push(luminance * scale);
+        }
     }
 }
 

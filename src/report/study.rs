@@ -170,7 +170,8 @@ pub fn study<S: Scene + ?Sized>(
     }
     let mut measured = Vec::new();
     for (contestant, run) in runs {
-        let probe = if stopped { Probe::default() } else { run.probe(scene, camera, contestant, plan).map_err(naming(contestant))? };
+        let probe =
+            if stopped { Probe::default() } else { run.probe(scene, camera, contestant, plan, &reference).map_err(naming(contestant))? };
         if !run.finals.is_empty() {
             measured.push(run.finish(contestant, probe));
         }
@@ -367,12 +368,14 @@ impl Runs {
         camera: &dyn Camera,
         contestant: &Contestant<'_, S>,
         plan: &Plan,
+        reference: &Reference,
     ) -> Result<Probe, RenderError> {
         let budget = match plan.budget {
             Budget::Samples(samples) => Budget::Samples((samples / PROBE_PART).max(1)),
             Budget::Time(time) => Budget::Time((time / PROBE_PART).max(Duration::from_nanos(1))),
         };
-        contestant.method.probe(scene, camera, &Settings { budget, seed: !self.settings.seed, ..self.settings })
+        let settings = Settings { budget, seed: !self.settings.seed, ..self.settings };
+        contestant.method.probe(scene, camera, &settings, reference.image())
     }
 
     fn finish<S: Scene + ?Sized>(self, contestant: &Contestant<'_, S>, probe: Probe) -> Measured {

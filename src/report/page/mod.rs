@@ -225,7 +225,7 @@ impl Page<'_> {
              relMSE: (I − R)² / (R² + 0.01 mean(R)²). MAPE: |I − R| / (|R| + 0.01 mean(R)). SMAPE: |I − R| / (|I| + |R|). MedSE: median of (I − R)². \
              Bias: blocks of pixels weighted by value over variance, flagged if its p-value or that of the difference of means is below what all integrators together reach by chance with probability {} %. \
              * cannot draw every path, so it is not tested. † the reference's own variance is more than {} % of it. ‡ not reached: extrapolated with an error that falls as 1/t. \
-             ∗∗ the tail index is below {}: the variance is infinite as far as the samples show. Tail index: Hill's estimate from the largest 0.1 % of the contributions.</small></p>",
+             ∗∗ the tail index is below {}: the variance is infinite as far as the samples show. Tail index: Hill's estimate from the largest 0.1 % of the contributions, relative to their pixel's value.</small></p>",
             100.0 * BIAS_SIGNIFICANCE,
             100.0 * REFERENCE_SHARE,
             super::Tail::INFINITE_VARIANCE
