@@ -33,6 +33,7 @@
 //!
 //! | module | what is in it |
 //! |---|---|
+//! | `report` | error against run time: studies, metrics, plots, the page (feature `report`) |
 //! | [`render`] | the driver: passes, budget, threads, progress |
 //! | [`integrator`] | one thin file for each integrator |
 //! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
@@ -55,6 +56,8 @@ pub mod integrator;
 pub mod math;
 pub mod path;
 pub mod render;
+#[cfg(feature = "report")]
+pub mod report;
 pub mod sampler;
 pub mod scene;
 

@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
-use pathspace::render::Render;
+use pathspace::report::Method;
 use pathspace::scene::World;
 use pathspace::scene::gallery::Claims;
 
@@ -34,7 +34,7 @@ impl AnyIntegrator {
     }
 
     /// The integrator itself, over paths with `min_bounces` to `max_bounces` scattering events.
-    pub fn build(self, min_bounces: u32, max_bounces: Option<u32>) -> Box<dyn Render<World>> {
+    pub fn build(self, min_bounces: u32, max_bounces: Option<u32>) -> Box<dyn Method<World>> {
         let depth = Depth { min_bounces, max_bounces };
         match self {
             Self::PathTracing => Box::new(PathTracer { depth, ..PathTracer::default() }),

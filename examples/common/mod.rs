@@ -11,5 +11,5 @@ mod scenes;
 
 pub use arguments::{FilterName, SamplerName, parse_duration, parse_exposure, parse_image_path, parse_size};
 pub use integrators::AnyIntegrator;
-pub use progress::{progress_bar, show};
+pub use progress::{STEPS, progress_bar, show};
 pub use scenes::{NamedScene, scene_list, scene_or_file};

@@ -5,7 +5,7 @@ use pathspace::render::Progress;
 use std::ops::ControlFlow;
 
 /// Positions of the bar.
-const STEPS: u64 = 1000;
+pub const STEPS: u64 = 1000;
 
 /// A bar with a label in front and the time left behind; hidden when standard error is no terminal.
 pub fn progress_bar(label: &str) -> ProgressBar {

@@ -1,49 +1,50 @@
-//! Compares the integrators on a scene: images, error maps, a table of error against cost, and a test of whether they agree.
+//! Error against run time: compares the integrators on a scene and writes a page with images, plots and tables.
 //!
-//! All integrators get the same time, or the same number of samples, in several independent renderings (batches). The spread of the batches
-//! gives every number its standard error. Batches of the integrators alternate, so that a machine that slows down slows all alike.
-//! The reference is rendered by path tracing and bidirectional path tracing with seeds of its own, and its error is measured too.
+//! All integrators get the same time, or the same number of samples, in several independent runs that alternate. The library's
+//! `report` module measures; this program chooses scene, integrators and reference, shows progress and writes the files. Ctrl-C ends the work early and
+//! still writes the page.
 
 #[path = "../common/mod.rs"]
 mod common;
 
-mod agreement;
 mod font;
-mod measure;
 mod picture;
-mod reference;
-mod report;
+mod table;
 
 use clap::Parser;
 use common::{AnyIntegrator, NamedScene, parse_duration, parse_size, progress_bar, scene_list, scene_or_file};
-use measure::{Batches, Layout, Measured, Plan};
+use indicatif::ProgressBar;
+use pathspace::film::ImageFile;
 use pathspace::glam::UVec2;
-use pathspace::path::TechniqueSet;
-use pathspace::render::{Budget, Settings, unattended};
-use pathspace::scene::gallery;
-use reference::Reference;
+use pathspace::integrator::{Bidirectional, Depth};
+use pathspace::render::{Budget, Settings};
+use pathspace::report::{Contestant, Method, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, exposure, study};
+use pathspace::scene::{World, gallery};
 use std::error::Error;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Renders a scene with all integrators, measures their error and cost, and tests whether they agree.
+/// Renders a scene with all integrators, measures their error and cost, tests whether they agree, and writes a page.
 #[derive(Parser, Debug)]
-#[command(after_help = format!("Scenes of the gallery:\n{}", scene_list()))]
-pub struct Options {
+#[command(after_help = format!("Exit status: 0 if the integrators agree and none is biased, 3 if not, 2 for errors.\n\nScenes of the gallery:\n{}", scene_list()))]
+struct Options {
     /// Name of a scene in the gallery, a scene file, or `all` for the whole gallery
     #[arg(long, default_value = "cornell-box")]
     scene: String,
     /// Time for each integrator, such as 500ms, 10s or 2m
     #[arg(long, default_value = "10s", value_parser = parse_duration)]
     time: Duration,
-    /// Samples per pixel for each integrator, instead of equal time
-    #[arg(long, conflicts_with = "time", value_parser = clap::value_parser!(u32).range(4..))]
+    /// Samples per pixel for each integrator, all runs together, instead of equal time
+    #[arg(long, conflicts_with = "time", value_parser = clap::value_parser!(u32).range(2..))]
     samples: Option<u32>,
-    /// Independent renderings that an integrator's budget is split into
-    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(4..=1024))]
-    batches: u32,
-    /// Integrators to compare, separated by commas
+    /// Independent runs that an integrator's budget is split into
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1024))]
+    seeds: u32,
+    /// Integrators to compare, separated by commas; the first that sees every path is the baseline of speed-ups
     #[arg(long, value_delimiter = ',', default_value = "path-tracing,light-tracing,uniform-area,bidirectional")]
     integrators: Vec<AnyIntegrator>,
     /// Width and height of the images in pixels
@@ -52,29 +53,48 @@ pub struct Options {
     /// Largest number of scattering events; the default depends on the scene
     #[arg(long)]
     max_bounces: Option<u32>,
-    /// Seed of the random numbers
+    /// Seed that those of the runs are derived from
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Number of threads; all processors by default
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
-    /// Image to compare with (.exr), in place of a rendered reference
+    /// Image to compare with (.exr), taken as exact, in place of a rendered reference
     #[arg(long, conflicts_with_all = ["reference_samples", "reference_time"])]
     reference: Option<PathBuf>,
     /// Samples per pixel of the reference, half of them by each of two integrators
-    #[arg(long, conflicts_with = "reference_time", value_parser = clap::value_parser!(u32).range(8..))]
+    #[arg(long, conflicts_with = "reference_time", value_parser = clap::value_parser!(u32).range(4..))]
     reference_samples: Option<u32>,
-    /// Time for rendering the reference
+    /// Time for rendering the reference, which is kept in target/references
     #[arg(long, default_value = "20s", value_parser = parse_duration)]
     reference_time: Duration,
+    /// The relative mean squared error whose time is asked for
+    #[arg(long, default_value_t = 0.01)]
+    target_error: f64,
     /// Directory for the results; a directory is made in it for each scene
     #[arg(long, default_value = "target/compare")]
     out: PathBuf,
 }
 
+/// Where references are kept.
+const CACHE: &str = "target/references";
+/// Runs of each half of the reference.
+const REFERENCE_RUNS: u32 = 16;
+
 fn main() -> ExitCode {
     let options = Options::parse();
-    match run(&options) {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    let handler = ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("\nending; what is done will be written (Ctrl-C again to quit at once)");
+    });
+    if let Err(error) = handler {
+        eprintln!("Ctrl-C will not end cleanly: {error}");
+    }
+    match run(&options, &interrupted) {
         Ok(true) => ExitCode::SUCCESS,
         // Told apart from errors, so that scripts can use the verdict.
         Ok(false) => ExitCode::from(3),
@@ -85,92 +105,127 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether the integrators agree on all scenes.
-fn run(options: &Options) -> Result<bool, Box<dyn Error>> {
+/// Whether all scenes' studies found nothing wrong.
+fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Error>> {
     let names = if options.scene == "all" { gallery::NAMES.to_vec() } else { vec![options.scene.as_str()] };
-    let mut disagreements = Vec::new();
+    let mut suspicious = Vec::new();
     for name in &names {
         let scene = scene_or_file(name, options.size)?;
         let directory = options.out.join(&scene.name);
-        std::fs::create_dir_all(&directory).map_err(|e| format!("{}: {e}", directory.display()))?;
-        if !compare(options, &scene, &directory)? {
-            disagreements.push(scene.name);
+        if !compare(options, &scene, &directory, interrupted)? {
+            suspicious.push(scene.name);
+        }
+        if interrupted.load(Ordering::Relaxed) {
+            break;
         }
     }
     if names.len() > 1 {
-        match disagreements.len() {
+        match suspicious.len() {
             0 => println!("the integrators agree on all {} scenes", names.len()),
-            n => println!("the integrators disagree on {n} of {} scenes: {}", names.len(), disagreements.join(", ")),
+            n => println!("something is wrong on {n} of {} scenes: {}", names.len(), suspicious.join(", ")),
         }
     }
-    Ok(disagreements.is_empty())
+    Ok(suspicious.is_empty())
 }
 
-fn compare(options: &Options, scene: &NamedScene, directory: &Path) -> Result<bool, Box<dyn Error>> {
-    let camera = &*scene.camera.0;
-    let layout = Layout::new(camera.film());
+fn compare(options: &Options, scene: &NamedScene, directory: &Path, interrupted: &AtomicBool) -> Result<bool, Box<dyn Error>> {
     let depth = options.max_bounces.or(scene.max_bounces);
-    let bounces = depth.map_or_else(|| "no limit on bounces".to_owned(), |depth| format!("at most {depth} bounces"));
-    let size = camera.film().window_size();
     println!("{}: {}", scene.name, scene.description);
-    println!("{} x {} pixels, {bounces}, seed {}, {} batches", size.x, size.y, options.seed, options.batches);
+    let mut methods: Vec<(AnyIntegrator, Box<dyn Method<World>>)> = Vec::new();
+    for integrator in &options.integrators {
+        if methods.iter().all(|(other, _)| other != integrator) {
+            methods.push((*integrator, integrator.build(0, depth)));
+        }
+    }
+    let contestants: Vec<Contestant<'_, World>> = methods
+        .iter()
+        .map(|(integrator, method)| {
+            let complete = integrator.sees_all(&scene.claims);
+            Contestant { name: integrator.name().to_owned(), method: &**method, complete }
+        })
+        .collect();
 
-    let reference = Reference::make(options, scene, depth, layout)?;
-    println!("reference: {}", reference.origin);
-
-    let threads = options.threads.map(|n| n as usize);
+    let settings = Settings { seed: options.seed, threads: options.threads.map(|n| n as usize), ..Settings::default() };
+    let reference = reference(options, scene, depth, &settings, interrupted)?;
+    println!("reference: {}", reference.origin());
+    let plan = Plan {
+        budget: options.samples.map_or(Budget::Time(options.time), Budget::Samples),
+        seeds: options.seeds,
+        settings,
+        target: options.target_error,
+        baseline: None,
+        pyramid: Some(Bidirectional { depth: Depth { min_bounces: 0, max_bounces: depth }, ..Bidirectional::default() }),
+        command: Some(command_line()),
+    };
+    let info = SceneInfo { name: scene.name.clone(), description: scene.description.clone(), max_bounces: depth, ..SceneInfo::default() };
     let bar = progress_bar("comparing");
-    let mut runs: Vec<Batches> = Vec::new();
-    for (index, integrator) in options.integrators.iter().enumerate() {
-        let settings = Settings { threads, seed: measure::seed(options.seed, index as u64), ..Settings::default() };
-        let method = integrator.build(0, depth);
-        // A pass that does not count, to warm up.
-        let warm_up = Settings { budget: Budget::Samples(1), seed: !options.seed, ..settings };
-        let techniques = method.render(&scene.world, camera, &warm_up, &mut unattended)?.techniques;
-        if techniques == TechniqueSet::NONE {
-            println!("{integrator} has no technique for this scene and is left out");
-        } else {
-            runs.push(Batches::new(*integrator, method, settings, layout));
-        }
-    }
-    let steps = u64::from(options.batches) * runs.len().max(1) as u64;
-    let budget = options.samples.map_or(Budget::Time(options.time), Budget::Samples);
-    let plan = Plan { budget, batches: options.batches };
-    let mut done = 0;
-    for batch in 0..options.batches {
-        for run in &mut runs {
-            bar.set_position(done * 1000 / steps);
-            done += 1;
-            bar.set_message(run.integrator.name());
-            run.render(scene, plan, batch, Some(&reference.image))?;
-        }
-    }
+    let mut show = |step: &Step<'_>| show_step(&bar, step, interrupted);
+    let study = study(&scene.world, &*scene.camera.0, &info, &contestants, reference, &plan, &mut show)?;
     bar.finish_and_clear();
-    let measured: Vec<Measured> = runs.into_iter().map(|run| run.finish(&scene.claims)).collect();
 
-    let rows = report::rows(&measured, &reference);
-    report::print(&rows, &reference);
-    let pairs = agreement::test_pairs(&measured, layout);
-    agreement::print(&pairs);
-    let agree = pairs.iter().all(|pair| pair.agrees());
+    table::print(&study.report);
+    write(&study, directory)?;
+    println!("wrote {}\n", directory.join("index.html").display());
+    Ok(study.report.is_clean())
+}
 
-    for run in &measured {
-        run.save(scene, options, directory)?;
+/// Two halves by different integrators, if two of them see everything.
+fn reference(
+    options: &Options,
+    scene: &NamedScene,
+    depth: Option<u32>,
+    settings: &Settings,
+    interrupted: &AtomicBool,
+) -> Result<Reference, Box<dyn Error>> {
+    if let Some(path) = &options.reference {
+        return Ok(Reference::load(path)?);
     }
-    let files = ["reference.exr", "compare.png", "compare.json"].map(|name| directory.join(name));
-    reference.save(scene, &files[0])?;
-    picture::side_by_side(&measured, &reference, &rows).save(&files[1])?;
-    report::write_json(&files[2], scene, options, depth, &rows, &pairs, &reference)?;
-    println!("wrote {}, {} and one .png and .exr per integrator", files[1].display(), files[2].display());
+    let second = if scene.claims.path_tracing { AnyIntegrator::PathTracing } else { AnyIntegrator::Bidirectional };
+    let methods = [AnyIntegrator::Bidirectional, second].map(|integrator| (integrator, integrator.build(0, depth)));
+    let halves = [0, 1].map(|i| Contestant { name: methods[i].0.name().to_owned(), method: &*methods[i].1, complete: true });
+    let budget = options.reference_samples.map_or(Budget::Time(options.reference_time), Budget::Samples);
+    let runs = options.reference_samples.map_or(REFERENCE_RUNS, |samples| REFERENCE_RUNS.min(samples / 2));
+    let plan = ReferencePlan { budget, runs, settings: *settings };
+    let bar = progress_bar("reference");
+    let key = depth.map_or_else(|| scene.name.clone(), |depth| format!("{} {depth}", scene.name));
+    let (world, camera) = (&scene.world, &*scene.camera.0);
+    let mut show = |step: &Step<'_>| show_step(&bar, step, interrupted);
+    let reference = cached_reference(Path::new(CACHE), &key, world, camera, [&halves[0], &halves[1]], &plan, &mut show)?;
+    bar.finish_and_clear();
+    Ok(reference)
+}
 
-    match pairs.iter().filter(|pair| !pair.agrees()).map(|pair| format!("{} and {}", pair.names[0], pair.names[1])).collect::<Vec<_>>() {
-        disagreeing if !disagreeing.is_empty() => println!("THE INTEGRATORS DISAGREE: {}\n", disagreeing.join("; ")),
-        _ if pairs.is_empty() => println!("nothing to test: fewer than two integrators see everything in this scene\n"),
-        _ => {
-            let noisy: Vec<&str> = measured.iter().filter(|run| run.sees_all && run.long_tails).map(|run| run.integrator.name()).collect();
-            let caveat = if noisy.is_empty() { String::new() } else { format!(", as far as the noise of {} shows", noisy.join(", ")) };
-            println!("the integrators agree{caveat}\n");
+/// Shows how far the work is; stops it after Ctrl-C.
+fn show_step(bar: &ProgressBar, step: &Step<'_>, interrupted: &AtomicBool) -> ControlFlow<()> {
+    bar.set_position((step.fraction * common::STEPS as f64) as u64);
+    bar.set_message(step.label.to_owned());
+    if interrupted.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+/// The command that was given, with cargo in place of the program's path.
+fn command_line() -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=".contains(c);
+    let quote = |text: String| if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) };
+    let arguments: Vec<String> = std::env::args().skip(1).map(quote).collect();
+    format!("cargo run --release --example compare -- {}", arguments.join(" ")).trim_end_matches([' ', '-']).to_owned()
+}
+
+fn write(study: &Study, directory: &Path) -> Result<(), Box<dyn Error>> {
+    study.save(directory)?;
+    picture::side_by_side(study).save(directory.join("compare.png"))?;
+    let save = |image: &pathspace::film::Image, name: &str, origin: (&str, String)| -> Result<(), Box<dyn Error>> {
+        let mut file = ImageFile::from(image.clone());
+        file.metadata.insert("scene".to_owned(), study.report.scene.name.clone());
+        file.metadata.insert(origin.0.to_owned(), origin.1);
+        file.exposure = exposure(study.reference.image());
+        for extension in ["png", "exr"] {
+            file.save(directory.join(format!("{name}.{extension}")))?;
         }
+        Ok(())
+    };
+    save(study.reference.image(), "reference", ("reference", study.reference.origin().to_owned()))?;
+    for (method, images) in study.report.methods.iter().zip(&study.images) {
+        save(&images.mean, &method.name, ("techniques", method.techniques.clone()))?;
     }
-    Ok(agree)
+    Ok(())
 }

@@ -4,6 +4,7 @@ pub mod distribution;
 pub mod measure;
 pub mod spectrum;
 pub mod statistics;
+pub mod student;
 pub mod warp;
 
 pub use measure::{PerArea, PerProjected, PerSolidAngle};

@@ -204,7 +204,7 @@ fn upper_fraction(a: f64, x: f64) -> f64 {
 const MOST_TERMS: u32 = 100_000;
 
 /// `ln Γ(x)` for x > 0 by Stirling's series (Abramowitz and Stegun 1964, 6.1.41), after moving x to where it converges.
-fn ln_gamma(x: f64) -> f64 {
+pub(super) fn ln_gamma(x: f64) -> f64 {
     let mut x = x;
     let mut product = 1.0;
     while x < 12.0 {

@@ -1,0 +1,233 @@
+//! What few independent runs say: confidence intervals, slopes, times, tails.
+
+use crate::math::statistics::Estimate;
+use crate::math::student::half_width;
+use serde::{Deserialize, Serialize};
+
+/// Probability that an interval contains the true value.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// A number and the interval that contains the true one with probability [`CONFIDENCE`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Interval {
+    /// The estimate.
+    #[serde(with = "super::number")]
+    pub value: f64,
+    /// Lower end.
+    #[serde(with = "super::number")]
+    pub low: f64,
+    /// Upper end.
+    #[serde(with = "super::number")]
+    pub high: f64,
+}
+
+impl Interval {
+    /// t-interval of a mean over independent runs; unbounded for a single one.
+    #[must_use]
+    pub fn of_mean(values: &[f64]) -> Self {
+        let estimate: Estimate = values.iter().copied().collect();
+        let half = half_width(&estimate, CONFIDENCE);
+        Self { value: estimate.mean(), low: estimate.mean() - half, high: estimate.mean() + half }
+    }
+
+    /// For positive values that scatter by a factor: the arithmetic mean, with a t-interval of the mean of logarithms around it. Errors, times
+    /// and their products are of this kind. Values that are not positive give the interval of [`of_mean`](Self::of_mean).
+    #[must_use]
+    pub fn of_positive(values: &[f64]) -> Self {
+        if values.iter().any(|v| !(v.is_finite() && *v > 0.0)) {
+            return Self::of_mean(values);
+        }
+        let value = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let logarithms: Estimate = values.iter().map(|v| v.ln()).collect();
+        let factor = half_width(&logarithms, CONFIDENCE).exp();
+        Self { value, low: value / factor, high: value * factor }
+    }
+
+    /// Geometric mean of positive ratios with the t-interval of their logarithms: for paired comparisons.
+    #[must_use]
+    pub fn of_ratios(ratios: &[f64]) -> Option<Self> {
+        if ratios.is_empty() || ratios.iter().any(|v| !(v.is_finite() && *v > 0.0)) {
+            return None;
+        }
+        let log = Self::of_mean(&ratios.iter().map(|r| r.ln()).collect::<Vec<_>>());
+        Some(Self { value: log.value.exp(), low: log.low.exp(), high: log.high.exp() })
+    }
+
+    /// Whether a value is inside.
+    #[must_use]
+    pub fn contains(&self, value: f64) -> bool {
+        self.low <= value && value <= self.high
+    }
+}
+
+/// Weighted least-squares slope of y over x (points `[x, y, weight]`); `None` without two different x.
+#[must_use]
+pub fn slope(points: &[[f64; 3]]) -> Option<f64> {
+    let weight: f64 = points.iter().map(|p| p[2]).sum();
+    let mean = |k: usize| points.iter().map(|p| p[2] * p[k]).sum::<f64>() / weight;
+    let (x, y) = (mean(0), mean(1));
+    let xx: f64 = points.iter().map(|p| p[2] * (p[0] - x).powi(2)).sum();
+    let xy: f64 = points.iter().map(|p| p[2] * (p[0] - x) * (p[1] - y)).sum();
+    let slope = xy / xx;
+    (xx > 0.0 && slope.is_finite()).then_some(slope)
+}
+
+/// Where a falling curve of (time, error) first reaches `target`, by interpolation in log-log; `Err` with the time at which it would if it went on
+/// falling as 1/t.
+#[must_use = "says when the error is reached"]
+pub fn time_to_error(curve: &[(f64, f64)], target: f64) -> Result<f64, Option<f64>> {
+    let usable = |&&(t, e): &&(f64, f64)| t > 0.0 && e > 0.0 && e.is_finite();
+    let mut previous: Option<(f64, f64)> = None;
+    for &(time, error) in curve.iter().filter(usable) {
+        if error <= target {
+            return Ok(previous.map_or(time, |(t, e)| {
+                let part = (e.ln() - target.ln()) / (e.ln() - error.ln());
+                (t.ln() + part * (time.ln() - t.ln())).exp()
+            }));
+        }
+        previous = Some((time, error));
+    }
+    Err(previous.map(|(time, error)| time * error / target))
+}
+
+/// How heavy a tail is: P(X > x) ~ x^(-index).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tail {
+    /// Hill's estimate; infinite if the largest values are all equal.
+    #[serde(with = "super::number")]
+    pub index: f64,
+    /// Its standard error, index / √k.
+    #[serde(with = "super::number")]
+    pub standard_error: f64,
+    /// k: the number of largest values it comes from.
+    pub count: u64,
+}
+
+impl Tail {
+    /// Below this index the variance is taken for infinite. Hill's estimate comes from finite samples and is biased upwards, so the limit is
+    /// above 2.
+    pub const INFINITE_VARIANCE: f64 = 2.2;
+    /// Fewer values than this say nothing.
+    const FEWEST: usize = 32;
+
+    /// Hill's estimate (1975) `k / Σ ln(x_i / x_{k+1})` from values in descending order; the last of them is x_{k+1}. `None` if there are too few.
+    #[must_use]
+    pub fn hill(descending: &[f64]) -> Option<Self> {
+        let (&threshold, largest) = descending.split_last()?;
+        if largest.len() < Self::FEWEST || threshold.is_nan() || threshold <= 0.0 {
+            return None;
+        }
+        let k = largest.len() as f64;
+        // Values that are equal but for rounding have no tail.
+        let sum: f64 = largest.iter().map(|x| (x / threshold).ln()).filter(|l| *l > 1e-9).sum();
+        // An empty sum is -0.
+        let index = k / sum.abs();
+        Some(Self { index, standard_error: index / k.sqrt(), count: largest.len() as u64 })
+    }
+
+    /// Whether the variance of a sum of such values is infinite, as far as the sample shows.
+    #[must_use]
+    pub fn is_infinite_variance(&self) -> bool {
+        self.index < Self::INFINITE_VARIANCE
+    }
+}
+
+/// Keeps the largest of many numbers.
+#[derive(Clone, Debug)]
+pub struct Largest {
+    /// A heap whose root is the smallest; numbers are positive, so their bits are ordered as they are.
+    heap: std::collections::BinaryHeap<std::cmp::Reverse<u64>>,
+    capacity: usize,
+    seen: u64,
+}
+
+impl Largest {
+    /// Keeps up to `capacity` numbers.
+    #[must_use]
+    pub fn new(capacity: usize) -> Self {
+        Self { heap: std::collections::BinaryHeap::with_capacity(capacity + 1), capacity, seen: 0 }
+    }
+
+    /// Takes a positive number; others are ignored.
+    pub fn push(&mut self, x: f64) {
+        if !(x > 0.0 && x.is_finite()) {
+            return;
+        }
+        self.seen += 1;
+        let bits = std::cmp::Reverse(x.to_bits());
+        if self.heap.len() < self.capacity {
+            self.heap.push(bits);
+        } else if let Some(mut smallest) = self.heap.peek_mut()
+            && bits.0 > smallest.0
+        {
+            *smallest = bits;
+        }
+    }
+
+    /// The tail of the largest 0.1 % of the numbers, at least 64 of them and at most as many as are kept. `None` if that were more than 1 % of the
+    /// numbers: so few say nothing of the tail.
+    #[must_use]
+    pub fn tail(&self) -> Option<Tail> {
+        let mut values: Vec<f64> = self.heap.iter().map(|bits| f64::from_bits(bits.0)).collect();
+        values.sort_by(|a, b| b.total_cmp(a));
+        let count = (self.seen / 1000).max(64);
+        if count * 100 > self.seen {
+            return None;
+        }
+        let count = usize::try_from(count).unwrap_or(usize::MAX - 1);
+        Tail::hill(&values[..values.len().min(count + 1)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn intervals_cover_as_often_as_they_say() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(3);
+        let mut covered = 0;
+        for _ in 0..2000 {
+            let values: Vec<f64> = (0..8).map(|_| (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0).collect();
+            covered += u32::from(Interval::of_mean(&values).contains(0.0));
+        }
+        // Binomial with 2000 trials: a standard deviation is 10.
+        assert!((1860..=1940).contains(&covered), "{covered}");
+        let single = Interval::of_positive(&[2.0]);
+        assert_eq!((single.value, single.low, single.high), (2.0, 0.0, f64::INFINITY));
+    }
+
+    #[test]
+    fn slope_of_a_power_law() {
+        let points: Vec<[f64; 3]> = (1..6).map(|i| [f64::from(i), 3.0 - 0.75 * f64::from(i), f64::from(i)]).collect();
+        assert!((slope(&points).unwrap() + 0.75).abs() < 1e-12);
+        assert!(slope(&points[..1]).is_none());
+    }
+
+    #[test]
+    fn time_to_an_error() {
+        let curve = [(1.0, 1.0), (2.0, 0.5), (4.0, 0.25)];
+        assert!((time_to_error(&curve, 0.4).unwrap() - 2.5).abs() < 1e-12);
+        assert!((time_to_error(&curve, 0.1).unwrap_err().unwrap() - 10.0).abs() < 1e-12);
+        assert_eq!(time_to_error(&curve, 2.0), Ok(1.0));
+        assert_eq!(time_to_error(&[], 2.0), Err(None));
+    }
+
+    #[test]
+    fn hill_finds_the_index_of_a_power_law() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(4);
+        for index in [1.5, 3.0] {
+            let mut largest = Largest::new(4096);
+            (0..1_000_000).for_each(|_| largest.push((1.0 - rng.random::<f64>()).powf(-1.0 / index)));
+            let tail = largest.tail().unwrap();
+            assert_eq!(tail.count, 1000);
+            assert!((tail.index - index).abs() < 4.0 * tail.standard_error, "{tail:?}");
+            assert_eq!(tail.is_infinite_variance(), index < 2.0);
+        }
+        let mut equal = Largest::new(100);
+        (0..10_000).for_each(|_| equal.push(3.0));
+        assert_eq!(equal.tail().unwrap().index, f64::INFINITY);
+        assert!(Largest::new(10).tail().is_none());
+    }
+}

@@ -1,0 +1,139 @@
+//! What can be compared: named integrators, and a look at their single contributions.
+
+use super::inference::{Largest, Tail};
+use super::metrics::RELATIVE_EPSILON;
+use crate::endpoint::Camera;
+use crate::film::{Contribution, FilmRegion, FilmSample, Image, Sink};
+use crate::integrator::Integrator;
+use crate::path::Scratch;
+use crate::render::{Budget, Render, RenderError, Settings};
+use crate::sampler::{SampleSource, Sampler, Stream};
+use crate::scene::Scene;
+use glam::DVec2;
+use std::fmt;
+use std::time::Instant;
+
+/// An integrator with a name of its own.
+pub struct Contestant<'a, S: Scene + ?Sized> {
+    /// The name in tables and plots.
+    pub name: String,
+    /// The integrator.
+    pub method: &'a dyn Method<S>,
+    /// Whether it can draw every path of the scene. If not, its image is too dark somewhere and is not tested for bias.
+    pub complete: bool,
+}
+
+impl<S: Scene + ?Sized> fmt::Debug for Contestant<'_, S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Contestant").field("name", &self.name).field("complete", &self.complete).finish_non_exhaustive()
+    }
+}
+
+/// What a study can measure: [`Render`], and a probe of single contributions. Every [`Integrator`] is one; a renderer that is none implements
+/// this with the default probe, which sees nothing.
+pub trait Method<S: Scene + ?Sized>: Render<S> {
+    /// Draws samples in the calling thread and looks at each contribution. The reference tells what is bright for a pixel: a lamp that is
+    /// seen directly is no tail.
+    ///
+    /// # Errors
+    /// If the filter is invalid.
+    fn probe(&self, scene: &S, camera: &dyn Camera, settings: &Settings, reference: &Image) -> Result<Probe, RenderError> {
+        let _ = (scene, camera, settings, reference);
+        Ok(Probe::default())
+    }
+}
+
+impl<S: Scene + ?Sized, I: Integrator<S>> Method<S> for I {
+    fn probe(&self, scene: &S, camera: &dyn Camera, settings: &Settings, reference: &Image) -> Result<Probe, RenderError> {
+        let region = camera.film();
+        let mut sink = ProbeSink::new(region, reference);
+        let mut scratch = Scratch::default();
+        let passes = for_each_sample(region, settings, |_, _, film, sampler| {
+            self.sample(scene, camera, film, sampler, &mut sink, &mut scratch);
+        })?;
+        Ok(sink.finish(passes))
+    }
+}
+
+/// What the contributions look like.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Probe {
+    /// Samples per pixel.
+    pub passes: u32,
+    /// Tail of the weighted contributions' luminance, relative to that of their pixel in the reference (plus 1 % of its mean); `None` if there
+    /// were too few.
+    pub tail: Option<Tail>,
+    /// Mean luminance of the image by number of scattering events; the last entry has all longer paths.
+    pub energy_by_bounces: Vec<f64>,
+}
+
+/// Numbers of scattering events that are told apart.
+const BOUNCES: usize = 8;
+/// How many of the largest contributions are kept.
+const LARGEST: usize = 8192;
+
+struct ProbeSink {
+    region: FilmRegion,
+    /// One over the luminance that is usual for a pixel.
+    scales: Vec<f64>,
+    largest: Largest,
+    energy: [f64; BOUNCES + 1],
+}
+
+impl ProbeSink {
+    fn new(region: FilmRegion, reference: &Image) -> Self {
+        let floor = RELATIVE_EPSILON * reference.mean().luminance();
+        let scales = reference.pixels().iter().map(|p| 1.0 / (p.luminance().max(0.0) + floor)).collect();
+        Self { region, scales, largest: Largest::new(LARGEST), energy: [0.0; BOUNCES + 1] }
+    }
+
+    fn finish(self, passes: u32) -> Probe {
+        let samples = f64::from(passes) * f64::from(self.region.pixels().max(1));
+        let energy_by_bounces = self.energy.iter().map(|e| e / samples.max(1.0)).collect();
+        Probe { passes, tail: self.largest.tail(), energy_by_bounces }
+    }
+}
+
+impl Sink for ProbeSink {
+    fn add(&mut self, contribution: &Contribution) {
+        let luminance = contribution.value.luminance() * contribution.weight;
+        let Some(pixel) = self.region.pixel_index(contribution.raster).filter(|_| luminance.is_finite()) else { return };
+        let bounces = usize::from(contribution.technique.s) + usize::from(contribution.technique.t);
+        self.energy[bounces.saturating_sub(2).min(BOUNCES)] += luminance;
+        if let Some(scale) = self.scales.get(pixel as usize) {
+            self.largest.push(luminance * scale);
+        }
+    }
+}
+
+/// Draws the samples that a rendering with these settings draws, in the calling thread and with the pixel's number and the pass; returns the
+/// number of passes.
+pub(super) fn for_each_sample<P>(region: FilmRegion, settings: &Settings, mut visit: P) -> Result<u32, RenderError>
+where
+    P: FnMut(u32, u32, FilmSample, &mut <crate::sampler::AnySource as SampleSource>::Sampler),
+{
+    let kernel = settings.filter.kernel()?;
+    let strata = if let Budget::Samples(n) = settings.budget { n } else { 64 };
+    let source = settings.sampler.source(settings.seed, strata);
+    let start = Instant::now();
+    let width = region.window_size().x.max(1);
+    for pass in 0.. {
+        for pixel in 0..region.pixels() {
+            let mut sampler = source.sampler(pixel, pass);
+            sampler.stream(Stream::Film);
+            let corner = region.window_min.as_dvec2() + DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
+            let last = corner + 1.0;
+            let raster = (corner + sampler.next_2d()).min(DVec2::new(last.x.next_down(), last.y.next_down()));
+            let offset = kernel.sample(&mut sampler);
+            visit(pixel, pass, FilmSample { raster, offset }, &mut sampler);
+        }
+        let spent = match settings.budget {
+            Budget::Samples(samples) => pass + 1 >= samples,
+            Budget::Time(limit) => start.elapsed() >= limit,
+        };
+        if spent {
+            return Ok(pass + 1);
+        }
+    }
+    Ok(0)
+}
