@@ -51,10 +51,12 @@ fn b02_directional_light() {
     Entry::new("B02", &world, &eye, ONE).within(RARE, LIGHT_RAYS).check(&[Light, Bidirectional], "");
 }
 
+type Radiance = fn(f64) -> f64;
+
 /// A sky whose radiance depends on the angle from an axis: a light of the user's own.
 struct Sky {
     axis: DVec3,
-    radiance: fn(f64) -> f64,
+    radiance: Radiance,
     /// Directions are drawn in proportion to this power of the cosine, or uniformly.
     power: Option<f64>,
     center: DVec3,
@@ -62,7 +64,7 @@ struct Sky {
 }
 
 impl Sky {
-    fn new(axis: DVec3, power: Option<f64>, radiance: fn(f64) -> f64) -> Self {
+    fn new(axis: DVec3, power: Option<f64>, radiance: Radiance) -> Self {
         Self { axis, radiance, power, center: DVec3::ZERO, radius: 0.0 }
     }
 
@@ -122,7 +124,7 @@ impl endpoint::Light for Sky {
 
 #[test]
 fn b03_cosine_power_environment() {
-    let skies: [(f64, fn(f64) -> f64, &str); 4] = [
+    let skies: [(f64, Radiance, &str); 4] = [
         (4.0, |z| z.max(0.0).powi(4), "L_horizontal"),
         (1.0, |z| z.max(0.0), "n=1"),
         (0.0, |z| if z > 0.0 { 1.0 } else { 0.0 }, "n=0"),
