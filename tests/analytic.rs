@@ -39,7 +39,7 @@ const STATUS: &[(&str, &str)] = &[
     ("A03", "here; bidirectional path tracing up to 20 bounces, since connections grow with the square"),
     ("A04", "here"),
     ("A06", "here; uniform-area sampling cannot see the environment and reports 0"),
-    ("A08", "here; sphere_cap.rs has each technique alone"),
+    ("A08", "here up to 3 bounces; sphere_cap.rs has each technique alone"),
     ("A10", "here; the fluxes in ledger.rs"),
     ("A12", "waits for instant radiosity"),
     ("A13", "here; its angles are supplements of the opening"),

@@ -152,7 +152,7 @@ impl<'a> Probe<'a> {
         let error = if blank { f64::INFINITY } else { pilot.relative_error(expected) };
         let wanted = |target: f64| 1.3 * pilot.samples() as f64 * (error / target).powi(2);
         let (few, many) = (most(&pilot, rays.0), most(&pilot, rays.1));
-        let samples = if wanted(target) <= few { wanted(target).max(few.min(1000.0)) } else { wanted(0.85 * acceptable).min(many) };
+        let samples = if wanted(target) <= few { wanted(target).max(few.min(1000.0)) } else { wanted(0.85 * acceptable).clamp(few, many) };
         self.sample(method, samples as u64, seed)
     }
 }
