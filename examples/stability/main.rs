@@ -1,0 +1,89 @@
+//! The stability report: scenes with exact answers, pushed to extremes of scale, place, brightness, roughness and geometry, by every integrator.
+//!
+//! ```text
+//! cargo run --release --example stability -- --help
+//! ```
+//!
+//! Prints the table and writes `index.html` and `stability.json` into a directory. docs/numerics.md explains the rows.
+
+mod cases;
+#[allow(dead_code, reason = "shared with tests")]
+mod measure;
+mod report;
+#[allow(dead_code, reason = "shared with tests")]
+mod scenes;
+mod verdict;
+
+use clap::Parser;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::error::Error;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Measures how integrators hold under numerical stress, and writes a report.
+#[derive(Debug, Parser)]
+#[command(name = "stability", version, about)]
+struct Arguments {
+    /// Takes a twentieth of the rays: standard errors are larger
+    #[arg(long)]
+    quick: bool,
+    /// Most rays per case and integrator, in millions [default: 10, with --quick 0.5]
+    #[arg(long, value_name = "MILLIONS", value_parser = parse_millions)]
+    rays: Option<f64>,
+    /// Only rows whose id starts with this, as S01
+    #[arg(long, value_name = "ID", default_value = "")]
+    row: String,
+    /// Seed of the random numbers
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Where the report goes
+    #[arg(long, value_name = "DIR", default_value = "target/stability")]
+    out: PathBuf,
+}
+
+fn parse_millions(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(millions) if millions > 0.0 && millions <= 1e6 => Ok(millions),
+        _ => Err("a number of millions of rays is above 0 and at most 1e6".to_owned()),
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+    let rays = (arguments.rays.unwrap_or(if arguments.quick { 0.5 } else { 10.0 }) * 1e6) as u64;
+    // Fails now rather than after the work.
+    std::fs::create_dir_all(&arguments.out).map_err(|e| format!("{}: {e}", arguments.out.display()))?;
+    let cases: Vec<_> = cases::all().into_iter().filter(|case| case.row.starts_with(&arguments.row)).collect();
+    if cases.is_empty() {
+        return Err(format!("no row's id starts with {:?}", arguments.row).into());
+    }
+    let bar = ProgressBar::new(cases.len() as u64);
+    bar.set_style(ProgressStyle::with_template("{bar:32} {pos}/{len}  {msg}  {eta} left")?);
+    let mut lines = Vec::new();
+    for case in &cases {
+        bar.set_message(format!("{} {} {:e}", case.row, case.family, case.value));
+        lines.extend(verdict::judge(case, rays, arguments.seed));
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    print!("{}", report::text(&lines));
+    for (name, contents) in [("stability.json", report::json(&lines)), ("index.html", report::html(&lines))] {
+        let path = arguments.out.join(name);
+        std::fs::write(&path, contents).map_err(|e| format!("{}: {e}", path.display()))?;
+        println!("wrote {}", path.display());
+    }
+    Ok(lines.iter().all(|line| line.verdict.is_good()))
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => {
+            eprintln!("a case is off by more than 4 standard errors");
+            ExitCode::FAILURE
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
