@@ -10,8 +10,7 @@
 use super::{Depth, Integrator};
 use crate::endpoint::{Camera, Endpoint, Light};
 use crate::film::{Contribution, FilmRegion, FilmSample, Sink, Technique};
-use crate::geometry::Place;
-use crate::path::{Edge, RandomWalk, Roulette, Scattered, Scratch, TechniqueSet, Vertex, sample_lens};
+use crate::path::{Edge, RandomWalk, Roulette, Scattered, Scratch, TechniqueSet, Vertex, are_joinable, sample_lens};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{Needs, Scene};
 
@@ -50,10 +49,7 @@ impl LightTracer {
             Some(bsdf) => bsdf.eval(vertex.to_previous, -edge.direction),
             None => {
                 let light = scene.light(vertex.light?);
-                // A Dirac lens sees a Dirac light as a Dirac distribution on the film, and parallel lines do not meet.
-                if (lens.point.place != Place::Area && !light.can_be_hit())
-                    || (lens.point.place == Place::Infinite && end.place == Place::Infinite)
-                {
+                if !are_joinable(lens.point.place, end.place, light.can_be_hit()) {
                     return None;
                 }
                 end = light.facing(&end, &lens.point);

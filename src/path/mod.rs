@@ -33,5 +33,6 @@ pub use scratch::Scratch;
 pub use technique::TechniqueSet;
 pub use vertex::{StartDensity, Vertex};
 pub use view::Path;
+pub(crate) use view::are_joinable;
 pub use walk::{MAX_BOUNCES, RandomWalk, Scattered};
 pub use weight::{Ends, Heuristic, PathDensities};

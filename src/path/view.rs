@@ -230,7 +230,7 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
 
 /// Whether lens and light can be connected to each other: a Dirac lens would see a Dirac light as a Dirac distribution on the film, and
 /// two points at infinity have no line between them.
-pub(super) fn are_joinable(lens: Place, light: Place, hittable: bool) -> bool {
+pub(crate) fn are_joinable(lens: Place, light: Place, hittable: bool) -> bool {
     (lens == Place::Area || hittable) && !(lens == Place::Infinite && light == Place::Infinite)
 }
 
