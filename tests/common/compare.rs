@@ -8,12 +8,14 @@
 //!   1.5 % fails nearly always and one of 1 % more often than not; noisier tests state their target;
 //! * blocks: the p-value of Welch's t test is at least Šidák's level for a significance of 1e-4 over all blocks and channels.
 //!
-//! The number of samples is found in earlier rounds with seeds of their own, so it does not depend on the compared images.
+//! Within an image, samples are Sobol' points, which need fewer of them; images of different seeds are independent, which is what the errors
+//! rest on. The number of samples is found in earlier rounds with seeds of their own, so it does not depend on the compared images.
 
 use pathspace::endpoint::Camera;
 use pathspace::film::{Filter, Image};
 use pathspace::math::statistics::sidak;
 use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::sampler::SamplerKind;
 use pathspace::scene::World;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -106,7 +108,7 @@ fn render(
     samples: u32,
 ) -> Vec<Image> {
     let one = |seed| {
-        let settings = Settings { budget: Budget::Samples(samples), seed, threads: Some(1), filter, ..Settings::default() };
+        let settings = Settings { budget: Budget::Samples(samples), seed, threads: Some(1), filter, sampler: SamplerKind::Sobol };
         let rendering = integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
         assert_eq!(rendering.counters.non_finite, 0, "{name}: {:?}", rendering.non_finite().first());
         rendering.image

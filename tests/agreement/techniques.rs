@@ -1,0 +1,127 @@
+//! Depth, roulette, and sets of techniques.
+
+use crate::compare::{self, Comparison, Named, assert_agree, measure};
+use crate::rooms::{Room, camera, v};
+use crate::team::{Team, grey, lit_room, metal};
+use pathspace::film::Technique;
+use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
+use pathspace::path::{Roulette, Survival, TechniqueSet};
+use pathspace::render::Render;
+use pathspace::scene::{Material, World};
+
+/// The images of exactly 0, 1, 2 and 3 bounces sum to that of up to 3, for each integrator.
+#[test]
+fn bounces_add_up() {
+    let world = lit_room();
+    let comparison = Comparison { target: 0.004, ..Comparison::default() };
+    type Make = fn(Depth) -> Box<dyn Render<World>>;
+    let makers: [(&str, Make); 4] = [
+        ("path", |depth| Box::new(PathTracer { depth, ..PathTracer::default() })),
+        ("light", |depth| Box::new(LightTracer { depth, ..LightTracer::default() })),
+        ("bidirectional", |depth| Box::new(Bidirectional { depth, ..Bidirectional::default() })),
+        ("uniform area", |depth| Box::new(UniformArea { depth, ..UniformArea::default() })),
+    ];
+    for (name, make) in makers {
+        let limit = if name == "uniform area" { 1 } else { 3 };
+        let whole = make(Depth::up_to(limit));
+        let whole = measure(&world, &camera(), (&format!("{name}, up to {limit}"), &*whole), &comparison);
+        let parts: Vec<_> = (0..=limit)
+            .map(|k| measure(&world, &camera(), (&format!("{name}, exactly {k}"), &*make(Depth::exactly(k))), &comparison))
+            .collect();
+        let mut sum = parts[0].images.clone();
+        for (i, image) in sum.iter_mut().enumerate() {
+            for (j, pixel) in image.pixels_mut().iter_mut().enumerate() {
+                *pixel = parts.iter().map(|part| part.images[i].pixels()[j]).sum();
+            }
+        }
+        let sum = compare::Measured { name: format!("{name}, sum"), images: sum, samples_per_pixel: 0 };
+        compare::assert_measurements_agree(name, &[whole, sum], &comparison);
+    }
+}
+
+/// Without a limit and with roulette: the same as a limit so deep that nothing is left.
+#[test]
+fn roulette_replaces_a_deep_limit() {
+    let world = lit_room();
+    let deep = Depth::up_to(24);
+    let harsh = Roulette { start: 0, survival: Survival::Fixed(0.8), ..Roulette::default() };
+    let early = Roulette { start: 0, ..Roulette::default() };
+    let team = Team::new(Depth::default())
+        .path()
+        .light()
+        .bidirectional()
+        .with("path, early roulette", PathTracer { roulette: early, ..PathTracer::default() })
+        .with("light, fixed survival", LightTracer { roulette: harsh, ..LightTracer::default() })
+        .with("bidirectional, fixed", Bidirectional { roulette: harsh, ..Bidirectional::default() })
+        .with("path, 24 bounces", PathTracer { depth: deep, roulette: Roulette::NEVER, ..PathTracer::default() });
+    assert_agree("roulette", &world, &camera(), &team.named(), &Comparison { target: 0.0025, ..Comparison::default() });
+}
+
+fn technique_world(floor: Material) -> World {
+    let mut room = Room::empty();
+    // Surfaces do not touch, so that 1/r² of a connection has a finite variance.
+    room.quad(v(-1.0, -1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), floor.clone());
+    room.quad(v(-0.8, 1.2, 0.4), v(1.6, 0.0, 0.0), v(0.1, 0.2, 1.2), floor);
+    room.lamp(0.9, 2.0);
+    room.build()
+}
+
+/// Every (s, t) alone and unweighted has the mean of path tracing at this path length.
+fn techniques_alone(case: &str, world: &World, bounces: u32, comparison: &Comparison) {
+    let depth = Depth::exactly(bounces);
+    let only = |s: u16| {
+        let only = Some(Technique { s, t: bounces as u16 + 2 - s });
+        Bidirectional { techniques: TechniqueSet { only, ..TechniqueSet::BIDIRECTIONAL }, depth, ..Bidirectional::default() }
+    };
+    let alone: Vec<(String, Bidirectional)> =
+        (0..=bounces as u16 + 1).map(|s| (format!("only ({s}, {})", bounces as u16 + 2 - s), only(s))).collect();
+    let path = PathTracer { depth, ..PathTracer::default() };
+    let mut team: Vec<Named<'_>> = vec![("path", &path)];
+    team.extend(alone.iter().map(|(name, integrator)| (name.as_str(), integrator as &dyn Render<World>)));
+    assert_agree(&format!("{case}, {bounces} bounces"), world, &camera(), &team, comparison);
+}
+
+#[test]
+fn each_technique_alone() {
+    let world = technique_world(grey());
+    techniques_alone("Lambert", &world, 1, &Comparison::default());
+    techniques_alone("Lambert", &world, 2, &Comparison { target: 0.005, ..Comparison::default() });
+}
+
+#[test]
+fn each_technique_alone_on_metal() {
+    let world = technique_world(metal(0.3, 0.3));
+    techniques_alone("metal", &world, 1, &Comparison { target: 0.003, ..Comparison::default() });
+    techniques_alone("metal", &world, 2, &Comparison { target: 0.006, ..Comparison::default() });
+}
+
+#[test]
+#[ignore = "the same with longer paths"]
+fn each_technique_alone_with_three_bounces() {
+    for material in [grey(), metal(0.3, 0.3)] {
+        techniques_alone(
+            "three bounces",
+            &technique_world(material),
+            3,
+            &Comparison { target: 0.006, most: 20_000, ..Comparison::default() },
+        );
+    }
+}
+
+/// Removing any one technique leaves the mean: the weights of the others fill the gap.
+#[test]
+fn without_any_one_technique() {
+    let world = technique_world(metal(0.3, 0.3));
+    for bounces in 1..=2u16 {
+        let depth = Depth::exactly(u32::from(bounces));
+        let without = |s| {
+            let without = Some(Technique { s, t: bounces + 2 - s });
+            Bidirectional { techniques: TechniqueSet { without, ..TechniqueSet::BIDIRECTIONAL }, depth, ..Bidirectional::default() }
+        };
+        let sets: Vec<(String, Bidirectional)> = (0..=bounces + 1).map(|s| (format!("without s = {s}"), without(s))).collect();
+        let path = PathTracer { depth, ..PathTracer::default() };
+        let mut team: Vec<Named<'_>> = vec![("path", &path)];
+        team.extend(sets.iter().map(|(name, integrator)| (name.as_str(), integrator as &dyn Render<World>)));
+        assert_agree(&format!("without one, {bounces} bounces"), &world, &camera(), &team, &Comparison::default());
+    }
+}
