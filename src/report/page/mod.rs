@@ -92,46 +92,7 @@ impl Page<'_> {
         let scene = &report.scene;
         let depth =
             scene.max_bounces.map_or_else(|| "no limit on scattering events".to_owned(), |n| format!("at most {n} scattering events"));
-        let mut verdicts = Vec::new();
-        if report.stopped {
-            verdicts.push("Stopped before its end: what follows is from the runs that were finished.".to_owned());
-        }
-        if report.setup.debug_build {
-            verdicts.push("Built without optimisation: times mean nothing.".to_owned());
-        }
-        let disagreeing: Vec<String> =
-            report.pairs.iter().filter(|p| !p.agrees()).map(|p| format!("{} and {}", p.names[0], p.names[1])).collect();
-        match report.pairs.len() {
-            0 => {}
-            n if disagreeing.is_empty() => {
-                let noisy: Vec<&str> = report.methods.iter().filter(|m| m.complete && m.long_tails).map(|m| m.name.as_str()).collect();
-                let caveat = if noisy.is_empty() { String::new() } else { format!(", as far as the noise of {} shows", noisy.join(", ")) };
-                verdicts.push(format!("The integrators agree{caveat} ({n} pairs tested)."));
-            }
-            _ => verdicts.push(format!("INTEGRATORS DISAGREE: {}.", disagreeing.join("; "))),
-        }
-        for method in &report.methods {
-            if method.bias.flagged {
-                let (b, e) = (100.0 * method.bias.relative, 100.0 * method.bias.relative_standard_error);
-                verdicts.push(format!("BIAS: {} is off by {b:+.3} % ± {e:.3} %.", method.name));
-            }
-            if method.non_finite_contributions + method.non_finite_pixels > 0 {
-                let first = method.first_non_finite.as_ref().map_or_else(String::new, |f| format!(", the first at {f}"));
-                let n = method.non_finite_contributions;
-                verdicts.push(format!("NOT FINITE: {n} contributions of {}{first}; {} pixels.", method.name, method.non_finite_pixels));
-            }
-            if method.infinite_variance {
-                verdicts.push(format!(
-                    "Heavy tail: the variance of {} is infinite as far as its samples show. Its MSE and variance do not settle; read SMAPE, MedSE and median of means.",
-                    method.name
-                ));
-            }
-            if !method.complete {
-                verdicts.push(format!("{} cannot draw every path of this scene; it is shown, but not tested.", method.name));
-            }
-        }
-        verdicts.extend(report.left_out.iter().map(|name| format!("{name} has no technique for this scene and is left out.")));
-        let verdicts: String = verdicts.iter().map(|v| format!("<div>{}</div>", escape(v))).collect();
+        let verdicts: String = report.verdicts().iter().map(|v| format!("<div>{}</div>", escape(v))).collect();
         let _ = write!(
             self.html,
             "<h1>{}: error against run time</h1><p>{}</p><p>{} × {} pixels, {depth}; {} independent runs for each integrator within {}, interleaved.</p><div class=\"verdict\">{verdicts}</div><p>Reference: {}. Mean luminance {:.6} ± {}.</p>",
@@ -151,8 +112,12 @@ impl Page<'_> {
     fn strip(&mut self) {
         let (study, gain) = (self.study, self.gain);
         let reference = study.reference.image();
-        self.section("Images at equal budgets");
-        self.text("The first run of each integrator after 1/16, 1/4 and all of its budget, which is the same for all: columns compare.");
+        self.section(if study.report.setup.until_target { "Images on the way to the target" } else { "Images at equal budgets" });
+        self.text(if study.report.setup.until_target {
+            "The first run of each integrator after 1/16, 1/4 and all of what it takes to the target error: times differ, the last images should look alike."
+        } else {
+            "The first run of each integrator after 1/16, 1/4 and all of its budget, which is the same for all: columns compare."
+        });
         let columns = study.images.len().max(1);
         let rows = study.images.iter().map(|i| i.snapshots.len()).max().unwrap_or(0);
         for row in 0..rows {
@@ -224,7 +189,7 @@ impl Page<'_> {
             "<p><small>Intervals are of 95 % confidence over the runs. Errors are averaged over pixels and channels, the reference's own variance is subtracted from MSE and relMSE. \
              relMSE: (I − R)² / (R² + 0.01 mean(R)²). MAPE: |I − R| / (|R| + 0.01 mean(R)). SMAPE: |I − R| / (|I| + |R|). MedSE: median of (I − R)². \
              Bias: blocks of pixels weighted by value over variance, flagged if its p-value or that of the difference of means is below what all integrators together reach by chance with probability {} %. \
-             * cannot draw every path, so it is not tested. † the reference's own variance is more than {} % of it. ‡ not reached: extrapolated with an error that falls as 1/t. \
+             * cannot draw every path, so it is not tested. † the reference's own variance is more than {} % of it. ‡ not reached by all runs: extrapolated for the others with an error that falls as 1/t. Reached is a target when no later checkpoint of the run is above it. \
              ∗∗ the tail index is below {}: the variance is infinite as far as the samples show. Tail index: Hill's estimate from the largest 0.1 % of the contributions, relative to their pixel's value.</small></p>",
             100.0 * BIAS_SIGNIFICANCE,
             100.0 * REFERENCE_SHARE,

@@ -1,7 +1,7 @@
 //! The tables of the page.
 
 use super::super::inference::{Interval, Tail};
-use super::super::result::{MethodReport, Report};
+use super::super::result::{MethodReport, Report, TimeToTarget};
 use super::escape;
 use std::fmt::Write;
 
@@ -80,9 +80,12 @@ pub(super) fn summary(report: &Report) -> String {
         (format!("speed-up over {baseline}, processor time"), Box::new(|m| missing(m.speed_up.as_ref(), |s| interval(&s.cpu)))),
         (format!("speed-up over {baseline}, rays"), Box::new(|m| missing(m.speed_up.as_ref(), |s| interval(&s.rays)))),
         (
-            format!("time to relMSE {}", number(report.setup.target)),
+            format!("time to relMSE {} [s]", number(report.setup.target)),
             Box::new(|m| {
-                missing(m.time_to_target.as_ref(), |t| format!("{} s{}", interval(&t.seconds), if t.extrapolated { " ‡" } else { "" }))
+                let mark = |t: &TimeToTarget| if t.extrapolated { " ‡" } else { "" };
+                missing(m.time_to_target.as_ref(), |t| {
+                    format!("{}{}<br><small>{} of {} runs</small>", interval(&t.seconds), mark(t), t.reached, m.runs)
+                })
             }),
         ),
         (
