@@ -214,6 +214,7 @@ fn command_line() -> String {
 
 fn write(study: &Study, directory: &Path) -> Result<(), Box<dyn Error>> {
     study.save(directory)?;
+    std::fs::write(directory.join("summary.md"), table::markdown(&study.report))?;
     picture::side_by_side(study).save(directory.join("compare.png"))?;
     let save = |image: &pathspace::film::Image, name: &str, origin: (&str, String)| -> Result<(), Box<dyn Error>> {
         let mut file = ImageFile::from(image.clone());

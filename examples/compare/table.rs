@@ -1,4 +1,4 @@
-//! The table on the terminal. The page has more.
+//! The table on the terminal, and the one for a text in Markdown. The page has more.
 
 use pathspace::report::{Interval, MethodReport, Report};
 
@@ -104,4 +104,43 @@ fn verdicts(report: &Report) {
             pair.mean_square_error
         );
     }
+}
+
+/// The key figures of a scene as a table in Markdown, with the marks that the page has.
+pub fn markdown(report: &Report) -> String {
+    let mut text = format!("## {}\n\n", report.scene.name);
+    text += "| integrator | samples | rays per sample | relMSE of a run | variance × time [s] | speed-up, time | speed-up, rays | slope | tail index |\n";
+    text += "|---|---|---|---|---|---|---|---|---|\n";
+    let figure = |i: &Interval| {
+        if i.low < i.high { format!("{} ({} … {})", digits(i.value), digits(i.low), digits(i.high)) } else { digits(i.value) }
+    };
+    let dash = || "–".to_owned();
+    for m in &report.methods {
+        let slope = |s: &pathspace::report::Slope| {
+            let measure = if s.measure == "MSE" { "" } else { " (MedSE)" };
+            format!("{:.2} ± {:.2}{measure}", s.value.value, s.standard_error)
+        };
+        let cells = [
+            format!("{}{}", m.name.replace('-', " "), if m.complete { "" } else { " *" }),
+            format!("{} × {}", m.runs, m.samples_per_pixel),
+            digits(m.rays_per_sample),
+            m.last().map_or_else(dash, |c| figure(&c.relative_mse)) + if limited(m) { " †" } else { "" },
+            figure(&m.variance_times_wall),
+            m.speed_up.map_or_else(dash, |s| figure(&s.wall)),
+            m.speed_up.map_or_else(dash, |s| figure(&s.rays)),
+            m.slope.as_ref().map_or_else(dash, slope),
+            m.tail.map_or_else(dash, |t| digits(t.index) + if m.infinite_variance { " ∗∗" } else { "" }),
+        ];
+        text += &format!("| {} |\n", cells.join(" | "));
+    }
+    text
+}
+
+/// Three significant digits.
+fn digits(x: f64) -> String {
+    if !x.is_finite() || x == 0.0 {
+        return x.to_string();
+    }
+    let exponent = x.abs().log10().floor() as i32;
+    if (-4..5).contains(&exponent) { format!("{x:.*}", (2 - exponent).clamp(0, 6) as usize) } else { format!("{x:.2e}") }
 }

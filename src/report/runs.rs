@@ -24,7 +24,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 /// Parts of a run's budget after which the first run's image is kept.
-const SNAPSHOTS: [f64; 3] = [1.0 / 16.0, 0.25, 1.0];
+pub(super) const SNAPSHOTS: [f64; 3] = [1.0 / 16.0, 0.25, 1.0];
 /// Independent batches that each run is cut into, for the test of bias; only if samples are independent.
 const BATCHES_PER_RUN: u32 = 4;
 /// Part of an integrator's budget for the probe of its contributions.
@@ -149,7 +149,9 @@ impl Runs {
             let flow = report(p.fraction);
             let is_mark = p.passes.is_power_of_two() || last;
             let is_cut = p.passes == cut(due);
-            let part = SNAPSHOTS.get(snapshots.len()).copied().filter(|part| seed == 0 && p.fraction >= *part);
+            // A long pass may go beyond several of them: then the image belongs to the last.
+            let kept = snapshots.last().map_or(0.0, |shot: &Snapshot| shot.part);
+            let part = SNAPSHOTS.into_iter().rfind(|part| seed == 0 && *part > kept && p.fraction >= *part);
             if is_mark || is_cut || part.is_some() {
                 let image = p.image();
                 if is_mark {

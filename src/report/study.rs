@@ -86,7 +86,7 @@ pub struct Study {
 pub struct MethodImages {
     /// Mean of all runs.
     pub mean: Image,
-    /// The first run after about 1/16, 1/4 and all of its budget.
+    /// The first run after about 1/16, 1/4 and all of its budget, as far as a sample per pixel takes less.
     pub snapshots: Vec<Snapshot>,
 }
 

@@ -5,7 +5,8 @@ mod tables;
 use super::analysis::{BIAS_SIGNIFICANCE, REFERENCE_SHARE};
 use super::picture::{ERROR_SCALE, data_uri, error_colour, exposure, shrunk, signed_error_map};
 use super::plot::{Axis, Measure, plot};
-use super::study::Study;
+use super::runs::SNAPSHOTS;
+use super::study::{MethodImages, Study};
 use crate::film::Image;
 use std::fmt::Write;
 use tables::number;
@@ -119,11 +120,18 @@ impl Page<'_> {
             "The first run of each integrator after 1/16, 1/4 and all of its budget, which is the same for all: columns compare."
         });
         let columns = study.images.len().max(1);
-        let rows = study.images.iter().map(|i| i.snapshots.len()).max().unwrap_or(0);
-        for row in 0..rows {
+        for part in SNAPSHOTS {
+            let shot = |images: &MethodImages| images.snapshots.iter().position(|shot| shot.part == part);
+            if study.images.iter().all(|images| shot(images).is_none()) {
+                continue;
+            }
             let _ = write!(self.html, "<div class=\"strip\" style=\"--columns: {columns}\">");
             for (method, images) in study.report.methods.iter().zip(&study.images) {
-                let Some(shot) = images.snapshots.get(row) else { continue };
+                let Some(shot) = shot(images).map(|index| &images.snapshots[index]) else {
+                    let name = escape(&method.name);
+                    let _ = write!(self.html, "<figure><figcaption><b>{name}</b><br>a sample per pixel takes longer</figcaption></figure>");
+                    continue;
+                };
                 let caption = format!(
                     "<b>{}</b><br>{} s, {} samples<br>relMSE {}, MAPE {}",
                     escape(&method.name),
@@ -190,7 +198,7 @@ impl Page<'_> {
              relMSE: (I − R)² / (R² + 0.01 mean(R)²). MAPE: |I − R| / (|R| + 0.01 mean(R)). SMAPE: |I − R| / (|I| + |R|). MedSE: median of (I − R)². \
              Bias: blocks of pixels weighted by value over variance, flagged if its p-value or that of the difference of means is below what all integrators together reach by chance with probability {} %. \
              * cannot draw every path, so it is not tested. † the reference's own variance is more than {} % of it. ‡ not reached by all runs: extrapolated for the others with an error that falls as 1/t. Reached is a target when no later checkpoint of the run is above it. \
-             ∗∗ the tail index is below {}: the variance is infinite as far as the samples show. Tail index: Hill's estimate from the largest 0.1 % of the contributions, relative to their pixel's value.</small></p>",
+             ∗∗ the tail index is below {}: the variance is infinite as far as the samples show. Tail index: Hill's estimate from the largest 0.1 % of what samples give to a pixel, relative to the pixel's value.</small></p>",
             100.0 * BIAS_SIGNIFICANCE,
             100.0 * REFERENCE_SHARE,
             super::Tail::INFINITE_VARIANCE
@@ -198,6 +206,7 @@ impl Page<'_> {
     }
 
     fn flip(&mut self) {
+        self.html += "\n<section class=\"screen\">";
         self.section("Flip between two images");
         let all_runs = |(_, title): &&(String, String)| title.ends_with(", all runs");
         let chosen = self.images.iter().find(all_runs).map_or(0, |(id, _)| self.images.iter().position(|i| i.0 == *id).unwrap_or(0));
@@ -211,7 +220,7 @@ impl Page<'_> {
         let (first, second) = (options(chosen), options(reference));
         let _ = write!(
             self.html,
-            "<div id=\"flip\"><div class=\"controls\"><select id=\"flip-first\" aria-label=\"left image\">{first}</select><select id=\"flip-second\" aria-label=\"right image\">{second}</select><button id=\"flip-button\" type=\"button\">flip</button></div><div class=\"stage\"><img id=\"flip-a\" alt=\"\"><img id=\"flip-b\" alt=\"\"><div class=\"bar\" id=\"flip-bar\"></div></div><input id=\"flip-slider\" type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"boundary between the images\"></div>"
+            "<div id=\"flip\"><div class=\"controls\"><select id=\"flip-first\" aria-label=\"left image\">{first}</select><select id=\"flip-second\" aria-label=\"right image\">{second}</select><button id=\"flip-button\" type=\"button\">flip</button></div><div class=\"stage\"><img id=\"flip-a\" alt=\"\"><img id=\"flip-b\" alt=\"\"><div class=\"bar\" id=\"flip-bar\"></div></div><input id=\"flip-slider\" type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"boundary between the images\"></div></section>"
         );
     }
 
