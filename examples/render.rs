@@ -29,12 +29,15 @@ struct Arguments {
     /// How to draw paths
     #[arg(long, value_enum, default_value_t = AnyIntegrator::PathTracing)]
     integrator: AnyIntegrator,
-    /// Samples per pixel [default: 64]
+    /// Samples per pixel [default: 64, or 65536 as the limit of --target-error]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "time")]
     samples: Option<u32>,
     /// Time to render for, such as 500ms, 10s or 2m; the image then depends on the machine
     #[arg(long, value_parser = common::parse_duration)]
     time: Option<Duration>,
+    /// End once the relative mean squared error is estimated to be this; --samples and --time are then limits
+    #[arg(long, value_name = "E", value_parser = common::parse_error)]
+    target_error: Option<f64>,
     /// Different seeds give independent images
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -106,8 +109,9 @@ fn run(arguments: &Arguments, scene: &NamedScene, max_bounces: Option<u32>) -> R
     let settings = Settings {
         budget: match arguments.time {
             Some(time) => Budget::Time(time),
-            None => Budget::Samples(arguments.samples.unwrap_or(64)),
+            None => Budget::Samples(arguments.samples.unwrap_or(if arguments.target_error.is_some() { 65536 } else { 64 })),
         },
+        target_error: arguments.target_error,
         seed: arguments.seed,
         threads: arguments.threads.map(usize::from),
         filter: arguments.filter.into(),
@@ -135,6 +139,9 @@ fn print_summary(rendering: &Rendering, scene: &NamedScene) {
     println!("scene       {}: {}", scene.name, scene.description);
     println!("integrator  {}: {}", rendering.integrator, rendering.techniques);
     println!("samples     {} per pixel, {} in all", rendering.samples_per_pixel, counters.samples);
+    if let Some(error) = rendering.estimated_error {
+        println!("error       relMSE {error:.3e}, estimated");
+    }
     println!("time        {seconds:.3} s on the wall, {:.3} s in all threads", rendering.thread_time.as_secs_f64());
     println!("rays        {} ({:.2} million per second)", counters.rays(), counters.rays() as f64 / seconds.max(1e-9) / 1e6);
     println!("mean        {}", rgb(rendering.image.mean()));

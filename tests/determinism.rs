@@ -50,7 +50,14 @@ fn the_number_of_threads_does_not_matter() -> Result {
         for integrator in integrators() {
             for sampler in SAMPLERS {
                 for filter in FILTERS {
-                    let settings = |threads, seed| Settings { budget: Budget::Samples(4), seed, threads: Some(threads), filter, sampler };
+                    let settings = |threads, seed| Settings {
+                        budget: Budget::Samples(4),
+                        seed,
+                        threads: Some(threads),
+                        filter,
+                        sampler,
+                        ..Settings::default()
+                    };
                     let reference = run(&scene, &*integrator, &settings(1, 5))?;
                     for threads in THREADS {
                         let other = run(&scene, &*integrator, &settings(threads, 5))?;

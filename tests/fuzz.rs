@@ -226,7 +226,7 @@ fn check(plan: &Plan, seen: &Seen) -> TestCaseResult {
     for (i, integrator) in integrators.into_iter().enumerate() {
         let sampler = [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol][(plan.seed as usize).wrapping_add(i) % 3];
         let filter = if plan.seed & 8 == 0 { Filter::Box } else { Filter::Tent };
-        let settings = Settings { budget: Budget::Samples(8), seed: plan.seed, threads: Some(1), filter, sampler };
+        let settings = Settings { budget: Budget::Samples(8), seed: plan.seed, threads: Some(1), filter, sampler, ..Settings::default() };
         let rendering = integrator.render(&world, &*camera, &settings, &mut unattended).expect("valid settings");
         let counters = rendering.counters;
         prop_assert_eq!(counters.non_finite, 0, "{}: {:?}", rendering.integrator, rendering.non_finite());

@@ -41,6 +41,14 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
     }
 }
 
+/// A relative mean squared error.
+pub fn parse_error(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(error) if error > 0.0 && error.is_finite() => Ok(error),
+        _ => Err("an error is a positive number, such as 0.01".to_owned()),
+    }
+}
+
 /// An exposure in stops.
 pub fn parse_exposure(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

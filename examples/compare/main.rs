@@ -1,6 +1,6 @@
 //! Error against run time: compares the integrators on a scene and writes a page with images, plots and tables.
 //!
-//! All integrators get the same time, or the same number of samples, in several independent runs that alternate. The library's
+//! All integrators get the same time, the same number of samples, or what they need to reach a target error, in several independent runs that alternate. The library's
 //! `report` module measures; this program chooses scene, integrators and reference, shows progress and writes the files. Ctrl-C ends the work early and
 //! still writes the page.
 
@@ -12,7 +12,7 @@ mod picture;
 mod table;
 
 use clap::Parser;
-use common::{AnyIntegrator, NamedScene, parse_duration, parse_size, progress_bar, scene_list, scene_or_file};
+use common::{AnyIntegrator, NamedScene, parse_duration, parse_error, parse_size, progress_bar, scene_list, scene_or_file};
 use indicatif::ProgressBar;
 use pathspace::film::ImageFile;
 use pathspace::glam::UVec2;
@@ -35,7 +35,7 @@ struct Options {
     /// Name of a scene in the gallery, a scene file, or `all` for the whole gallery
     #[arg(long, default_value = "cornell-box")]
     scene: String,
-    /// Time for each integrator, such as 500ms, 10s or 2m
+    /// Time for each integrator, all runs together, such as 500ms, 10s or 2m
     #[arg(long, default_value = "10s", value_parser = parse_duration)]
     time: Duration,
     /// Samples per pixel for each integrator, all runs together, instead of equal time
@@ -68,9 +68,10 @@ struct Options {
     /// Time for rendering the reference, which is kept in target/references
     #[arg(long, default_value = "20s", value_parser = parse_duration)]
     reference_time: Duration,
-    /// The relative mean squared error whose time is asked for
-    #[arg(long, default_value_t = 0.01)]
-    target_error: f64,
+    /// Render until a run's relative mean squared error is this, with --time or --samples as the limit [default: use up the budget, and
+    /// say when 0.01 was reached]
+    #[arg(long, value_name = "E", value_parser = parse_error)]
+    target_error: Option<f64>,
     /// Directory for the results; a directory is made in it for each scene
     #[arg(long, default_value = "target/compare")]
     out: PathBuf,
@@ -152,7 +153,8 @@ fn compare(options: &Options, scene: &NamedScene, directory: &Path, interrupted:
         budget: options.samples.map_or(Budget::Time(options.time), Budget::Samples),
         seeds: options.seeds,
         settings,
-        target: options.target_error,
+        target: options.target_error.unwrap_or(Plan::default().target),
+        until_target: options.target_error.is_some(),
         baseline: None,
         pyramid: Some(Bidirectional { depth: Depth { min_bounces: 0, max_bounces: depth }, ..Bidirectional::default() }),
         command: Some(command_line()),
@@ -212,6 +214,7 @@ fn command_line() -> String {
 
 fn write(study: &Study, directory: &Path) -> Result<(), Box<dyn Error>> {
     study.save(directory)?;
+    std::fs::write(directory.join("summary.md"), table::markdown(&study.report))?;
     picture::side_by_side(study).save(directory.join("compare.png"))?;
     let save = |image: &pathspace::film::Image, name: &str, origin: (&str, String)| -> Result<(), Box<dyn Error>> {
         let mut file = ImageFile::from(image.clone());

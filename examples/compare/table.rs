@@ -1,10 +1,11 @@
-//! The table on the terminal. The page has more.
+//! The table on the terminal, and the one for a text in Markdown. The page has more.
 
 use pathspace::report::{Interval, MethodReport, Report};
 
 pub fn print(report: &Report) {
     let reference = &report.reference;
     println!("mean luminance of the reference: {:.6} ± {:.6}\n", reference.mean, reference.mean_standard_error);
+    let target = format!("time to {} [95 %]", report.setup.target);
     let headings = [
         "integrator",
         "runs × samples",
@@ -16,6 +17,7 @@ pub fn print(report: &Report) {
         "relMSE of a run [95 %]",
         "variance × time [95 %]",
         "speed-up [95 %]",
+        &target,
         "slope ± SE",
         "tail",
         "non-finite",
@@ -37,19 +39,21 @@ pub fn print(report: &Report) {
         println!("speed-up: ratio of variance × time, over {baseline}");
     }
     if methods().any(|m| !m.complete) {
-        println!("* cannot draw every path of this scene: not tested");
+        println!("* cannot draw every path of this scene");
     }
     if methods().any(limited) {
         println!("† limited by the reference's own error");
     }
     if methods().any(|m| m.infinite_variance) {
-        println!("∗∗ heavy tail: variance infinite as far as the samples show; SMAPE and median of means are in the report");
+        println!("∗∗ infinite variance, as far as the samples show");
     }
-    report.left_out.iter().for_each(|name| println!("{name} has no technique for this scene and is left out"));
+    if methods().any(|m| m.time_to_target.is_some_and(|t| t.extrapolated)) {
+        println!("‡ not reached by all runs: extrapolated as 1/t for the others");
+    }
     verdicts(report);
 }
 
-fn row(m: &MethodReport) -> [String; 13] {
+fn row(m: &MethodReport) -> [String; 14] {
     let flag = if m.complete { "" } else { " *" };
     let last = m.last();
     let bias = format!("{:+.3} % ± {:.3} %", 100.0 * m.bias.relative, 100.0 * m.bias.relative_standard_error);
@@ -66,6 +70,7 @@ fn row(m: &MethodReport) -> [String; 13] {
         if limited(m) { format!("{error} †") } else { error },
         interval(&m.variance_times_wall),
         m.speed_up.map_or_else(|| "-".to_owned(), |s| format!("{:.3} [{:.3}, {:.3}]", s.wall.value, s.wall.low, s.wall.high)),
+        m.time_to_target.map_or_else(|| "-".to_owned(), |t| interval(&t.seconds) + if t.extrapolated { " ‡" } else { "" }),
         m.slope.as_ref().map_or_else(|| "-".to_owned(), |s| format!("{:.2} ± {:.2} {}", s.value.value, s.standard_error, s.measure)),
         m.tail.map_or_else(|| "-".to_owned(), |t| format!("{:.1}{heavy}", t.index)),
         m.non_finite_contributions.to_string(),
@@ -81,20 +86,11 @@ fn interval(i: &Interval) -> String {
 }
 
 fn verdicts(report: &Report) {
-    if report.stopped {
-        println!("\nstopped before its end");
-    }
-    for m in report.methods.iter().filter(|m| m.bias.flagged) {
-        println!("\nBIAS: {} is off by {:+.3} %", m.name, 100.0 * m.bias.relative);
-    }
-    if let Some(first) = report.methods.iter().find_map(|m| m.first_non_finite.as_ref()) {
-        println!("\nNOT FINITE: the first at {first}");
-    }
-    let disagreeing: Vec<_> = report.pairs.iter().filter(|pair| !pair.agrees()).collect();
-    for pair in &disagreeing {
+    report.verdicts().iter().for_each(|verdict| println!("\n{verdict}"));
+    for pair in report.pairs.iter().filter(|pair| !pair.agrees()) {
         let [mean, worst, all] = pair.verdicts().map(|ok| if ok { "" } else { " (!)" });
         println!(
-            "\nDISAGREE: {} and {}: means t = {:+.2}{mean}; worst block t = {:+.2} (p {:.1e}, limit {:.1e}){worst} at {}: {:.4} and {:.4}; mean t² {:.2} ± {:.2}{all}",
+            "\n{} and {}: means t = {:+.2}{mean}; worst block t = {:+.2} (p {:.1e}, limit {:.1e}){worst} at {}: {:.4} and {:.4}; mean t² {:.2} ± {:.2}{all}",
             pair.names[0],
             pair.names[1],
             pair.mean.t,
@@ -108,13 +104,43 @@ fn verdicts(report: &Report) {
             pair.mean_square_error
         );
     }
-    match (report.pairs.len(), disagreeing.len()) {
-        (0, _) => println!("\nfewer than two integrators see everything in this scene: agreement is not tested"),
-        (n, 0) => {
-            let noisy: Vec<&str> = report.methods.iter().filter(|m| m.complete && m.long_tails).map(|m| m.name.as_str()).collect();
-            let caveat = if noisy.is_empty() { String::new() } else { format!(", as far as the noise of {} shows", noisy.join(", ")) };
-            println!("\nthe integrators agree{caveat} ({n} pairs)");
-        }
-        _ => {}
+}
+
+/// The key figures of a scene as a table in Markdown, with the marks that the page has.
+pub fn markdown(report: &Report) -> String {
+    let mut text = format!("## {}\n\n", report.scene.name);
+    text += "| integrator | samples | rays per sample | relMSE of a run | variance × time [s] | speed-up, time | speed-up, rays | slope | tail index |\n";
+    text += "|---|---|---|---|---|---|---|---|---|\n";
+    let figure = |i: &Interval| {
+        if i.low < i.high { format!("{} ({} … {})", digits(i.value), digits(i.low), digits(i.high)) } else { digits(i.value) }
+    };
+    let dash = || "–".to_owned();
+    for m in &report.methods {
+        let slope = |s: &pathspace::report::Slope| {
+            let measure = if s.measure == "MSE" { "" } else { " (MedSE)" };
+            format!("{:.2} ± {:.2}{measure}", s.value.value, s.standard_error)
+        };
+        let cells = [
+            format!("{}{}", m.name.replace('-', " "), if m.complete { "" } else { " *" }),
+            format!("{} × {}", m.runs, m.samples_per_pixel),
+            digits(m.rays_per_sample),
+            m.last().map_or_else(dash, |c| figure(&c.relative_mse)) + if limited(m) { " †" } else { "" },
+            figure(&m.variance_times_wall),
+            m.speed_up.map_or_else(dash, |s| figure(&s.wall)),
+            m.speed_up.map_or_else(dash, |s| figure(&s.rays)),
+            m.slope.as_ref().map_or_else(dash, slope),
+            m.tail.map_or_else(dash, |t| digits(t.index) + if m.infinite_variance { " ∗∗" } else { "" }),
+        ];
+        text += &format!("| {} |\n", cells.join(" | "));
     }
+    text
+}
+
+/// Three significant digits.
+fn digits(x: f64) -> String {
+    if !x.is_finite() || x == 0.0 {
+        return x.to_string();
+    }
+    let exponent = x.abs().log10().floor() as i32;
+    if (-4..5).contains(&exponent) { format!("{x:.*}", (2 - exponent).clamp(0, 6) as usize) } else { format!("{x:.2e}") }
 }

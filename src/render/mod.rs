@@ -6,6 +6,7 @@
 
 mod chunks;
 mod settings;
+mod target;
 #[cfg(test)]
 mod tests;
 
@@ -21,13 +22,14 @@ use chunks::{Chunks, Job};
 use settings::Threads;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
+use target::Watch;
 
 /// The state of a rendering after a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
     /// Passes done: samples per pixel so far.
     pub passes: u32,
-    /// Part of the budget that is used, 0 to 1.
+    /// Part of the budget that is used, or of the way to the target error if that is nearer, 0 to 1.
     pub fraction: f64,
     /// Wall-clock time spent rendering; time spent in the progress callback does not count.
     pub wall: Duration,
@@ -68,6 +70,8 @@ pub struct Rendering {
     pub filter: Filter,
     /// The sampler and the seed; `None` if the caller brought a source of their own.
     pub sampling: Option<(SamplerKind, u64)>,
+    /// Estimated relMSE of the image, if the settings have a target for it and there were enough passes.
+    pub estimated_error: Option<f64>,
     /// Whether the progress callback stopped the rendering. The image is valid all the same.
     pub stopped: bool,
 }
@@ -140,21 +144,30 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
     if settings.budget == Budget::Samples(0) {
         return Err(RenderError::NoSamples);
     }
+    if let Some(target) = settings.target_error.filter(|target| !(*target > 0.0 && target.is_finite())) {
+        return Err(RenderError::TargetError(target));
+    }
     let kernel = settings.filter.kernel()?;
     let threads = Threads::new(settings.threads)?;
     let mut film = Film::new(camera.film())?;
     let job = Job { source, scene, camera, integrator, kernel, region: film.region() };
     let mut chunks = Chunks::new(film.region(), threads.count());
     let mut counters = Counters::default();
+    let mut watch = settings.target_error.map(Watch::new);
     let (mut passes, mut wall, mut thread_time, mut stopped) = (0, Duration::ZERO, Duration::ZERO, false);
     loop {
         let start = Instant::now();
         thread_time += chunks.render_pass(&job, passes, &threads, &mut film, &mut counters);
         passes += 1;
         wall += start.elapsed();
-        let fraction = settings.budget.fraction(passes, wall);
+        let mut fraction = settings.budget.fraction(passes, wall);
+        if let Some(watch) = &mut watch {
+            watch.look(passes, || film.image(samples(&film, passes)));
+            fraction = watch.fraction(passes).max(fraction);
+        }
         stopped = progress(&Progress { passes, fraction, wall, film: &film, counters: &counters }).is_break() || stopped;
-        if stopped || settings.budget.is_spent(passes, wall) {
+        let is_reached = watch.as_ref().is_some_and(|watch| watch.fraction(passes) >= 1.0);
+        if stopped || is_reached || settings.budget.is_spent(passes, wall) {
             break;
         }
     }
@@ -169,6 +182,7 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
         integrator: integrator.name(),
         filter: settings.filter,
         sampling: None,
+        estimated_error: watch.and_then(|watch| watch.error(passes)),
         stopped,
     })
 }

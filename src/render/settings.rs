@@ -39,8 +39,13 @@ impl Budget {
 /// How to render. `Settings { seed: 7, ..Settings::default() }` changes one of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// When to end. Default: 64 samples per pixel.
+    /// When to end at the latest. Default: 64 samples per pixel.
     pub budget: Budget,
+    /// End earlier, once the relative mean squared error of the image is estimated to be this or less: `mean (I - R)² / (R² + 0.01 mean(R)²)`.
+    /// It is estimated from how much the image changes when the number of passes is doubled, with 1/N in between, from 8 passes on; samples
+    /// must be independent (with others it comes out too large). A rare, bright contribution that has not been seen lowers both the estimate and the image, so
+    /// that an image that ends this way is a little too dark on average. Default: none.
+    pub target_error: Option<f64>,
     /// Different seeds give independent images.
     pub seed: u64,
     /// Number of threads; `None` leaves it to rayon: all processors, `RAYON_NUM_THREADS`, or the pool that the caller is in. It never
@@ -54,7 +59,14 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { budget: Budget::Samples(64), seed: 0, threads: None, filter: Filter::Box, sampler: SamplerKind::Independent }
+        Self {
+            budget: Budget::Samples(64),
+            target_error: None,
+            seed: 0,
+            threads: None,
+            filter: Filter::Box,
+            sampler: SamplerKind::Independent,
+        }
     }
 }
 
@@ -74,6 +86,8 @@ impl Settings {
 pub enum RenderError {
     /// The budget is zero samples.
     NoSamples,
+    /// The target error is not a positive number.
+    TargetError(f64),
     /// The number of threads is zero.
     NoThreads,
     /// The threads could not be started; the reason.
@@ -88,6 +102,7 @@ impl fmt::Display for RenderError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoSamples => write!(f, "budget is zero samples per pixel"),
+            Self::TargetError(target) => write!(f, "target error {target} is not a positive number"),
             Self::NoThreads => write!(f, "number of threads is zero"),
             Self::ThreadPool(reason) => write!(f, "threads could not be started: {reason}"),
             Self::Filter(error) => error.fmt(f),

@@ -95,6 +95,8 @@ enum Kind {
     ConstantSplat { margin: f64 },
     /// A function of the position by camera walks, and splats elsewhere.
     Mixed,
+    /// Uniform in [0, 2), independent in all samples: mean 1, variance 1/3.
+    Noise,
     /// As `Constant`, but what pixel (3, 2) of the film gets is not a number.
     Invalid,
 }
@@ -139,6 +141,7 @@ impl<S: Scene + ?Sized> Integrator<S> for Arithmetic {
                 }
                 scratch.counters.ledger.emitted += Rgb::splat(sampler.next_1d());
             }
+            Kind::Noise => add(film.raster, Rgb::splat(2.0 * sampler.next_1d()), 0, 2),
             Kind::Invalid => {
                 let value = if film.raster.floor() == DVec2::new(3.0, 2.0) { f64::NAN } else { 0.7 };
                 add(film.raster, Rgb::splat(value), 0, 2);
@@ -164,7 +167,7 @@ fn the_image_is_the_same_to_the_bit_for_any_number_of_threads() {
     let bits = |r: &Rendering| r.image.pixels().iter().flat_map(|p| p.0.map(f64::to_bits)).collect::<Vec<_>>();
     for sampler in [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol] {
         for filter in [Filter::Box, Filter::Tent, gaussian()] {
-            let settings = Settings { budget: Budget::Samples(3), seed: 5, threads: Some(1), filter, sampler };
+            let settings = Settings { budget: Budget::Samples(3), seed: 5, threads: Some(1), filter, sampler, ..Settings::default() };
             let reference = run(Kind::Mixed, window(), &settings);
             assert_eq!((reference.samples_per_pixel, reference.stopped, reference.integrator), (3, false, "arithmetic"));
             assert_eq!(reference.counters.samples, 3 * 67 * 55);
@@ -255,6 +258,35 @@ fn a_time_budget_is_kept_and_gives_at_least_one_pass() {
     let spent = |limit| Budget::Time(Duration::from_secs_f64(limit)).is_spent(3, Duration::from_secs(3));
     assert!(spent(3.4) && !spent(3.6));
     assert!(Budget::Time(Duration::MAX).is_spent(u32::MAX, Duration::ZERO));
+}
+
+#[test]
+fn a_target_error_is_reached_with_the_samples_that_it_takes() {
+    // relMSE = 1/3 / N / 1.01, which is 0.01 for N = 33.003.
+    let settings = Settings { budget: Budget::Samples(1000), target_error: Some(0.01), ..Settings::default() };
+    let rendering = run(Kind::Noise, window(), &settings);
+    let samples = rendering.samples_per_pixel;
+    assert!((32..=35).contains(&samples) && !rendering.stopped, "{samples}");
+    let squares: f64 = rendering.image.pixels().iter().map(|p| (p.r() - 1.0).powi(2)).sum();
+    let error = squares / rendering.image.pixels().len() as f64 / 1.01;
+    // 3685 pixels know it to 2.3 %.
+    assert!((rendering.estimated_error.unwrap() / error - 1.0).abs() < 0.1, "{error} {:?}", rendering.estimated_error);
+    // The budget is the limit, an image without noise ends as soon as it is believed, and the callback sees how near the end is.
+    let short = run(Kind::Noise, window(), &Settings { budget: Budget::Samples(20), ..settings });
+    assert!(short.samples_per_pixel == 20 && short.estimated_error.unwrap() > 0.01);
+    assert_eq!(run(Kind::Constant, window(), &settings).samples_per_pixel, 8);
+    let mut fractions = Vec::new();
+    let watch = &mut |p: &Progress<'_>| {
+        fractions.push(p.fraction);
+        ControlFlow::Continue(())
+    };
+    render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Noise), &settings, watch).unwrap();
+    assert!(fractions.is_sorted() && fractions[6] == 0.007 && fractions[15] > 0.4 && fractions.last() == Some(&1.0), "{fractions:?}");
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let settings = Settings { target_error: Some(bad), ..Settings::default() };
+        let error = render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Noise), &settings, &mut unattended).unwrap_err();
+        assert!(error.to_string().contains("target error"), "{error}");
+    }
 }
 
 #[test]

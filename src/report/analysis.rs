@@ -10,7 +10,8 @@ use super::reference::Reference;
 use super::result::{
     Bias, Checkpoint, Cost, LedgerReport, MethodReport, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, Slope, SpeedUp, TimeToTarget,
 };
-use super::study::{Mark, Plan, Snapshot};
+use super::runs::Mark;
+use super::study::{Plan, Snapshot};
 use crate::film::{Image, NonFinite};
 use crate::math::statistics::{Estimate, sidak};
 use crate::math::student::student_t_p_value;
@@ -89,14 +90,17 @@ pub(super) fn setup(plan: &Plan) -> Setup {
         command: plan.command.clone(),
         seeds: plan.seeds,
         seed: plan.settings.seed,
-        budget: match plan.budget {
-            Budget::Samples(samples) => format!("{samples} samples per pixel"),
-            Budget::Time(time) => format!("{time:?}"),
+        budget: match (plan.budget, plan.until_target) {
+            (Budget::Samples(samples), false) => format!("{samples} samples per pixel"),
+            (Budget::Time(time), false) => format!("{time:?}"),
+            (Budget::Samples(samples), true) => format!("what relMSE {} takes, at most {samples} samples per pixel", plan.target),
+            (Budget::Time(time), true) => format!("what relMSE {} takes, at most {time:?}", plan.target),
         },
         filter: format!("{:?}", plan.settings.filter),
         sampler: format!("{:?}", plan.settings.sampler),
         threads: plan.settings.threads,
         target: plan.target,
+        until_target: plan.until_target,
         baseline: None,
         processor: model.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
         processors: std::thread::available_parallelism().map_or(1, usize::from),
@@ -197,7 +201,7 @@ fn method(
         variance_times_rays: Interval::of_positive(&rays_per_pixel),
         variance_per_sample: Interval::of_positive(&variances),
         speed_up,
-        time_to_target: if m.complete { time_to_target(m, target) } else { None },
+        time_to_target: if m.complete { time_to_target(m, target, infinite_variance) } else { None },
         slope: if m.complete { fit_slope(&checkpoints, infinite_variance) } else { None },
         tail,
         infinite_variance,
@@ -300,20 +304,16 @@ fn fit_slope(checkpoints: &[Checkpoint], robust: bool) -> Option<Slope> {
     })
 }
 
-fn time_to_target(m: &Measured, target: f64) -> Option<TimeToTarget> {
-    let runs = m.finals.len();
+/// Of relMSE, for each run. Where the variance is infinite the error does not fall as 1/t, and nothing is extrapolated.
+fn time_to_target(m: &Measured, target: f64, infinite_variance: bool) -> Option<TimeToTarget> {
     let curve =
         |run: usize| -> Vec<(f64, f64)> { m.marks.iter().map(|mark| (mark.cost[run].wall, mark.errors[run].relative_mse)).collect() };
-    let mut extrapolated = false;
-    let mut times = Vec::new();
-    for run in 0..runs {
-        match time_to_error(&curve(run), target) {
-            Ok(time) => times.push(time),
-            Err(later) => {
-                extrapolated = true;
-                times.push(later?);
-            }
-        }
+    let times: Vec<_> = (0..m.finals.len()).map(|run| time_to_error(&curve(run), target)).collect();
+    let reached = times.iter().filter(|time| time.is_ok()).count();
+    let extrapolated = reached < times.len();
+    if times.is_empty() || extrapolated && infinite_variance {
+        return None;
     }
-    (!times.is_empty()).then(|| TimeToTarget { seconds: Interval::of_positive(&times), extrapolated })
+    let seconds = times.into_iter().map(|time| time.map_or_else(|later| later, Some)).collect::<Option<Vec<_>>>()?;
+    Some(TimeToTarget { seconds: Interval::of_positive(&seconds), reached: reached as u32, extrapolated })
 }

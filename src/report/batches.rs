@@ -46,15 +46,20 @@ impl Layout {
         f64::from(x[1].saturating_sub(x[0])) * f64::from(y[1].saturating_sub(y[0]))
     }
 
+    /// The block that a pixel is in.
+    #[must_use]
+    pub fn block_of(&self, pixel: usize) -> usize {
+        let width = self.width.max(1) as usize;
+        let (x, y) = (pixel % width / BLOCK as usize, pixel / width / BLOCK as usize);
+        y * self.width.div_ceil(BLOCK) as usize + x
+    }
+
     /// Mean luminance of each block.
     #[must_use]
     pub fn block_means(&self, image: &Image) -> Vec<f64> {
         let mut sums = vec![0.0; self.blocks()];
-        let columns = self.width.div_ceil(BLOCK);
-        for (row, y) in image.pixels().chunks(self.width.max(1) as usize).zip(0..) {
-            for (pixel, x) in row.iter().zip(0u32..) {
-                sums[(y / BLOCK * columns + x / BLOCK) as usize] += pixel.luminance();
-            }
+        for (index, pixel) in image.pixels().iter().enumerate() {
+            sums[self.block_of(index)] += pixel.luminance();
         }
         sums.iter().enumerate().map(|(block, sum)| sum / self.pixels(block)).collect()
     }

@@ -19,6 +19,8 @@ pub enum ReportError {
     },
     /// The plan has fewer than two seeds, which say nothing about the error.
     TooFewSeeds(u32),
+    /// The target error is not a positive number.
+    Target(f64),
     /// Two contestants have this name.
     DuplicateName(String),
     /// The reference's size is not that of the camera's film: (reference, film).
@@ -45,6 +47,7 @@ impl fmt::Display for ReportError {
         match self {
             Self::Render { name, source } => write!(f, "{name}: {source}"),
             Self::TooFewSeeds(seeds) => write!(f, "{seeds} seeds are too few: the spread of at least two says how large the error is"),
+            Self::Target(target) => write!(f, "target error {target} is not a positive number"),
             Self::DuplicateName(name) => write!(f, "two integrators are called {name:?}"),
             Self::ReferenceSize([a, b], [c, d]) => write!(f, "reference has {a} × {b} pixels, the film {c} × {d}"),
             Self::ReferenceNotFinite(pixels) => write!(f, "reference has {pixels} pixels that are not finite"),

@@ -72,22 +72,23 @@ pub fn slope(points: &[[f64; 3]]) -> Option<f64> {
     (xx > 0.0 && slope.is_finite()).then_some(slope)
 }
 
-/// Where a falling curve of (time, error) first reaches `target`, by interpolation in log-log; `Err` with the time at which it would if it went on
-/// falling as 1/t.
+/// When a curve of (time, error) comes down to `target` to stay there: the crossing after which no point is above it, by interpolation in log-log.
+/// `Err` if its last point is above, with the time at which it would get there if it went on falling as 1/t.
 #[must_use = "says when the error is reached"]
 pub fn time_to_error(curve: &[(f64, f64)], target: f64) -> Result<f64, Option<f64>> {
-    let usable = |&&(t, e): &&(f64, f64)| t > 0.0 && e > 0.0 && e.is_finite();
-    let mut previous: Option<(f64, f64)> = None;
-    for &(time, error) in curve.iter().filter(usable) {
-        if error <= target {
-            return Ok(previous.map_or(time, |(t, e)| {
-                let part = (e.ln() - target.ln()) / (e.ln() - error.ln());
-                (t.ln() + part * (time.ln() - t.ln())).exp()
-            }));
+    let Some(above) = curve.iter().rposition(|(_, error)| error.is_nan() || *error > target) else {
+        return curve.first().map(|(time, _)| *time).ok_or(None);
+    };
+    let (before, error) = curve[above];
+    match curve.get(above + 1) {
+        // An error from which that of the reference was subtracted may be negative, and one of an image with a NaN is infinite.
+        Some(&(time, reached)) if reached > 0.0 && error.is_finite() && before > 0.0 => {
+            let part = (error / target).ln() / (error / reached).ln();
+            Ok(before * (time / before).powf(part))
         }
-        previous = Some((time, error));
+        Some((time, _)) => Ok(*time),
+        None => Err(Some(before * error / target).filter(|time| time.is_finite())),
     }
-    Err(previous.map(|(time, error)| time * error / target))
 }
 
 /// How heavy a tail is: P(X > x) ~ x^(-index).
@@ -212,6 +213,11 @@ mod tests {
         assert!((time_to_error(&curve, 0.1).unwrap_err().unwrap() - 10.0).abs() < 1e-12);
         assert_eq!(time_to_error(&curve, 2.0), Ok(1.0));
         assert_eq!(time_to_error(&[], 2.0), Err(None));
+        // A curve that rises again has not reached it before.
+        assert!((time_to_error(&[(1.0, 0.1), (2.0, 1.0), (4.0, 0.25)], 0.5).unwrap() - 8f64.sqrt()).abs() < 1e-12);
+        assert_eq!(time_to_error(&[(1.0, 1.0), (2.0, -0.1)], 0.5), Ok(2.0));
+        assert_eq!(time_to_error(&[(1.0, f64::INFINITY), (2.0, 0.1)], 0.5), Ok(2.0));
+        assert_eq!(time_to_error(&[(1.0, 0.1), (2.0, f64::INFINITY)], 0.5), Err(None));
     }
 
     #[test]

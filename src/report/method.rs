@@ -1,5 +1,6 @@
 //! What can be compared: named integrators, and a look at their single contributions.
 
+use super::batches::Layout;
 use super::inference::{Largest, Tail};
 use super::metrics::RELATIVE_EPSILON;
 use crate::endpoint::Camera;
@@ -50,6 +51,7 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Method<S> for I {
         let mut scratch = Scratch::default();
         let passes = for_each_sample(region, settings, |_, _, film, sampler| {
             self.sample(scene, camera, film, sampler, &mut sink, &mut scratch);
+            sink.end_sample();
         })?;
         Ok(sink.finish(passes))
     }
@@ -60,8 +62,9 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Method<S> for I {
 pub struct Probe {
     /// Samples per pixel.
     pub passes: u32,
-    /// Tail of the weighted contributions' luminance, relative to that of their pixel in the reference (plus 1 % of its mean); `None` if there
-    /// were too few.
+    /// Tail of the luminance that samples give to a pixel: contributions to a sample's own pixel together, those through the lens one by one.
+    /// Each is relative to its pixel or its block of pixels in the reference, whichever is brighter (plus 1 % of the mean). `None` if there were too
+    /// few.
     pub tail: Option<Tail>,
     /// Mean luminance of the image by number of scattering events; the last entry has all longer paths.
     pub energy_by_bounces: Vec<f64>,
@@ -69,7 +72,7 @@ pub struct Probe {
 
 /// Numbers of scattering events that are told apart.
 const BOUNCES: usize = 8;
-/// How many of the largest contributions are kept.
+/// How many of the largest values are kept.
 const LARGEST: usize = 8192;
 
 struct ProbeSink {
@@ -77,14 +80,24 @@ struct ProbeSink {
     /// One over the luminance that is usual for a pixel.
     scales: Vec<f64>,
     largest: Largest,
+    /// What the sample under way contributes to its own pixel, scaled.
+    own: f64,
     energy: [f64; BOUNCES + 1],
 }
 
 impl ProbeSink {
     fn new(region: FilmRegion, reference: &Image) -> Self {
         let floor = RELATIVE_EPSILON * reference.mean().luminance();
-        let scales = reference.pixels().iter().map(|p| 1.0 / (p.luminance().max(0.0) + floor)).collect();
-        Self { region, scales, largest: Largest::new(LARGEST), energy: [0.0; BOUNCES + 1] }
+        let layout = Layout::of(reference);
+        let blocks = layout.block_means(reference);
+        // A pixel of a rendered reference may be dark by chance: then what surrounds it tells what is usual there.
+        let usual = |pixel: usize| reference.pixels()[pixel].luminance().max(blocks[layout.block_of(pixel)]).max(0.0);
+        let scales = (0..reference.pixels().len()).map(|pixel| 1.0 / (usual(pixel) + floor)).collect();
+        Self { region, scales, largest: Largest::new(LARGEST), own: 0.0, energy: [0.0; BOUNCES + 1] }
+    }
+
+    fn end_sample(&mut self) {
+        self.largest.push(std::mem::take(&mut self.own));
     }
 
     fn finish(self, passes: u32) -> Probe {
@@ -100,9 +113,9 @@ impl Sink for ProbeSink {
         let Some(pixel) = self.region.pixel_index(contribution.raster).filter(|_| luminance.is_finite()) else { return };
         let bounces = usize::from(contribution.technique.s) + usize::from(contribution.technique.t);
         self.energy[bounces.saturating_sub(2).min(BOUNCES)] += luminance;
-        if let Some(scale) = self.scales.get(pixel as usize) {
-            self.largest.push(luminance * scale);
-        }
+        let Some(scale) = self.scales.get(pixel as usize) else { return };
+        // Contributions through the lens fall on pixels of their own.
+        if contribution.technique.t > 1 { self.own += luminance * scale } else { self.largest.push(luminance * scale) }
     }
 }
 

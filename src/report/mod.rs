@@ -45,7 +45,9 @@ mod plot;
 mod pyramid;
 mod reference;
 mod result;
+mod runs;
 mod study;
+mod verdict;
 
 pub use agreement::{Pair, SIGNIFICANCE, Welch};
 pub use analysis::{BIAS_SIGNIFICANCE, REFERENCE_SHARE};

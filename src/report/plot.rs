@@ -58,10 +58,12 @@ impl Measure {
     }
 }
 
-const WIDTH: f64 = 640.0;
-const HEIGHT: f64 = 430.0;
-/// Left, top, right, bottom of the plotting area.
-const AREA: [f64; 4] = [74.0, 14.0, 628.0, 376.0];
+/// Small, so that text is legible where the plot is scaled to the width of a phone.
+const WIDTH: f64 = 480.0;
+/// Left, top, right, bottom of the plotting area; below it the axis and the legend.
+const AREA: [f64; 4] = [66.0, 12.0, 470.0, 298.0];
+/// Height of a line of the legend, and what lies between it and the plotting area.
+const LEGEND: [f64; 2] = [20.0, 50.0];
 /// Colours that people with any kind of colour vision can tell apart (Okabe and Ito 2008).
 const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#a0458a", "#9a6700", "#3a8fc7", "#000000"];
 const DASHES: [&str; 4] = ["", "9 4", "3 3", "12 4 3 4"];
@@ -113,10 +115,12 @@ pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> String {
     let floor = if measure == Measure::RelativeMse { report.reference.own_relative_mse } else { 0.0 };
     let scales = Scales { x: range(&mut points().map(|p| p.0), 1.25), y: range(&mut points().map(|p| p.1.value), 1.6) };
     let mut svg = String::new();
+    let labels: Vec<String> = report.methods.iter().map(label).collect();
+    let height = AREA[3] + LEGEND[1] + LEGEND[0] * labels.len().div_ceil(legend_columns(&labels)) as f64;
     let title = format!("{} against {}", measure.label(), axis.label());
     let _ = write!(
         svg,
-        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{title}" font-family="sans-serif" font-size="14"><rect width="{WIDTH}" height="{HEIGHT}" fill="#fff"/>"##
+        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{title}" font-family="sans-serif" font-size="14"><rect width="{WIDTH}" height="{height}" fill="#fff"/>"##
     );
     grid(&mut svg, &scales);
     for (index, (_, points)) in curves.iter().enumerate() {
@@ -134,7 +138,7 @@ pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> String {
     for (index, (_, points)) in curves.iter().enumerate() {
         line(&mut svg, &scales, points, index);
     }
-    legend(&mut svg, &curves.iter().map(|(m, _)| *m).collect::<Vec<_>>());
+    legend(&mut svg, &labels);
     let [left, top, right, bottom] = AREA;
     let _ = write!(
         svg,
@@ -142,7 +146,7 @@ pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> String {
         right - left,
         bottom - top,
         0.5 * (left + right),
-        HEIGHT - 12.0,
+        bottom + 38.0,
         axis.label(),
         0.5 * (top + bottom),
         measure.label()
@@ -223,27 +227,24 @@ fn marker(svg: &mut String, x: f64, y: f64, index: usize) {
     let _ = write!(svg, r##"<path d="{path}" fill="{fill}" stroke="{colour}"/>"##);
 }
 
-fn legend(svg: &mut String, methods: &[&MethodReport]) {
-    let longest = methods.iter().map(|m| label(m).chars().count()).max().unwrap_or(0) as f64;
-    let width = 58.0 + 7.2 * longest;
-    let (left, top) = (AREA[2] - width - 6.0, AREA[1] + 6.0);
-    let height = 20.0 * methods.len() as f64 + 8.0;
-    let _ = write!(
-        svg,
-        r##"<rect x="{left:.1}" y="{top}" width="{width:.1}" height="{height}" fill="#fff" fill-opacity="0.88" stroke="#bbb"/>"##
-    );
-    for (index, method) in methods.iter().enumerate() {
-        let y = top + 14.0 + 20.0 * index as f64;
+/// Two if all names are short.
+fn legend_columns(labels: &[String]) -> usize {
+    if labels.iter().all(|label| label.chars().count() <= 26) { 2 } else { 1 }
+}
+
+fn legend(svg: &mut String, labels: &[String]) {
+    let columns = legend_columns(labels);
+    for (index, label) in labels.iter().enumerate() {
+        let x = 10.0 + WIDTH / columns as f64 * (index % columns) as f64;
+        let y = AREA[3] + LEGEND[1] + LEGEND[0] * ((index / columns) as f64 + 0.5);
         let (colour, dash) = (COLOURS[index % COLOURS.len()], DASHES[index % DASHES.len()]);
         let _ = write!(
             svg,
-            r##"<line x1="{:.1}" x2="{:.1}" y1="{y:.1}" y2="{y:.1}" stroke="{colour}" stroke-width="2" stroke-dasharray="{dash}"/>"##,
-            left + 8.0,
-            left + 44.0
+            r##"<line x1="{x:.1}" x2="{:.1}" y1="{y:.1}" y2="{y:.1}" stroke="{colour}" stroke-width="2" stroke-dasharray="{dash}"/>"##,
+            x + 36.0
         );
-        marker(svg, left + 26.0, y, index);
-        let text = super::page::escape(&label(method));
-        let _ = write!(svg, r##"<text x="{:.1}" y="{:.1}">{text}</text>"##, left + 52.0, y + 5.0);
+        marker(svg, x + 18.0, y, index);
+        let _ = write!(svg, r##"<text x="{:.1}" y="{:.1}">{}</text>"##, x + 44.0, y + 5.0, super::page::escape(label));
     }
 }
 

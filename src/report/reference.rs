@@ -7,7 +7,8 @@ use super::batches::{Batch, BatchMean, Layout};
 use super::error::ReportError;
 use super::method::Contestant;
 use super::metrics::{RELATIVE_EPSILON, ratio};
-use super::study::{Step, run_seed};
+use super::runs::run_seed;
+use super::study::Step;
 use crate::endpoint::Camera;
 use crate::film::{Image, ImageFile};
 use crate::math::Rgb;
@@ -38,7 +39,7 @@ pub struct ReferencePlan {
     pub budget: Budget,
     /// Runs of each half; at least two.
     pub runs: u32,
-    /// Filter, sampler, threads, and the seed that its own are derived from.
+    /// Filter, sampler, threads, and the seed that its own are derived from. Its budget and target error are not used.
     pub settings: Settings,
 }
 
@@ -87,7 +88,7 @@ impl Reference {
                 let done = f64::from(2 * run) + half as f64;
                 // Streams of random numbers that no study uses.
                 let seed = run_seed(plan.settings.seed, 1000 + half as u64, run);
-                let settings = Settings { budget, seed, ..plan.settings };
+                let settings = Settings { budget, seed, target_error: None, ..plan.settings };
                 let mut stopped = false;
                 let rendering = halves[half]
                     .method

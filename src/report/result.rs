@@ -34,14 +34,6 @@ pub struct Report {
     pub stopped: bool,
 }
 
-impl Report {
-    /// Whether no test found a disagreement, a bias or a contribution that is not finite.
-    #[must_use]
-    pub fn is_clean(&self) -> bool {
-        self.pairs.iter().all(Pair::agrees) && self.methods.iter().all(|m| !m.bias.flagged && m.non_finite_contributions == 0)
-    }
-}
-
 /// What was rendered.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SceneInfo {
@@ -74,8 +66,10 @@ pub struct Setup {
     pub sampler: String,
     /// Number of threads; `None` for all.
     pub threads: Option<usize>,
-    /// relMSE whose time is asked for.
+    /// relMSE of a run whose time is asked for.
     pub target: f64,
+    /// Whether runs are only as long as it takes to the target.
+    pub until_target: bool,
     /// The integrator that speed-ups are relative to.
     pub baseline: Option<String>,
     /// Processor, as the operating system names it.
@@ -186,12 +180,14 @@ pub struct Slope {
     pub standard_error: f64,
 }
 
-/// When a target error is reached, in seconds of wall-clock time for one run.
+/// When a target error is reached, in seconds of wall-clock time for one run: from then on no checkpoint of the run is above it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeToTarget {
     /// The time.
     pub seconds: Interval,
-    /// Whether runs ended before and the time is extrapolated with an error that falls as 1/t.
+    /// Runs that reached it.
+    pub reached: u32,
+    /// Whether other runs ended before, and their time is extrapolated with an error that falls as 1/t.
     pub extrapolated: bool,
 }
 
@@ -261,7 +257,8 @@ pub struct MethodReport {
     pub variance_times_rays: Interval,
     /// Over the baseline; `None` for integrators that do not see everything and for infinite variance.
     pub speed_up: Option<SpeedUp>,
-    /// When the target relMSE is reached.
+    /// When the target relMSE is reached; `None` for integrators that do not see everything, and if the variance is infinite and not all runs
+    /// reached it.
     pub time_to_target: Option<TimeToTarget>,
     /// How the error falls: MSE, or MedSE if the variance is infinite.
     pub slope: Option<Slope>,

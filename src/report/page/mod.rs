@@ -5,7 +5,8 @@ mod tables;
 use super::analysis::{BIAS_SIGNIFICANCE, REFERENCE_SHARE};
 use super::picture::{ERROR_SCALE, data_uri, error_colour, exposure, shrunk, signed_error_map};
 use super::plot::{Axis, Measure, plot};
-use super::study::Study;
+use super::runs::SNAPSHOTS;
+use super::study::{MethodImages, Study};
 use crate::film::Image;
 use std::fmt::Write;
 use tables::number;
@@ -92,46 +93,7 @@ impl Page<'_> {
         let scene = &report.scene;
         let depth =
             scene.max_bounces.map_or_else(|| "no limit on scattering events".to_owned(), |n| format!("at most {n} scattering events"));
-        let mut verdicts = Vec::new();
-        if report.stopped {
-            verdicts.push("Stopped before its end: what follows is from the runs that were finished.".to_owned());
-        }
-        if report.setup.debug_build {
-            verdicts.push("Built without optimisation: times mean nothing.".to_owned());
-        }
-        let disagreeing: Vec<String> =
-            report.pairs.iter().filter(|p| !p.agrees()).map(|p| format!("{} and {}", p.names[0], p.names[1])).collect();
-        match report.pairs.len() {
-            0 => {}
-            n if disagreeing.is_empty() => {
-                let noisy: Vec<&str> = report.methods.iter().filter(|m| m.complete && m.long_tails).map(|m| m.name.as_str()).collect();
-                let caveat = if noisy.is_empty() { String::new() } else { format!(", as far as the noise of {} shows", noisy.join(", ")) };
-                verdicts.push(format!("The integrators agree{caveat} ({n} pairs tested)."));
-            }
-            _ => verdicts.push(format!("INTEGRATORS DISAGREE: {}.", disagreeing.join("; "))),
-        }
-        for method in &report.methods {
-            if method.bias.flagged {
-                let (b, e) = (100.0 * method.bias.relative, 100.0 * method.bias.relative_standard_error);
-                verdicts.push(format!("BIAS: {} is off by {b:+.3} % ± {e:.3} %.", method.name));
-            }
-            if method.non_finite_contributions + method.non_finite_pixels > 0 {
-                let first = method.first_non_finite.as_ref().map_or_else(String::new, |f| format!(", the first at {f}"));
-                let n = method.non_finite_contributions;
-                verdicts.push(format!("NOT FINITE: {n} contributions of {}{first}; {} pixels.", method.name, method.non_finite_pixels));
-            }
-            if method.infinite_variance {
-                verdicts.push(format!(
-                    "Heavy tail: the variance of {} is infinite as far as its samples show. Its MSE and variance do not settle; read SMAPE, MedSE and median of means.",
-                    method.name
-                ));
-            }
-            if !method.complete {
-                verdicts.push(format!("{} cannot draw every path of this scene; it is shown, but not tested.", method.name));
-            }
-        }
-        verdicts.extend(report.left_out.iter().map(|name| format!("{name} has no technique for this scene and is left out.")));
-        let verdicts: String = verdicts.iter().map(|v| format!("<div>{}</div>", escape(v))).collect();
+        let verdicts: String = report.verdicts().iter().map(|v| format!("<div>{}</div>", escape(v))).collect();
         let _ = write!(
             self.html,
             "<h1>{}: error against run time</h1><p>{}</p><p>{} × {} pixels, {depth}; {} independent runs for each integrator within {}, interleaved.</p><div class=\"verdict\">{verdicts}</div><p>Reference: {}. Mean luminance {:.6} ± {}.</p>",
@@ -151,14 +113,25 @@ impl Page<'_> {
     fn strip(&mut self) {
         let (study, gain) = (self.study, self.gain);
         let reference = study.reference.image();
-        self.section("Images at equal budgets");
-        self.text("The first run of each integrator after 1/16, 1/4 and all of its budget, which is the same for all: columns compare.");
+        self.section(if study.report.setup.until_target { "Images on the way to the target" } else { "Images at equal budgets" });
+        self.text(if study.report.setup.until_target {
+            "The first run of each integrator after 1/16, 1/4 and all of what it takes to the target error: times differ, the last images should look alike."
+        } else {
+            "The first run of each integrator after 1/16, 1/4 and all of its budget, which is the same for all: columns compare."
+        });
         let columns = study.images.len().max(1);
-        let rows = study.images.iter().map(|i| i.snapshots.len()).max().unwrap_or(0);
-        for row in 0..rows {
+        for part in SNAPSHOTS {
+            let shot = |images: &MethodImages| images.snapshots.iter().position(|shot| shot.part == part);
+            if study.images.iter().all(|images| shot(images).is_none()) {
+                continue;
+            }
             let _ = write!(self.html, "<div class=\"strip\" style=\"--columns: {columns}\">");
             for (method, images) in study.report.methods.iter().zip(&study.images) {
-                let Some(shot) = images.snapshots.get(row) else { continue };
+                let Some(shot) = shot(images).map(|index| &images.snapshots[index]) else {
+                    let name = escape(&method.name);
+                    let _ = write!(self.html, "<figure><figcaption><b>{name}</b><br>a sample per pixel takes longer</figcaption></figure>");
+                    continue;
+                };
                 let caption = format!(
                     "<b>{}</b><br>{} s, {} samples<br>relMSE {}, MAPE {}",
                     escape(&method.name),
@@ -224,8 +197,8 @@ impl Page<'_> {
             "<p><small>Intervals are of 95 % confidence over the runs. Errors are averaged over pixels and channels, the reference's own variance is subtracted from MSE and relMSE. \
              relMSE: (I − R)² / (R² + 0.01 mean(R)²). MAPE: |I − R| / (|R| + 0.01 mean(R)). SMAPE: |I − R| / (|I| + |R|). MedSE: median of (I − R)². \
              Bias: blocks of pixels weighted by value over variance, flagged if its p-value or that of the difference of means is below what all integrators together reach by chance with probability {} %. \
-             * cannot draw every path, so it is not tested. † the reference's own variance is more than {} % of it. ‡ not reached: extrapolated with an error that falls as 1/t. \
-             ∗∗ the tail index is below {}: the variance is infinite as far as the samples show. Tail index: Hill's estimate from the largest 0.1 % of the contributions, relative to their pixel's value.</small></p>",
+             * cannot draw every path, so it is not tested. † the reference's own variance is more than {} % of it. ‡ not reached by all runs: extrapolated for the others with an error that falls as 1/t. Reached is a target when no later checkpoint of the run is above it. \
+             ∗∗ the tail index is below {}: the variance is infinite as far as the samples show. Tail index: Hill's estimate from the largest 0.1 % of what samples give to a pixel, relative to the pixel's value.</small></p>",
             100.0 * BIAS_SIGNIFICANCE,
             100.0 * REFERENCE_SHARE,
             super::Tail::INFINITE_VARIANCE
@@ -233,6 +206,7 @@ impl Page<'_> {
     }
 
     fn flip(&mut self) {
+        self.html += "\n<section class=\"screen\">";
         self.section("Flip between two images");
         let all_runs = |(_, title): &&(String, String)| title.ends_with(", all runs");
         let chosen = self.images.iter().find(all_runs).map_or(0, |(id, _)| self.images.iter().position(|i| i.0 == *id).unwrap_or(0));
@@ -246,7 +220,7 @@ impl Page<'_> {
         let (first, second) = (options(chosen), options(reference));
         let _ = write!(
             self.html,
-            "<div id=\"flip\"><div class=\"controls\"><select id=\"flip-first\" aria-label=\"left image\">{first}</select><select id=\"flip-second\" aria-label=\"right image\">{second}</select><button id=\"flip-button\" type=\"button\">flip</button></div><div class=\"stage\"><img id=\"flip-a\" alt=\"\"><img id=\"flip-b\" alt=\"\"><div class=\"bar\" id=\"flip-bar\"></div></div><input id=\"flip-slider\" type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"boundary between the images\"></div>"
+            "<div id=\"flip\"><div class=\"controls\"><select id=\"flip-first\" aria-label=\"left image\">{first}</select><select id=\"flip-second\" aria-label=\"right image\">{second}</select><button id=\"flip-button\" type=\"button\">flip</button></div><div class=\"stage\"><img id=\"flip-a\" alt=\"\"><img id=\"flip-b\" alt=\"\"><div class=\"bar\" id=\"flip-bar\"></div></div><input id=\"flip-slider\" type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"boundary between the images\"></div></section>"
         );
     }
 

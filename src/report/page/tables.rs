@@ -1,7 +1,7 @@
 //! The tables of the page.
 
 use super::super::inference::{Interval, Tail};
-use super::super::result::{MethodReport, Report};
+use super::super::result::{MethodReport, Report, TimeToTarget};
 use super::escape;
 use std::fmt::Write;
 
@@ -12,12 +12,17 @@ pub(super) fn number(x: f64) -> String {
         _ if x.is_nan() => "–".to_owned(),
         _ if x.is_infinite() => if x > 0.0 { "∞" } else { "−∞" }.to_owned(),
         _ if size == 0.0 => "0".to_owned(),
-        _ if !(0.001..100_000.0).contains(&size) => format!("{x:.2e}"),
+        _ if !(0.001..100_000.0).contains(&size) => scientific(x, 2),
         _ => {
             let digits = (2 - size.log10().floor() as i32).clamp(0, 6) as usize;
             format!("{x:.digits$}")
         }
     }
+}
+
+/// With a minus sign in the exponent, at which a line is not broken.
+fn scientific(x: f64, digits: usize) -> String {
+    format!("{x:.digits$e}").replace("e-", "e−")
 }
 
 /// The value, and below it the interval.
@@ -80,9 +85,12 @@ pub(super) fn summary(report: &Report) -> String {
         (format!("speed-up over {baseline}, processor time"), Box::new(|m| missing(m.speed_up.as_ref(), |s| interval(&s.cpu)))),
         (format!("speed-up over {baseline}, rays"), Box::new(|m| missing(m.speed_up.as_ref(), |s| interval(&s.rays)))),
         (
-            format!("time to relMSE {}", number(report.setup.target)),
+            format!("time to relMSE {} [s]", number(report.setup.target)),
             Box::new(|m| {
-                missing(m.time_to_target.as_ref(), |t| format!("{} s{}", interval(&t.seconds), if t.extrapolated { " ‡" } else { "" }))
+                let mark = |t: &TimeToTarget| if t.extrapolated { " ‡" } else { "" };
+                missing(m.time_to_target.as_ref(), |t| {
+                    format!("{}{}<br><small>{} of {} runs</small>", interval(&t.seconds), mark(t), t.reached, m.runs)
+                })
             }),
         ),
         (
@@ -120,7 +128,7 @@ fn count(n: u64) -> String {
 
 fn head<'a>(corner: &str, columns: impl Iterator<Item = &'a str>) -> String {
     let columns: String = columns.map(|name| format!("<th scope=\"col\">{}</th>", escape(name))).collect();
-    format!("<div class=\"scroll\"><table><tr><th>{corner}</th>{columns}</tr>")
+    format!("<div class=\"scroll\"><table><thead><tr><th>{corner}</th>{columns}</tr></thead>")
 }
 
 /// What each integrator sees, by number of scattering events, and what it runs.
@@ -171,13 +179,13 @@ pub(super) fn pairs(report: &Report) -> String {
         let verdict = if pair.agrees() { "agree" } else { "<span class=\"bad\">DISAGREE</span>" };
         let _ = write!(
             html,
-            "<tr><th scope=\"row\">{} – {}</th><td>{:+.2}</td><td>{:+.2}</td><td>{:.1e}</td><td>{:.1e}</td><td>{}</td><td>{:.2} ± {:.2}</td><td>{verdict}</td></tr>",
+            "<tr><th scope=\"row\">{} – {}</th><td>{:+.2}</td><td>{:+.2}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2} ± {:.2}</td><td>{verdict}</td></tr>",
             escape(&pair.names[0]),
             escape(&pair.names[1]),
             pair.mean.t,
             pair.worst.t,
-            pair.worst.p_value,
-            pair.worst_limit,
+            scientific(pair.worst.p_value, 1),
+            scientific(pair.worst_limit, 1),
             pair.place(),
             pair.mean_square,
             pair.mean_square_error,

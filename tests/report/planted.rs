@@ -1,0 +1,96 @@
+//! Mistakes that are planted are found, and no others.
+
+use super::{against, contestants, cornell_box, go_on};
+use pathspace::endpoint::Camera;
+use pathspace::film::{Contribution, FilmSample, Sink};
+use pathspace::glam::UVec2;
+use pathspace::integrator::{Bidirectional, Integrator, LightTracer, PathTracer, UniformArea};
+use pathspace::math::Rgb;
+use pathspace::path::{Scratch, TechniqueSet};
+use pathspace::render::{Budget, Settings};
+use pathspace::report::{Plan, Reference, ReferencePlan, SceneInfo, study};
+use pathspace::sampler::Sampler;
+use pathspace::scene::{Needs, Scene, World};
+
+/// Scales or spoils what another integrator contributes.
+struct Planted<I> {
+    inner: I,
+    factor: f64,
+    /// A pixel whose contributions are not numbers.
+    spoiled: Option<UVec2>,
+}
+
+impl<S: Scene + ?Sized, I: Integrator<S>> Integrator<S> for Planted<I> {
+    fn name(&self) -> &'static str {
+        "planted"
+    }
+    fn techniques(&self, needs: &Needs) -> TechniqueSet {
+        self.inner.techniques(needs)
+    }
+    fn sample<'s, C: Camera + ?Sized, P: Sampler, K: Sink>(
+        &self,
+        scene: &'s S,
+        camera: &C,
+        film: FilmSample,
+        sampler: &mut P,
+        sink: &mut K,
+        scratch: &mut Scratch<'s, S>,
+    ) {
+        let mut contributions = Vec::<Contribution>::new();
+        self.inner.sample(scene, camera, film, sampler, &mut contributions, scratch);
+        for mut contribution in contributions {
+            contribution.value *= self.factor;
+            if self.spoiled == Some(film.raster.floor().as_uvec2()) {
+                contribution.value = Rgb::new(f64::NAN, 1.0, 1.0);
+            }
+            sink.add(&contribution);
+        }
+    }
+}
+
+/// With all that `compare` has by default but its budget: 8 runs of the four integrators, to the scene's own depth, and a reference of twice 16 runs.
+/// Its 10 s for an integrator are half a million samples of bidirectional path tracing and its 20 s a reference of three million on a slow machine; here it is half as much.
+/// Whichever of three integrators is 0.5 % too bright or too dark is flagged, and no honest one is. Uniform-area sampling is too noisy to tell, as its standard error says.
+#[test]
+fn a_bias_of_half_a_percent_is_flagged_and_none_is_not() {
+    let scene = cornell_box(64);
+    let (paths, light, both, uniform) = (PathTracer::default(), LightTracer::default(), Bidirectional::default(), UniformArea::default());
+    assert_eq!(scene.max_bounces, None);
+    let biased_paths = Planted { inner: paths, factor: 0.995, spoiled: None };
+    let biased_light = Planted { inner: light, factor: 1.005, spoiled: None };
+    let biased_both = Planted { inner: both, factor: 1.005, spoiled: None };
+    let halves = contestants::<World>(&[("bidirectional", &both), ("path-tracing", &paths)]);
+    let plan = ReferencePlan { budget: Budget::Samples(384), runs: 16, settings: Settings { seed: 1, ..Settings::default() } };
+    let reference = Reference::render(&scene.world, &*scene.camera, [&halves[0], &halves[1]], &plan, &mut go_on).unwrap();
+    let settings = Settings { seed: 1, ..Settings::default() };
+    for (planted, plan) in
+        [(0, 192), (1, 192), (3, 64)].map(|(i, samples)| (i, Plan { budget: Budget::Samples(samples), settings, ..Plan::default() }))
+    {
+        let mut methods: [(&str, &dyn pathspace::report::Method<World>); 4] =
+            [("path-tracing", &paths), ("light-tracing", &light), ("uniform-area", &uniform), ("bidirectional", &both)];
+        methods[planted].1 = [&biased_paths as &dyn pathspace::report::Method<World>, &biased_light, &uniform, &biased_both][planted];
+        let info = SceneInfo::default();
+        let report =
+            study(&scene.world, &*scene.camera, &info, &contestants(&methods), reference.clone(), &plan, &mut go_on).unwrap().report;
+        let flagged: Vec<&str> = report.methods.iter().filter(|m| m.bias.flagged).map(|m| m.name.as_str()).collect();
+        let bias = &report.methods[planted].bias;
+        println!("{}: {bias:?}", methods[planted].0);
+        assert_eq!(flagged, [methods[planted].0], "{bias:?}");
+        let exact = if planted == 0 { -0.005 } else { 0.005 };
+        assert!((bias.relative - exact).abs() < 4.0 * bias.relative_standard_error && bias.relative_standard_error < 0.0015, "{bias:?}");
+        assert!(!report.is_clean() && report.verdicts().iter().any(|v| v.starts_with("BIAS: ")));
+    }
+}
+
+#[test]
+fn a_pixel_that_is_not_a_number_is_counted() {
+    let scene = cornell_box(16);
+    let planted = Planted { inner: PathTracer::up_to(2), factor: 1.0, spoiled: Some(UVec2::new(3, 9)) };
+    let honest = PathTracer::up_to(2);
+    let report = against::<World>(&scene.world, &*scene.camera, &[("honest", &honest), ("planted", &planted)], 0.2, 16, 2);
+    assert_eq!(report.methods[0].non_finite_contributions, 0);
+    let planted = &report.methods[1];
+    assert!(planted.non_finite_contributions > 0 && !report.is_clean());
+    assert!(report.verdicts().iter().any(|v| v.starts_with("NOT FINITE: ") && v.contains("(3, 9)")), "{:?}", report.verdicts());
+    assert!(planted.first_non_finite.as_ref().unwrap().contains("(3, 9)"), "{planted:?}");
+}
