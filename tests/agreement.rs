@@ -207,7 +207,7 @@ fn constant_environment() {
 /// An environment in view, with the blocker in front of it: s = 0 and (1, 1) draw the paths of one edge.
 #[test]
 fn environment_seen_directly() {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     room.quad(v(-1.0, -1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), grey());
     room.sphere(Sphere::new(v(0.2, 0.0, 0.8), 0.3), lambert(0.7, 0.5, 0.3));
     room.environment(sky(Lookup::PiecewiseConstant));
@@ -481,7 +481,7 @@ fn null_interface() {
 
 /// Vertex normals on a coarse sphere, lit from the side: the two normals differ by up to 37°.
 fn smooth_room(material: Material) -> Room {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let sphere = Mesh::icosphere(1);
     let normals = sphere.positions.clone();
     let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(0.7), glam::DQuat::IDENTITY, v(0.0, 0.0, 0.8));
@@ -500,7 +500,7 @@ fn smooth_normals() {
 /// Hits sample the shading cosine and connections evaluate it: each alone must find the same, as must a light tracer.
 #[test]
 fn smooth_normals_under_an_environment() {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let sphere = Mesh::icosphere(0);
     let normals = sphere.positions.clone();
     let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(1.2), glam::DQuat::IDENTITY, v(0.0, 0.0, 0.7));
@@ -580,7 +580,7 @@ fn filters() {
 /// A lamp seen directly, whose sharp edges the filter moves by half a block.
 #[test]
 fn filters_blur_alike() {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let lamp = room.quad(v(-0.3, 0.0, 0.3), v(0.5, 0.0, 0.0), v(0.0, 0.0, 0.6), black());
     room.emit(lamp, Rgb::WHITE, false);
     let (world, team) = (room.build(), Team::with_light(Depth::up_to(0)));
@@ -662,7 +662,7 @@ fn roulette_replaces_a_deep_limit() {
 }
 
 fn technique_world(floor: Material) -> World {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     // Surfaces do not touch, so that 1/r² of a connection has a finite variance.
     room.quad(v(-1.0, -1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), floor.clone());
     room.quad(v(-0.8, 1.2, 0.4), v(1.6, 0.0, 0.0), v(0.1, 0.2, 1.2), floor);
