@@ -1,7 +1,7 @@
 //! Weights to the last digits, and each technique by itself.
 
 use crate::cases::{self, Case};
-use crate::measure::Probe;
+use crate::measure::{Method, Probe};
 use crate::scenes::{Stage, camera, lambert};
 use pathspace::endpoint::LightId;
 use pathspace::film::{Contribution, FilmSample, Technique};
@@ -9,7 +9,7 @@ use pathspace::geometry::Sphere;
 use pathspace::glam::{DVec2, DVec3};
 use pathspace::integrator::{Bidirectional, Depth, Integrator, PathTracer};
 use pathspace::path::{Heuristic, Roulette, Scratch, TechniqueSet};
-use pathspace::sampler::{Independent, SampleSource};
+use pathspace::sampler::{Independent, SampleSource, Sampler};
 use pathspace::scene::{Scene, World};
 
 /// A sphere whose cap, a tenth of it, has radiance 1 and whose rest has a quarter.
@@ -79,6 +79,26 @@ fn stress_s18_weights_of_path_tracing() {
         assert!(is_weight_of(0) || is_weight_of(1), "({s}, {t}): {measured}");
     }
     assert!(contributions.len() > 4000);
+}
+
+/// What walks and connections remember of densities, against the definitions: bent and rough surfaces, where forwards is not backwards.
+#[test]
+fn stress_s38_weights_by_definition() {
+    for case in cases::all().iter().filter(|case| matches!(case.row, "S25" | "S38") && case.methods.contains(&Method::Bidirectional)) {
+        let integrator = Bidirectional { depth: case.depth, ..Bidirectional::default() };
+        let set = integrator.techniques.pruned(&case.world.needs());
+        let (mut scratch, mut paths, region) = (Scratch::default(), 0, case.camera.film());
+        for i in 0..1000 {
+            let mut sampler = Independent { seed: 1 }.sampler(0, i);
+            let film = FilmSample { raster: region.from_window(sampler.next_2d()), offset: DVec2::ZERO };
+            integrator.for_each_path(&case.world, &*case.camera, film, &mut sampler, &mut scratch, |path, _| {
+                let verification = path.verify(&set, integrator.heuristic);
+                assert!(verification.worst() < 1e-7, "{} {} {:e}: {path:?} {verification:?}", case.row, case.family, case.value);
+                paths += 1;
+            });
+        }
+        assert!(paths > 50, "{} {}: {paths}", case.row, case.family);
+    }
 }
 
 /// Every technique by itself, unweighted, has the exact mean: what weights could hide. Deep bounces off bent and rough surfaces.

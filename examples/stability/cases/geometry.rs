@@ -53,19 +53,21 @@ pub(super) fn geometry(cases: &mut Vec<Case>) {
         cases.push(Case::new("S16", "gap between spheres", gap, 2.0, stage.build(), eye).by(FROM_CAMERA));
     }
     for gap in decades(&[-12, -9, -6, -3]) {
-        // A faint screen just before a floor, a million times stronger light behind it: none of that may pass.
-        let mut stage = Stage::default();
-        stage.square(0.0, 1.0, true, lambert(0.5));
-        let screen = stage.square(gap, 1.0, false, Material::Black);
-        stage.glow(screen, 1.0);
-        let lamp = stage.square(2.0, 1.0, false, Material::Black);
-        stage.glow(lamp, 1e6);
-        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, gap));
-        let expected = 0.5 / PI * polygon_irradiance(DVec3::ZERO, DVec3::Z, &corners);
-        let eye = footprint(DVec3::ZERO, 0.5 * gap, 1e-2 * gap);
-        let case = Case::new("S16", "gap before a screen", gap, expected, stage.build(), eye).by(FROM_CAMERA).depth(ONE);
-        // What passes the screen at its sides is rarer than any sample.
-        cases.push(Case { tolerance: 2.0 * gap * gap + 1e-9, ..case });
+        // A faint screen just before the floor, or just before a lamp a million times as strong, none of whose light may pass.
+        for (family, height) in [("gap between floor and screen", gap), ("gap between screen and lamp", 2.0 - gap)] {
+            let mut stage = Stage::default();
+            stage.square(0.0, 1.0, true, lambert(0.5));
+            for (z, radiance) in [(height, 1.0), (2.0, 1e6)] {
+                let square = stage.square(z, 1.0, false, Material::Black);
+                stage.glow(square, radiance);
+            }
+            let screen = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, height));
+            let expected = 0.5 / PI * polygon_irradiance(DVec3::ZERO, DVec3::Z, &screen);
+            let eye = footprint(DVec3::ZERO, 0.5 * height, 1e-2 * gap);
+            let case = Case::new("S16", family, gap, expected, stage.build(), eye).by(FROM_CAMERA).depth(ONE);
+            // What passes the screen at its sides is rarer than any sample.
+            cases.push(Case { tolerance: 2.0 * gap * gap + 1e-9, ..case });
+        }
     }
     for distance in decades(&[-9, -6, -3, 0]) {
         let mut stage = Stage::default();
