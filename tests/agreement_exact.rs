@@ -79,7 +79,7 @@ fn inward_cube() -> Mesh {
 
 /// The unit cube whose walls all reflect and emit.
 fn furnace(albedo: Rgb) -> World {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let cube = room.mesh(&inward_cube(), DAffine3::IDENTITY, Material::Lambert { albedo });
     room.emit(cube, Rgb::WHITE, false);
     room.build()
@@ -125,7 +125,7 @@ fn a13_wedge_under_an_environment() {
     // The wedge's opening angle φ: a plane sees the other one under the form factor (1 + cos φ)/2, so L = ρ (1 - cos φ)/(2 - ρ (1 + cos φ)). A13 states
     // the same numbers for the angle π - φ.
     for (degrees, expected) in [(60.0f64, 0.272_727_272_727_272_7), (90.0, 0.428_571_428_571_428_55), (120.0, 0.529_411_764_705_882_4)] {
-        let mut room = Room::empty();
+        let mut room = Room::default();
         let (sin, cos) = degrees.to_radians().sin_cos();
         let rho = || lambert(0.6, 0.6, 0.6);
         room.quad(v(0.0, -5e3, 0.0), v(1e4, 0.0, 0.0), v(0.0, 1e4, 0.0), rho());
@@ -140,7 +140,7 @@ fn a13_wedge_under_an_environment() {
 
 /// A floor of albedo 0.5 at the origin and one light above; irradiance E there.
 fn above_floor(case: &str, light: impl Fn(&mut Room), irradiance: f64) {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     room.disk(DVec3::ZERO, DVec3::Z, 0.3, lambert(0.5, 0.5, 0.5));
     light(&mut room);
     let mut team = from_camera(Depth::exactly(1));
@@ -179,7 +179,7 @@ fn b11_disk_light() {
 
 #[test]
 fn b19_cube_with_a_bright_ceiling() {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let cube = inward_cube();
     let walls = Mesh { indices: cube.indices.iter().copied().filter(|t| t.iter().any(|&i| i < 4)).collect(), ..cube.clone() };
     let ceiling = Mesh { indices: cube.indices.iter().copied().filter(|t| t.iter().all(|&i| i >= 4)).collect(), ..cube };
@@ -199,7 +199,7 @@ fn b19_cube_with_a_bright_ceiling() {
 /// All paths have one edge: s = 0 and (1, 1).
 #[test]
 fn e03_rectangle_seen_directly() {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let rectangle = room.quad(v(-0.25, -0.2, 2.0), v(0.0, 0.4, 0.0), v(0.5, 0.0, 0.0), BLACK);
     room.emit(rectangle, Rgb::WHITE, false);
     let camera = PinholeCamera::new(DVec3::ZERO, DVec3::Z, DVec3::Y, 60.0, UVec2::splat(8)).expect("valid camera");
@@ -209,7 +209,7 @@ fn e03_rectangle_seen_directly() {
 /// Every filter's shifted copies sum to 1: no pixel is dark, neither at the border nor in the corners.
 #[test]
 fn e05_constant_radiance() {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let sphere = room.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, BLACK);
     room.emit(sphere, Rgb::WHITE, false);
     let world = room.build();
@@ -226,7 +226,7 @@ fn e05_constant_radiance() {
 
 /// A wall of radiance 1 at z = 2, facing down, behind what `interfaces` adds; seen from the origin along z.
 fn wall_behind(interfaces: impl Fn(&mut Room)) -> (World, PinholeCamera) {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let wall = room.quad(v(-5.0, -5.0, 2.0), v(0.0, 10.0, 0.0), v(10.0, 0.0, 0.0), BLACK);
     room.emit(wall, Rgb::WHITE, false);
     interfaces(&mut room);
@@ -298,7 +298,7 @@ fn film_samples(camera: &PinholeCamera, count: u32, mut each: impl FnMut(FilmSam
 }
 
 fn emissive_sphere(albedo: f64) -> World {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let sphere = room.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, lambert(albedo, albedo, albedo));
     room.emit(sphere, Rgb::WHITE, false);
     room.build()
@@ -336,7 +336,7 @@ fn inside_sphere() -> PinholeCamera {
 /// weights follow from positions alone. Any other treatment of the Dirac vertex fails here although its weights may sum to 1.
 #[test]
 fn f16_weights_across_a_mirror() {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     room.quad(v(-2.0, -2.0, 0.0), v(4.0, 0.0, 0.0), v(0.0, 4.0, 0.0), lambert(0.5, 0.5, 0.5));
     room.quad(v(2.0, -2.0, 0.0), v(0.0, 0.0, 3.0), v(0.0, 4.0, 0.0), Material::Mirror { reflectance: Rgb::WHITE });
     room.quad(v(-2.0, -2.0, 3.0), v(0.0, 4.0, 0.0), v(4.0, 0.0, 0.0), lambert(0.5, 0.5, 0.5));

@@ -3,7 +3,7 @@
 use pathspace::geometry::{Disk, Quad, Sphere, SurfacePoint};
 use pathspace::glam::{DAffine3, DMat3, DVec2, DVec3};
 use pathspace::math::Rgb;
-use pathspace::scene::{Emission, Material, MaterialId, Mesh, Scene, SceneError, SurfaceArea, SurfaceId, WorldBuilder};
+use pathspace::scene::{Emission, Material, MaterialId, Mesh, Scene, SceneError, SurfaceArea, SurfaceId, Warning, WorldBuilder};
 use proptest::prelude::*;
 
 fn builder() -> (WorldBuilder, MaterialId) {
@@ -73,6 +73,102 @@ fn empty_scenes_are_refused_and_degenerate_triangles_dropped() {
     let world = builder.build().expect("valid");
     assert_eq!((world.dropped_triangles(), world.primitive_count()), (3, 1));
     assert!((world.total_area() - 0.5).abs() < 1e-15);
+}
+
+/// What building a scene warns of.
+fn warnings(add: impl FnOnce(&mut WorldBuilder, MaterialId)) -> Vec<Warning> {
+    let (mut builder, grey) = builder();
+    add(&mut builder, grey);
+    let world = builder.build().expect("valid");
+    world.warnings().iter().for_each(|warning| assert!(!warning.to_string().is_empty()));
+    world.warnings().to_vec()
+}
+
+#[test]
+fn triangles_without_area_are_warned_of() {
+    let mesh = Mesh { indices: vec![[0, 0, 1], [0, 1, 2]], ..triangle() };
+    let found = warnings(|builder, grey| _ = builder.add_mesh("slivers", &mesh, DAffine3::IDENTITY, grey).expect("valid"));
+    assert_eq!(found, [Warning::DroppedTriangles { object: "slivers".into(), dropped: 1, triangles: 2 }]);
+    assert_eq!(found[0].to_string(), "\"slivers\": 1 of 2 triangles have no area and were left out");
+}
+
+/// Six digits are left at 9e9 sizes from the origin.
+#[test]
+fn lost_digits_are_warned_of() {
+    let far = |distance: f64, origin: bool| {
+        warnings(|builder, grey| {
+            builder.add_sphere("ball", Sphere::new(DVec3::X * distance, 0.5), grey).expect("valid");
+            if origin {
+                builder.add_sphere("home", Sphere::new(DVec3::ZERO, 0.5), grey).expect("valid");
+            }
+        })
+    };
+    assert_eq!((far(8e9, false), far(8e9, true)), (vec![], vec![]));
+    assert!(matches!(&far(1e10, false)[..], [Warning::FewDigits { object: None, .. }]));
+    let found = far(1e10, true);
+    assert!(matches!(&found[..], [Warning::FewDigits { object: Some(object), .. }] if object == "ball"), "{found:?}");
+    let text = found[0].to_string();
+    assert_eq!(text, "\"ball\" is 1.0e0 large at coordinates of 1.0e10: 6.0 digits are left; move it closer to the origin");
+    // Smaller than one step of f64 at its place.
+    assert!(far(1e30, true)[0].to_string().contains(": 0."));
+}
+
+#[test]
+fn roughness_that_is_not_rendered_is_warned_of() {
+    let found = |material: Material| {
+        warnings(|builder, _| {
+            builder.add_material("glass", material).expect("valid");
+            builder.add_sphere("ball", Sphere::new(DVec3::ZERO, 1.0), MaterialId(1)).expect("valid");
+        })
+    };
+    let glass = |relative_ior: f64, x: f64, y: f64| Material::RoughDielectric { relative_ior, alpha: DVec2::new(x, y) };
+    for silent in [glass(1.5, 1e-4, 1e-4), glass(1.5, 0.0, 0.0), glass(1.0, 0.1, 0.1), glass(1.0 + 2e-6, 0.1, 0.1), Material::Null] {
+        assert_eq!(found(silent), []);
+    }
+    for (x, y, what) in [(9.9e-5, 0.0, "a smooth surface"), (9.9e-5, 0.1, "1e-4"), (0.1, 1e-300, "1e-4")] {
+        let mirror = Material::RoughMirror { reflectance: Rgb::WHITE, alpha: DVec2::new(x, y) };
+        let mixture = Material::Mixture { components: Box::new([mirror, Material::Black]), weights: [0.5, 0.5] };
+        for material in [glass(1.5, x, y), mixture] {
+            let found = found(material);
+            assert!(matches!(&found[..], [Warning::Roughness { .. }]) && found[0].to_string().ends_with(what), "{found:?}");
+        }
+    }
+    assert!(matches!(found(glass(1.0 + 1e-7, 0.1, 0.1))[..], [Warning::IndexMatched { .. }]));
+}
+
+#[test]
+fn radiance_without_a_variance_is_warned_of() {
+    for (radiance, warned) in [(1e150, false), (2e150, true), (1e-150, false), (9e-151, true), (0.0, false)] {
+        let found = warnings(|builder, grey| {
+            let ball = builder.add_sphere("ball", Sphere::new(DVec3::ZERO, 1.0), grey).expect("valid");
+            builder.set_emission(ball, Emission { radiance: Rgb::new(0.0, radiance, 0.0), two_sided: false }).expect("valid");
+        });
+        assert_eq!(matches!(found[..], [Warning::Radiance { .. }]), warned, "{radiance:e} {found:?}");
+        assert_eq!(found.is_empty(), !warned);
+    }
+}
+
+#[test]
+fn coincident_emitters_are_warned_of() {
+    let mirrored = Mesh { indices: vec![[2, 1, 0]], ..triangle() };
+    let lamp_and = |other: Mesh, bright: [bool; 2]| {
+        warnings(|builder, grey| {
+            for ((name, mesh), bright) in [("lamp", triangle()), ("wall", other)].into_iter().zip(bright) {
+                let id = builder.add_mesh(name, &mesh, DAffine3::IDENTITY, grey).expect("valid");
+                let radiance = if bright { Rgb::WHITE } else { Rgb::BLACK };
+                builder.set_emission(id, Emission { radiance, two_sided: false }).expect("valid");
+            }
+        })
+    };
+    for bright in [[true, false], [false, true], [true, true]] {
+        let found = lamp_and(mirrored.clone(), bright);
+        let expected = if bright[0] { ("lamp", "wall") } else { ("wall", "lamp") };
+        assert_eq!(found, [Warning::CoincidentEmitter { object: expected.0.into(), other: expected.1.into() }]);
+    }
+    assert_eq!(lamp_and(mirrored, [false, false]), []);
+    let mut above = triangle();
+    above.positions[0].z = 1e-12;
+    assert_eq!(lamp_and(above, [true, true]), []);
 }
 
 #[test]

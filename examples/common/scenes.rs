@@ -47,8 +47,14 @@ impl From<GalleryScene> for NamedScene {
     }
 }
 
-/// The scene of the gallery with this name, or the one in the Wavefront OBJ file at this path.
+/// The scene of the gallery with this name, or the one in the Wavefront OBJ file at this path. Tells what building it warns of.
 pub fn scene_or_file(name_or_path: &str, resolution: UVec2) -> Result<NamedScene, Box<dyn Error>> {
+    let scene = load(name_or_path, resolution)?;
+    scene.world.warnings().iter().for_each(|warning| eprintln!("warning: {warning}"));
+    Ok(scene)
+}
+
+fn load(name_or_path: &str, resolution: UVec2) -> Result<NamedScene, Box<dyn Error>> {
     let path = Path::new(name_or_path);
     let is_obj = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
     if is_obj {

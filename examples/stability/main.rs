@@ -65,8 +65,10 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    print!("{}", report::text(&lines));
-    for (name, contents) in [("stability.json", report::json(&lines)), ("index.html", report::html(&lines))] {
+    let warnings: Vec<report::CaseWarning<'_>> =
+        cases.iter().flat_map(|case| case.world.warnings().iter().map(move |warning| report::CaseWarning { case, warning })).collect();
+    print!("{}", report::text(&lines, &warnings));
+    for (name, contents) in [("stability.json", report::json(&lines, &warnings)), ("index.html", report::html(&lines, &warnings))] {
         let path = arguments.out.join(name);
         std::fs::write(&path, contents).map_err(|e| format!("{}: {e}", path.display()))?;
         println!("wrote {}", path.display());

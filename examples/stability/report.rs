@@ -1,10 +1,25 @@
 //! The table as text, JSON and HTML, with a figure per family.
 
+use crate::cases::Case;
 use crate::measure::Method;
 use crate::verdict::{Line, Verdict};
-use std::fmt::Write;
+use pathspace::scene::Warning;
+use std::fmt::{self, Write};
 
-pub fn text(lines: &[Line]) -> String {
+/// What building the scene of a case warned of.
+pub struct CaseWarning<'a> {
+    pub case: &'a Case,
+    pub warning: &'a Warning,
+}
+
+impl fmt::Display for CaseWarning<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { case, warning } = self;
+        write!(f, "{} {} {:e}: {warning}", case.row, case.family, case.value)
+    }
+}
+
+pub fn text(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
     let mut out = format!(
         "{:4} {:34} {:>10} {:7} {:>13} {:>13} {:>9} {:>6} {:>6} verdict\n",
         "row", "case", "value", "by", "expected", "measured", "± SE", "digits", "not fin"
@@ -28,6 +43,9 @@ pub fn text(lines: &[Line]) -> String {
     let count = |verdict: Verdict| lines.iter().filter(|line| line.verdict == verdict).count();
     let [holds, noisy, blind, fails] = [Verdict::Holds, Verdict::Imprecise, Verdict::Blind, Verdict::Fails].map(count);
     let _ = writeln!(out, "{} lines: {holds} hold, {noisy} noisy, {blind} blind as claimed, {fails} fail", lines.len());
+    for warning in warnings {
+        let _ = writeln!(out, "warning: {warning}");
+    }
     out
 }
 
@@ -36,7 +54,7 @@ fn number(x: f64) -> String {
     if x.is_finite() { format!("{x:e}") } else { "null".to_owned() }
 }
 
-pub fn json(lines: &[Line]) -> String {
+pub fn json(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
     let entry = |line: &Line| {
         format!(
             "{{\"row\": \"{}\", \"case\": \"{}\", \"value\": {}, \"integrator\": \"{}\", \"expected\": {}, \"measured\": {}, \
@@ -57,7 +75,9 @@ pub fn json(lines: &[Line]) -> String {
             line.verdict.name()
         )
     };
-    format!("[\n  {}\n]\n", lines.iter().map(entry).collect::<Vec<_>>().join(",\n  "))
+    let list = |items: Vec<String>| format!("[\n    {}\n  ]", items.join(",\n    "));
+    let warnings = warnings.iter().map(|warning| format!("{:?}", warning.to_string())).collect();
+    format!("{{\n  \"lines\": {},\n  \"warnings\": {}\n}}\n", list(lines.iter().map(entry).collect()), list(warnings))
 }
 
 const COLORS: [&str; 5] = ["#888888", "#1f77b4", "#9467bd", "#ff7f0e", "#2ca02c"];
@@ -115,7 +135,7 @@ fn figure(lines: &[&Line]) -> Option<String> {
     Some(svg)
 }
 
-pub fn html(lines: &[Line]) -> String {
+pub fn html(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
     let mut out = String::from(
         "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>Stability report</title>\n<style>\
          body{font:14px sans-serif;max-width:1000px;margin:2em auto;padding:0 1em}table{border-collapse:collapse;width:100%}\
@@ -154,6 +174,10 @@ pub fn html(lines: &[Line]) -> String {
         }
         out.push_str("</table>\n");
     }
-    out.push_str("</html>\n");
+    out.push_str("<h2>Warnings at scene build</h2>\n<ul>\n");
+    for warning in warnings {
+        let _ = writeln!(out, "<li>{warning}</li>");
+    }
+    out.push_str("</ul>\n</html>\n");
     out
 }

@@ -1,79 +1,16 @@
 //! Worlds with exact answers, at any place and scale.
 
-use pathspace::endpoint::{Light, PinholeCamera};
-use pathspace::geometry::{Disk, Quad, Sphere};
-use pathspace::glam::{DAffine3, DVec3, UVec2};
+#[path = "../../tests/common/stage.rs"]
+#[allow(dead_code, reason = "shared by several programs")]
+mod stage;
+
+use pathspace::endpoint::PinholeCamera;
+use pathspace::geometry::{Quad, Sphere};
+use pathspace::glam::{DVec3, UVec2};
 use pathspace::math::Rgb;
-use pathspace::scene::{Emission, Material, MaterialId, Mesh, SurfaceId, World, WorldBuilder};
+use pathspace::scene::{Material, Mesh, World};
+pub use stage::Stage;
 use std::f64::consts::PI;
-
-/// A world under construction whose objects need no names. What it is given is valid.
-#[derive(Default)]
-pub struct Stage {
-    builder: WorldBuilder,
-    objects: u32,
-}
-
-impl Stage {
-    fn name(&mut self) -> String {
-        self.objects += 1;
-        self.objects.to_string()
-    }
-
-    fn material(&mut self, material: Material) -> MaterialId {
-        let name = self.name();
-        self.builder.add_material(name, material).expect("valid material")
-    }
-
-    pub fn quad(&mut self, quad: Quad, material: Material) -> SurfaceId {
-        let (material, name) = (self.material(material), self.name());
-        self.builder.add_quad(name, quad, material).expect("valid quad")
-    }
-
-    /// A square in the plane of a height, its front side up or down.
-    pub fn square(&mut self, z: f64, half: f64, up: bool, material: Material) -> SurfaceId {
-        let (u, v) = (DVec3::X * (2.0 * half), DVec3::Y * (2.0 * half));
-        let (edge_u, edge_v) = if up { (u, v) } else { (v, u) };
-        self.quad(Quad { origin: DVec3::new(-half, -half, z), edge_u, edge_v }, material)
-    }
-
-    pub fn sphere(&mut self, sphere: Sphere, material: Material) -> SurfaceId {
-        let (material, name) = (self.material(material), self.name());
-        self.builder.add_sphere(name, sphere, material).expect("valid sphere")
-    }
-
-    pub fn disk(&mut self, center: DVec3, normal: DVec3, radius: f64, material: Material) -> SurfaceId {
-        let (material, name) = (self.material(material), self.name());
-        self.builder.add_disk(name, Disk { center, normal, radius }, material).expect("valid disk")
-    }
-
-    pub fn mesh(&mut self, mesh: &Mesh, transform: DAffine3, material: Material) -> SurfaceId {
-        let (material, name) = (self.material(material), self.name());
-        self.builder.add_mesh(name, mesh, transform, material).expect("valid mesh")
-    }
-
-    /// Makes the front side of a surface emit.
-    pub fn glow(&mut self, surface: SurfaceId, radiance: f64) {
-        self.builder.set_emission(surface, Emission { radiance: Rgb::splat(radiance), two_sided: false }).expect("valid emission");
-    }
-
-    pub fn glow_on_both_sides(&mut self, surface: SurfaceId, radiance: f64) {
-        self.builder.set_emission(surface, Emission { radiance: Rgb::splat(radiance), two_sided: true }).expect("valid emission");
-    }
-
-    pub fn light(&mut self, light: impl Light + Send + 'static) {
-        let name = self.name();
-        self.builder.add_light(name, light).expect("valid light");
-    }
-
-    pub fn environment(&mut self, light: impl Light + Send + 'static) {
-        self.builder.set_environment("sky", light).expect("one environment");
-    }
-
-    pub fn world(self) -> World {
-        self.builder.build().expect("valid world")
-    }
-}
 
 pub fn lambert(albedo: f64) -> Material {
     Material::Lambert { albedo: Rgb::splat(albedo) }
@@ -108,10 +45,10 @@ pub fn cube_mesh() -> Mesh {
 pub fn furnace_box(corner: DVec3, side: f64, wall: &Material, radiance: f64) -> World {
     let mut stage = Stage::default();
     for face in cube(corner, side) {
-        let face = stage.quad(face, wall.clone());
+        let face = stage.face(face, wall.clone());
         stage.glow(face, radiance);
     }
-    stage.world()
+    stage.build()
 }
 
 /// A sphere whose inside reflects and emits.
@@ -119,7 +56,7 @@ pub fn furnace_sphere(center: DVec3, radius: f64, wall: &Material, radiance: f64
     let mut stage = Stage::default();
     let sphere = stage.sphere(Sphere { inward: true, ..Sphere::new(center, radius) }, wall.clone());
     stage.glow(sphere, radiance);
-    stage.world()
+    stage.build()
 }
 
 /// A sphere that reflects inside, a tenth of which also emits: the cap around +z.
@@ -129,7 +66,7 @@ pub fn cap_sphere(center: DVec3, radius: f64, albedo: f64, radiance: f64) -> Wor
     stage.sphere(Sphere { cos_max: 0.8, ..whole }, lambert(albedo));
     let cap = stage.sphere(Sphere { cos_min: 0.8, ..whole }, lambert(albedo));
     stage.glow(cap, radiance);
-    stage.world()
+    stage.build()
 }
 
 /// The square light [-1, 1]² at z = 2 over a floor of albedo 0.5 that reaches to `half`, `scale` times as large and bright.
@@ -140,23 +77,32 @@ pub fn square_light(half: f64, offset: DVec3, scale: f64, radiance: f64) -> Worl
         edge_u: DVec3::X * (2.0 * half * scale),
         edge_v: DVec3::Y * (2.0 * half * scale),
     };
-    stage.quad(square(half, 0.0), lambert(0.5));
+    stage.face(square(half, 0.0), lambert(0.5));
     let Quad { origin, edge_u, edge_v } = square(1.0, 2.0);
-    let lamp = stage.quad(Quad { origin, edge_u: edge_v, edge_v: edge_u }, Material::Black);
+    let lamp = stage.face(Quad { origin, edge_u: edge_v, edge_v: edge_u }, Material::Black);
     stage.glow(lamp, radiance);
-    stage.world()
+    stage.build()
 }
 
 /// A camera with one pixel.
 pub fn camera(position: DVec3, target: DVec3, degrees: f64) -> PinholeCamera {
+    camera_of(UVec2::ONE, position, target, degrees)
+}
+
+fn camera_of(film: UVec2, position: DVec3, target: DVec3, degrees: f64) -> PinholeCamera {
     let forward = (target - position).normalize();
     let up = if forward.z.abs() > 0.9 { DVec3::X } else { DVec3::Z };
-    PinholeCamera::new(position, target, up, degrees, UVec2::ONE).expect("valid camera")
+    PinholeCamera::new(position, target, up, degrees, film).expect("valid camera")
 }
 
 /// A camera at `height` over a horizontal plane that sees the square of half side `half` around a point of it.
 pub fn footprint(point: DVec3, height: f64, half: f64) -> PinholeCamera {
-    camera(point + DVec3::Z * height, point, 2.0 * (half / height).atan().to_degrees())
+    footprint_of(UVec2::ONE, point, height, half)
+}
+
+/// The same with a square film of more pixels.
+pub fn footprint_of(film: UVec2, point: DVec3, height: f64, half: f64) -> PinholeCamera {
+    camera_of(film, point + DVec3::Z * height, point, 2.0 * (half / height).atan().to_degrees())
 }
 
 /// The irradiance of a polygon of radiance 1, above the horizon and counter-clockwise as the receiver sees it (Lambert 1760).

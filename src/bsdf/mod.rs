@@ -34,12 +34,14 @@ pub use dielectric::Dielectric;
 pub use error::BsdfError;
 pub use fresnel::Reflectance;
 pub use ggx::Ggx;
+pub(crate) use ggx::LEAST_ALPHA;
 pub use lambert::Lambert;
 pub use mirror::Mirror;
 pub use mixture::Mixture;
 pub use model::{Model, SimpleModel};
 pub use null::Null;
 pub use rough_conductor::RoughConductor;
+pub(crate) use rough_dielectric::INDEX_MATCHED;
 pub use rough_dielectric::RoughDielectric;
 
 /// Which way a walk goes: what is at its start.

@@ -16,7 +16,7 @@ use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
 /// Relative indices closer to 1 than this bend no ray measurably and leave no usable half vector.
-const INDEX_MATCHED: f64 = 1e-6;
+pub(crate) const INDEX_MATCHED: f64 = 1e-6;
 
 /// Glossy reflection and refraction, single scattering: what hits the micro-surface twice is lost.
 ///

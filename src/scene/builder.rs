@@ -5,6 +5,7 @@ use super::error::{SceneError, check, check_point, check_radiance};
 use super::lights::{self, BoxedLight};
 use super::material::Material;
 use super::mesh::{Attributes, Mesh};
+use super::warning::Warning;
 use super::world::World;
 use crate::bsdf::Model;
 use crate::endpoint::{AreaLight, Light, LightId};
@@ -42,6 +43,14 @@ pub(crate) struct Surface {
     pub attributes: Option<Attributes>,
 }
 
+impl Surface {
+    /// Its part of what belongs to all primitives.
+    pub fn range<'a, T>(&self, primitives: &'a [T]) -> &'a [T] {
+        let first = self.first_primitive as usize;
+        &primitives[first..first + self.primitives as usize]
+    }
+}
+
 /// Collects materials, surfaces and lights for a [`World`].
 ///
 /// ```
@@ -72,7 +81,7 @@ pub struct WorldBuilder {
     lights: Vec<(String, BoxedLight)>,
     /// Index in `lights`.
     environment: Option<usize>,
-    dropped_triangles: usize,
+    warnings: Vec<Warning>,
 }
 
 impl WorldBuilder {
@@ -92,6 +101,7 @@ impl WorldBuilder {
         if self.material_ids.contains_key(&name) {
             return Err(SceneError::DuplicateName { name });
         }
+        Warning::of_material(&name, &material, &mut self.warnings);
         let id = MaterialId(self.materials.len() as u32);
         self.materials.push(model);
         self.material_ids.insert(name, id);
@@ -119,9 +129,11 @@ impl WorldBuilder {
     ) -> Result<SurfaceId, SceneError> {
         let name = self.check_surface(name.into(), material)?;
         let placed = mesh.place(&name, &transform)?;
-        let dropped = placed.dropped;
+        let (dropped, object) = (placed.dropped, name.clone());
         let id = self.add_surface(name, material, placed.triangles, placed.attributes)?;
-        self.dropped_triangles += dropped;
+        if dropped > 0 {
+            self.warnings.push(Warning::DroppedTriangles { object, dropped, triangles: mesh.indices.len() });
+        }
         Ok(id)
     }
 
@@ -174,8 +186,7 @@ impl WorldBuilder {
         let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
         let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
         check_radiance(&surface.name, emission.radiance)?;
-        let first = surface.first_primitive as usize;
-        let area: f64 = self.shapes[first..first + surface.primitives as usize].iter().map(Shape::area).sum();
+        let area: f64 = surface.range(&self.shapes).iter().map(Shape::area).sum();
         if area.is_nan() || area <= 0.0 {
             return Err(SceneError::LightWithoutArea { object: surface.name.clone() });
         }
@@ -210,7 +221,8 @@ impl WorldBuilder {
 
     /// Builds the acceleration structure and the tables.
     ///
-    /// Emissive surfaces become the first lights, in their order; then come the others in theirs.
+    /// Emissive surfaces become the first lights, in their order; then come the others in theirs. What asks more of the arithmetic than it
+    /// can give is no error; [`World::warnings`] tells it.
     ///
     /// # Errors
     /// The scene is empty, or the power of a light is negative or not finite.
@@ -221,8 +233,7 @@ impl WorldBuilder {
         let mut lights: Vec<(String, BoxedLight)> = Vec::new();
         for (id, surface) in self.surfaces.iter_mut().enumerate() {
             let Some(Emission { radiance, two_sided }) = surface.emission else { continue };
-            let first = surface.first_primitive as usize;
-            let shapes = self.shapes[first..first + surface.primitives as usize].to_vec();
+            let shapes = surface.range(&self.shapes).to_vec();
             surface.light = Some(LightId(lights.len() as u32));
             let light = AreaLight::new(shapes, surface.first_primitive, id as u32, radiance, two_sided)
                 .map_err(|reason| SceneError::Light { name: surface.name.clone(), reason })?;
@@ -234,9 +245,10 @@ impl WorldBuilder {
         // Lights at infinity over a scene without surfaces have nothing to illuminate: no power, but still visible to the camera.
         let lit = if bounds.is_empty() { Bounds { min: glam::DVec3::ZERO, max: glam::DVec3::ZERO } } else { bounds };
         let light_choice = lights::prepare(&mut lights, &lit)?;
+        Warning::of_surfaces(&self.surfaces, &self.shapes, &bounds, &mut self.warnings);
         let areas: Vec<f64> = self.shapes.iter().map(Shape::area).collect();
         let bvh = Bvh::new(&self.shapes, &bounds);
-        Ok(World::assemble(bvh, bounds, self.materials, self.surfaces, lights, environment, light_choice, &areas, self.dropped_triangles))
+        Ok(World::assemble(bvh, bounds, self.materials, self.surfaces, lights, environment, light_choice, &areas, self.warnings))
     }
 
     fn check_name(&self, name: String) -> Result<String, SceneError> {

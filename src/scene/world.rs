@@ -3,7 +3,7 @@
 use super::builder::{MaterialId, Surface, SurfaceId};
 use super::bvh::{Bvh, Ends, unit};
 use super::lights::{BoxedLight, Choice};
-use super::{Needs, Scene, SurfaceArea};
+use super::{Needs, Scene, SurfaceArea, Warning};
 use crate::bsdf::{Bsdf, Lobes, Model};
 use crate::endpoint::{Light, LightId};
 use crate::geometry::{Bounds, Place, Shape, SurfacePoint};
@@ -26,7 +26,7 @@ pub struct World {
     area_choice: Choice,
     total_area: f64,
     needs: Needs,
-    dropped_triangles: usize,
+    warnings: Vec<Warning>,
 }
 
 impl World {
@@ -40,7 +40,7 @@ impl World {
         environment: Option<LightId>,
         light_choice: Choice,
         areas: &[f64],
-        dropped_triangles: usize,
+        warnings: Vec<Warning>,
     ) -> Self {
         let mut surface_of = Vec::with_capacity(areas.len());
         for (id, surface) in surfaces.iter().enumerate() {
@@ -48,20 +48,7 @@ impl World {
         }
         let needs = needs(&materials, &surfaces, &lights, environment);
         let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
-        Self {
-            bvh,
-            bounds,
-            materials,
-            surfaces,
-            surface_of,
-            lights,
-            environment,
-            light_choice,
-            area_choice,
-            total_area,
-            needs,
-            dropped_triangles,
-        }
+        Self { bvh, bounds, materials, surfaces, surface_of, lights, environment, light_choice, area_choice, total_area, needs, warnings }
     }
 
     /// The box around all surfaces; empty if there is none.
@@ -91,7 +78,14 @@ impl World {
     /// Number of triangles that were left out because they have no area.
     #[must_use]
     pub fn dropped_triangles(&self) -> usize {
-        self.dropped_triangles
+        let dropped = |warning: &Warning| if let Warning::DroppedTriangles { dropped, .. } = warning { *dropped } else { 0 };
+        self.warnings.iter().map(dropped).sum()
+    }
+
+    /// What this scene asks of the arithmetic beyond its limits. The scene renders all the same.
+    #[must_use]
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
     }
 
     /// The light of a name; an emissive surface's light has the name of the surface.

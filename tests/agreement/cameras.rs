@@ -44,7 +44,7 @@ fn filters() {
 /// A lamp seen directly, whose sharp edges the filter moves by half a block.
 #[test]
 fn filters_blur_alike() {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let lamp = room.quad(v(-0.3, 0.0, 0.3), v(0.5, 0.0, 0.0), v(0.0, 0.0, 0.6), black());
     room.emit(lamp, Rgb::WHITE, false);
     let (world, team) = (room.build(), Team::with_light(Depth::up_to(0)));

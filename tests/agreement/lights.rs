@@ -99,7 +99,7 @@ fn constant_environment() {
 /// An environment in view, with the blocker in front of it: s = 0 and (1, 1) draw the paths of one edge.
 #[test]
 fn environment_seen_directly() {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     room.quad(v(-1.0, -1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), grey());
     room.sphere(Sphere::new(v(0.2, 0.0, 0.8), 0.3), lambert(0.7, 0.5, 0.3));
     room.environment(sky(Lookup::PiecewiseConstant));

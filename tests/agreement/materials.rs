@@ -153,7 +153,7 @@ fn null_interface() {
 
 /// Vertex normals on a coarse sphere, lit from the side: the two normals differ by up to 37°.
 fn smooth_room(material: Material) -> Room {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let sphere = Mesh::icosphere(1);
     let normals = sphere.positions.clone();
     let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(0.7), glam::DQuat::IDENTITY, v(0.0, 0.0, 0.8));
@@ -172,7 +172,7 @@ fn smooth_normals() {
 /// Hits sample the shading cosine and connections evaluate it: each alone must find the same, as must a light tracer.
 #[test]
 fn smooth_normals_under_an_environment() {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     let sphere = Mesh::icosphere(0);
     let normals = sphere.positions.clone();
     let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(1.2), glam::DQuat::IDENTITY, v(0.0, 0.0, 0.7));

@@ -58,7 +58,7 @@ fn roulette_replaces_a_deep_limit() {
 }
 
 fn technique_world(floor: Material) -> World {
-    let mut room = Room::empty();
+    let mut room = Room::default();
     // Surfaces do not touch, so that 1/r² of a connection has a finite variance.
     room.quad(v(-1.0, -1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), floor.clone());
     room.quad(v(-0.8, 1.2, 0.4), v(1.6, 0.0, 0.0), v(0.1, 0.2, 1.2), floor);

@@ -12,9 +12,9 @@ use pathspace::scene::Material;
 fn e03_rectangle_in_view() {
     let mut stage = Stage::default();
     let quad = Quad { origin: DVec3::new(-0.25, -0.2, 2.0), edge_u: DVec3::Y * 0.4, edge_v: DVec3::X * 0.5 };
-    let lamp = stage.quad(quad, Material::Black);
+    let lamp = stage.face(quad, Material::Black);
     stage.glow(lamp, 1.0);
-    let (world, eye) = (stage.world(), camera(DVec3::ZERO, DVec3::Z, 60.0));
+    let (world, eye) = (stage.build(), camera(DVec3::ZERO, DVec3::Z, 60.0));
     Entry::new("E03", &world, &eye, Depth::up_to(2)).within(RARE, 20_000_000).check(&Method::ALL, "mean_pixel");
 }
 

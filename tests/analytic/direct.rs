@@ -29,7 +29,7 @@ fn b01_point_light() {
     let mut stage = Stage::default();
     stage.square(0.0, 0.5, true, lambert(0.5));
     stage.light(PointLight::new(position, Rgb::splat(5.0)).expect("valid"));
-    let world = stage.world();
+    let world = stage.build();
     let narrow = eye(1e-6);
     let entry = Entry::new("B01", &world, &narrow, ONE).within(1e-6, 100_000);
     entry.check(&[Path, Bidirectional], "L");
@@ -46,7 +46,7 @@ fn b02_directional_light() {
     let mut stage = Stage::default();
     stage.square(0.0, 0.5, true, lambert(0.5));
     stage.light(DirectionalLight::new(DVec3::new(0.75f64.sqrt(), 0.0, -0.5), Rgb::splat(3.0)).expect("valid"));
-    let (world, eye) = (stage.world(), eye(0.5));
+    let (world, eye) = (stage.build(), eye(0.5));
     Entry::new("B02", &world, &eye, ONE).within(1e-6, 100_000).check(&[Path], "");
     Entry::new("B02", &world, &eye, ONE).within(RARE, LIGHT_RAYS).check(&[Light, Bidirectional], "");
 }
@@ -135,7 +135,7 @@ fn b03_cosine_power_environment() {
             let mut stage = Stage::default();
             stage.square(0.0, half, true, lambert(1.0));
             stage.environment(Sky::new(DVec3::Z, Some(power), radiance));
-            stage.world()
+            stage.build()
         };
         let view = camera(DVec3::new(0.0, -0.3, 1.0), DVec3::ZERO, 1.0);
         Entry::new("B03", &world(1e3), &view, ONE).within(RARE, LIGHT_RAYS).check(&FROM_INFINITY, key);
@@ -148,7 +148,7 @@ fn b05_linear_environment() {
     let mut stage = Stage::default();
     stage.square(0.0, 0.5, true, lambert(1.0));
     stage.environment(Sky::new(DVec3::new(0.91f64.sqrt(), 0.0, 0.3), None, |z| 1.0 + 0.5 * z));
-    let (world, eye) = (stage.world(), eye(0.5));
+    let (world, eye) = (stage.build(), eye(0.5));
     let entry = Entry::new("B05", &world, &eye, ONE).within(RARE, LIGHT_RAYS);
     entry.check_value(&[Emission, Path, Light, Bidirectional], "E/π", entry.expected("") / PI);
 }
@@ -171,8 +171,8 @@ fn b07_triangle_light() {
     let mut stage = Stage::default();
     stage.square(0.0, 0.4, true, lambert(1.0));
     let lamp = stage.mesh(&mesh, DAffine3::IDENTITY, Material::Black);
-    stage.glow_on_both_sides(lamp, 1.0);
-    let world = stage.world();
+    stage.emit(lamp, Rgb::splat(1.0), true);
+    let world = stage.build();
     let narrow = footprint(DVec3::ZERO, 0.2, 1e-5);
     let entry = Entry::new("B07", &world, &narrow, ONE).within(RARE, LIGHT_RAYS);
     entry.check_value(&POINT, "E/π", entry.expected("") / PI);
@@ -188,7 +188,7 @@ fn b09_sphere_light() {
     stage.square(0.0, 0.5, true, lambert(1.0));
     let lamp = stage.sphere(sphere, Material::Black);
     stage.glow(lamp, 1.0);
-    let world = stage.world();
+    let world = stage.build();
     let narrow = eye(1e-4);
     let entry = Entry::new("B09", &world, &narrow, ONE);
     entry.check_value(&POINT, "E/π", entry.expected("") / PI);
@@ -202,7 +202,7 @@ fn b11_disk_light() {
     stage.square(0.0, 0.5, true, lambert(1.0));
     let lamp = stage.disk(DVec3::Z * 2.0, DVec3::NEG_Z, 1.0, Material::Black);
     stage.glow(lamp, 1.0);
-    let world = stage.world();
+    let world = stage.build();
     let narrow = eye(1e-4);
     let entry = Entry::new("B11", &world, &narrow, ONE);
     entry.check_value(&POINT, "E/π", entry.expected("") / PI);
@@ -223,9 +223,9 @@ fn b13_wall_before_the_sky() {
     let wall = [[1.0, -2.0, 0.0], [1.0, 2.0, 0.0], [1.0, 2.0, 1.0], [1.0, -2.0, 1.0]].map(DVec3::from);
     let mut stage = Stage::default();
     stage.square(0.0, 0.5, true, lambert(1.0));
-    stage.quad(Quad { origin: wall[0], edge_u: DVec3::Y * 4.0, edge_v: DVec3::Z }, Material::Black);
+    stage.face(Quad { origin: wall[0], edge_u: DVec3::Y * 4.0, edge_v: DVec3::Z }, Material::Black);
     stage.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid"));
-    let world = stage.world();
+    let world = stage.build();
     Entry::new("B13", &world, &eye(1e-4), ONE).check(&FROM_INFINITY, "L_rho1");
     let mean = mean_over_square(0.5, |x, y| 1.0 - polygon_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &wall) / PI);
     Entry::new("B13", &world, &eye(0.5), ONE).within(RARE, LIGHT_RAYS).check_value(&[Light, Bidirectional], "mean", mean);
@@ -237,7 +237,7 @@ fn b15_hot_pixel() {
     let mut stage = Stage::default();
     stage.square(0.0, 0.5, true, lambert(1.0));
     stage.environment(EnvironmentMap::new(128, 64, (0..64 * 128).map(pixel).collect(), EnvironmentMap::Z_UP).expect("valid"));
-    let (world, eye) = (stage.world(), eye(0.5));
+    let (world, eye) = (stage.build(), eye(0.5));
     Entry::new("B15", &world, &eye, ONE).within(RARE, LIGHT_RAYS).check(&[Path, Light, Bidirectional], "L_rho1");
 }
 
@@ -249,7 +249,7 @@ fn b17_coaxial_disks() {
         stage.disk(DVec3::ZERO, DVec3::Z, receiver, lambert(1.0));
         let lamp = stage.disk(DVec3::Z * 1.5, DVec3::NEG_Z, emitter, Material::Black);
         stage.glow(lamp, 1.0);
-        let world = stage.world();
+        let world = stage.build();
         let eye = OrthographicCamera::new(DVec3::Z, DVec3::ZERO, DVec3::Y, 2.0 * receiver, UVec2::ONE).expect("valid");
         let entry = Entry::new("B17", &world, &eye, ONE).within(RARE, LIGHT_RAYS);
         let flux = entry.expected("flux_Le1");
@@ -262,12 +262,12 @@ fn b18_faces_of_a_cube() {
     for (face, key) in [(5, "opposite"), (1, "adjacent")] {
         let mut stage = Stage::default();
         for (i, quad) in cube(DVec3::ZERO, 1.0).into_iter().enumerate() {
-            let id = stage.quad(quad, if i == 4 { lambert(1.0) } else { Material::Black });
+            let id = stage.face(quad, if i == 4 { lambert(1.0) } else { Material::Black });
             if i == face {
                 stage.glow(id, 1.0);
             }
         }
-        let world = stage.world();
+        let world = stage.build();
         let center = DVec3::new(0.5, 0.5, 0.5);
         let eye = OrthographicCamera::new(center, center - DVec3::Z, DVec3::Y, 1.0, UVec2::ONE).expect("valid");
         let entry = Entry::new("B18", &world, &eye, ONE);
@@ -283,12 +283,12 @@ fn b19_cube_with_a_bright_ceiling() {
     let mut stage = Stage::default();
     let faces = cube(DVec3::ZERO, 1.0);
     for (i, quad) in faces.into_iter().enumerate() {
-        let id = stage.quad(quad, if i == 5 { Material::Black } else { lambert(0.5) });
+        let id = stage.face(quad, if i == 5 { Material::Black } else { lambert(0.5) });
         if i == 5 {
             stage.glow(id, 1.0);
         }
     }
-    let world = stage.world();
+    let world = stage.build();
     let point = DVec3::new(0.5, 0.5, 0.0);
     let narrow = footprint(point, 0.5, 1e-4);
     Entry::new("B19", &world, &narrow, ONE).check(&POINT, "L_1bounce");
@@ -333,7 +333,7 @@ fn b20_tiny_far_sphere() {
         stage.square(0.0, half, true, lambert(1.0));
         let lamp = stage.sphere(sphere, Material::Black);
         stage.glow(lamp, 1e24);
-        stage.world()
+        stage.build()
     };
     let near = world(1.0);
     let narrow = eye(1e-6);
@@ -351,7 +351,7 @@ fn d01_white_furnace_of_ggx() {
         let mut stage = Stage::default();
         stage.square(0.0, 10.0, true, Material::RoughMirror { reflectance: Rgb::WHITE, alpha: DVec2::splat(alpha) });
         stage.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid"));
-        let world = stage.world();
+        let world = stage.build();
         for mu in [1.0f64, 0.5, 0.1] {
             let eye = camera(DVec3::new((1.0 - mu * mu).sqrt(), 0.0, mu), DVec3::ZERO, 1e-3);
             let entry = Entry::new("D01", &world, &eye, ONE);

@@ -83,7 +83,7 @@ fn a06_sphere_in_an_environment() {
     let mut stage = Stage::default();
     stage.sphere(Sphere::new(DVec3::ZERO, 1.0), lambert(0.6));
     stage.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid"));
-    let (world, eye) = (stage.world(), camera(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 26.0));
+    let (world, eye) = (stage.build(), camera(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 26.0));
     let entry = Entry::new("A06", &world, &eye, UNLIMITED).within(RARE, MOST);
     entry.check(&IN_A_BOX, "");
     entry.check_blind(&[UniformArea]);
@@ -106,7 +106,7 @@ fn a10_point_light_in_a_sphere_with_a_port() {
     let mut stage = Stage::default();
     stage.sphere(Sphere { inward: true, cos_max: 0.9, axis: DVec3::Z, ..Sphere::new(DVec3::ZERO, 1.0) }, lambert(0.9));
     stage.light(PointLight::new(DVec3::ZERO, Rgb::WHITE).expect("valid"));
-    let (world, eye) = (stage.world(), camera(DVec3::new(0.1, 0.0, 0.3), DVec3::NEG_Z, 60.0));
+    let (world, eye) = (stage.build(), camera(DVec3::new(0.1, 0.0, 0.3), DVec3::NEG_Z, 60.0));
     let entry = Entry::new("A10", &world, &eye, UNLIMITED).within(RARE, MOST);
     entry.check(&[Path, Light, Bidirectional], "wall_radiance");
     entry.check_blind(&[Emission, UniformArea]);
@@ -122,10 +122,10 @@ fn a13_wedge() {
         let side = DVec3::new(cos, 0.0, sin);
         let along = DVec3::Y * 2e4;
         let corner = DVec3::new(0.0, -1e4, 0.0);
-        stage.quad(Quad { origin: corner, edge_u: DVec3::X * 1e4, edge_v: along }, lambert(0.6));
-        stage.quad(Quad { origin: corner, edge_u: along, edge_v: side * 1e4 }, lambert(0.6));
+        stage.face(Quad { origin: corner, edge_u: DVec3::X * 1e4, edge_v: along }, lambert(0.6));
+        stage.face(Quad { origin: corner, edge_u: along, edge_v: side * 1e4 }, lambert(0.6));
         stage.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid"));
-        let (world, eye) = (stage.world(), camera(DVec3::new(1.0, 0.0, 0.5), DVec3::X, 1e-3));
+        let (world, eye) = (stage.build(), camera(DVec3::new(1.0, 0.0, 0.5), DVec3::X, 1e-3));
         Entry::new("A13", &world, &eye, UNLIMITED).within(RARE, MOST).check(&[Emission, Path, Bidirectional], &format!("{degrees}deg"));
     }
 }
@@ -140,7 +140,7 @@ fn a14_mirrors() {
                 stage.glow(plane, 1.0);
             }
         }
-        stage.world()
+        stage.build()
     };
     let eye = camera(DVec3::new(0.1, 0.2, 0.5), DVec3::new(0.1, 0.2, 0.0), 1e-6);
     // 0.8³⁰⁰ is below the rounding of the sum.

@@ -77,7 +77,7 @@ fn panes(heights: &[(f64, f64)], above: bool) -> World {
     }
     let wall = stage.square(if above { 2.0 } else { -2.0 }, 100.0, !above, Material::Black);
     stage.glow(wall, 1.0);
-    stage.world()
+    stage.build()
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn c07_parallel_beam_on_a_ball() {
     // Without anything diffuse, light tracing leaves out its walks.
     stage.sphere(Sphere::new(DVec3::splat(0.99), 1e-6), lambert(0.5));
     stage.light(DirectionalLight::new(DVec3::NEG_Z, Rgb::WHITE).expect("valid"));
-    let (world, eye) = (stage.world(), camera(DVec3::Z * 5.0, DVec3::ZERO, 10.0));
+    let (world, eye) = (stage.build(), camera(DVec3::Z * 5.0, DVec3::ZERO, 10.0));
     let samples = 600_000;
     let mut left = 1.0;
     for m in 1..=5u32 {
@@ -140,7 +140,7 @@ fn c08_looking_out_of_a_medium() {
     stage.square(0.0, 10.0, true, GLASS);
     let wall = stage.square(1.0, 10.0, false, Material::Black);
     stage.glow(wall, 1.0);
-    let (world, eye) = (stage.world(), camera(DVec3::NEG_Z, DVec3::ZERO, 1e-4));
+    let (world, eye) = (stage.build(), camera(DVec3::NEG_Z, DVec3::ZERO, 1e-4));
     let entry = Entry::new("C08", &world, &eye, UNLIMITED).within(COIN, COIN_RAYS);
     entry.check(&[Emission, Bidirectional], "camera_inside");
     entry.check_blind(&[Light, UniformArea]);
@@ -154,7 +154,7 @@ fn c11_caustic_of_a_slab() {
     stage.square(1.0, 10.0, false, GLASS);
     stage.square(2.0, 10.0, true, GLASS);
     stage.light(SpotLight::new(DVec3::Z * 3.0, DVec3::NEG_Z, Rgb::WHITE, 4.0, 4.5).expect("valid"));
-    let (world, eye) = (stage.world(), footprint(DVec3::ZERO, 0.5, 0.1));
+    let (world, eye) = (stage.build(), footprint(DVec3::ZERO, 0.5, 0.1));
     let entry = Entry::new("C11", &world, &eye, UNLIMITED).within(RARE, 30_000_000);
     let expected = 0.5 / PI * entry.expected("E_mean_disc") * PI / 4.0;
     entry.check_value(&[Light, Bidirectional], "mean", expected);
@@ -167,7 +167,7 @@ fn c12_nobody_sees_a_point_light_on_the_floor_of_a_pool() {
     stage.square(0.0, 100.0, true, lambert(0.5));
     stage.square(1.0, 100.0, true, Material::Dielectric { relative_ior: 1.33 });
     stage.light(PointLight::new(DVec3::Z * 3.0, Rgb::WHITE).expect("valid"));
-    let (world, eye) = (stage.world(), camera(DVec3::Z * 4.0, DVec3::ZERO, 20.0));
+    let (world, eye) = (stage.build(), camera(DVec3::Z * 4.0, DVec3::ZERO, 20.0));
     Entry::new("C12", &world, &eye, UNLIMITED).check_blind(&crate::measure::Method::ALL);
 }
 
@@ -182,7 +182,7 @@ fn c13_invisible_interface() {
         stage.sphere(Sphere::new(DVec3::ZERO, 0.5), material);
         let wall = stage.square(1.0, 10.0, false, Material::Black);
         stage.glow(wall, 1.0);
-        let (world, eye) = (stage.world(), camera(DVec3::NEG_Z, DVec3::ZERO, 30.0));
+        let (world, eye) = (stage.build(), camera(DVec3::NEG_Z, DVec3::ZERO, 30.0));
         Entry::new("C13", &world, &eye, UNLIMITED).within(1e-12, 100_000).check(&[Emission, Bidirectional], "L");
     }
 }

@@ -71,9 +71,9 @@ fn f05_no_cap() {
 #[test]
 fn f09_tail_of_a_corner() {
     let mut stage = Stage::default();
-    stage.quad(Quad { origin: DVec3::ZERO, edge_u: DVec3::X, edge_v: DVec3::Y }, lambert(0.5));
-    stage.quad(Quad { origin: DVec3::ZERO, edge_u: DVec3::Y, edge_v: DVec3::Z }, lambert(0.5));
-    let world = stage.world();
+    stage.face(Quad { origin: DVec3::ZERO, edge_u: DVec3::X, edge_v: DVec3::Y }, lambert(0.5));
+    stage.face(Quad { origin: DVec3::ZERO, edge_u: DVec3::Y, edge_v: DVec3::Z }, lambert(0.5));
+    let world = stage.build();
     let (low, high) = (20.0, 200.0);
     let (mut above_low, mut above_high, mut sum, mut pairs) = (0u32, 0u32, 0.0, 0u32);
     for i in 0..4_000_000 {
@@ -103,7 +103,7 @@ fn f10_no_variance_under_a_point_light() {
     let mut stage = Stage::default();
     stage.square(0.0, 0.5, true, lambert(0.5));
     stage.light(PointLight::new(2.0 * DVec3::new(0.5, 0.0, 0.75f64.sqrt()), Rgb::splat(5.0)).expect("valid"));
-    let (world, eye) = (stage.world(), footprint(DVec3::ZERO, 1.0, 1e-9));
+    let (world, eye) = (stage.build(), footprint(DVec3::ZERO, 1.0, 1e-9));
     let probe = Probe { fixed: true, ..Probe::new(&world, &eye, Depth::exactly(1)) };
     for method in [Path, Bidirectional] {
         let measured = probe.sample(method, 10_000, 8);

@@ -108,7 +108,14 @@ fn render(
     samples: u32,
 ) -> Vec<Image> {
     let one = |seed| {
-        let settings = Settings { budget: Budget::Samples(samples), seed, threads: Some(1), filter, sampler: SamplerKind::Sobol };
+        let settings = Settings {
+            budget: Budget::Samples(samples),
+            seed,
+            threads: Some(1),
+            filter,
+            sampler: SamplerKind::Sobol,
+            ..Settings::default()
+        };
         let rendering = integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
         assert_eq!(rendering.counters.non_finite, 0, "{name}: {:?}", rendering.non_finite().first());
         rendering.image

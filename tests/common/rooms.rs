@@ -1,10 +1,14 @@
 //! Tiny scenes: a coloured room that is open towards the camera and, if wanted, above, with a tilted blocker in it.
 
-use glam::{DAffine3, DVec3, UVec2};
+#[path = "stage.rs"]
+#[allow(dead_code, reason = "shared by several programs")]
+mod stage;
+
+use glam::{DVec3, UVec2};
 use pathspace::endpoint::{OrthographicCamera, PinholeCamera, ThinLensCamera};
-use pathspace::geometry::{Disk, Quad, Sphere};
 use pathspace::math::Rgb;
-use pathspace::scene::{Emission, Material, MaterialId, Mesh, SurfaceId, World, WorldBuilder};
+use pathspace::scene::Material;
+pub use stage::Stage as Room;
 
 pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -14,20 +18,10 @@ pub fn lambert(r: f64, g: f64, b: f64) -> Material {
     Material::Lambert { albedo: Rgb::new(r, g, b) }
 }
 
-/// A builder of scenes that are known to be valid.
-pub struct Room {
-    pub builder: WorldBuilder,
-    count: usize,
-}
-
 impl Room {
-    pub fn empty() -> Self {
-        Self { builder: WorldBuilder::new(), count: 0 }
-    }
-
     /// [-1, 1]² × [0, 2]: a floor of the given material, a grey back wall, a red and a green side, and a blocker. Nothing above, nothing in front.
     pub fn open(floor: Material) -> Self {
-        let mut room = Self::empty();
+        let mut room = Self::default();
         room.quad(v(-1.0, -1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), floor);
         room.quad(v(-1.0, 1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 0.0, 2.0), lambert(0.7, 0.7, 0.6));
         room.quad(v(-1.0, -1.0, 0.0), v(0.0, 2.0, 0.0), v(0.0, 0.0, 2.0), lambert(0.7, 0.2, 0.1));
@@ -43,57 +37,10 @@ impl Room {
         room
     }
 
-    fn name(&mut self) -> String {
-        self.count += 1;
-        self.count.to_string()
-    }
-
-    pub fn material(&mut self, material: Material) -> MaterialId {
-        let name = self.name();
-        self.builder.add_material(name, material).expect("valid material")
-    }
-
-    pub fn quad(&mut self, origin: DVec3, edge_u: DVec3, edge_v: DVec3, material: Material) -> SurfaceId {
-        let (material, name) = (self.material(material), self.name());
-        self.builder.add_quad(name, Quad { origin, edge_u, edge_v }, material).expect("valid quad")
-    }
-
-    pub fn sphere(&mut self, sphere: Sphere, material: Material) -> SurfaceId {
-        let (material, name) = (self.material(material), self.name());
-        self.builder.add_sphere(name, sphere, material).expect("valid sphere")
-    }
-
-    pub fn disk(&mut self, center: DVec3, normal: DVec3, radius: f64, material: Material) -> SurfaceId {
-        let (material, name) = (self.material(material), self.name());
-        self.builder.add_disk(name, Disk { center, normal, radius }, material).expect("valid disk")
-    }
-
-    pub fn mesh(&mut self, mesh: &Mesh, transform: DAffine3, material: Material) -> SurfaceId {
-        let (material, name) = (self.material(material), self.name());
-        self.builder.add_mesh(name, mesh, transform, material).expect("valid mesh")
-    }
-
-    pub fn emit(&mut self, surface: SurfaceId, radiance: Rgb, two_sided: bool) {
-        self.builder.set_emission(surface, Emission { radiance, two_sided }).expect("valid emission");
-    }
-
     /// A square lamp just below the ceiling that shines down.
     pub fn lamp(&mut self, half: f64, radiance: f64) {
         let lamp = self.quad(v(-half, -half, 1.95), v(0.0, 2.0 * half, 0.0), v(2.0 * half, 0.0, 0.0), lambert(0.3, 0.3, 0.3));
         self.emit(lamp, Rgb::new(1.0, 0.9, 0.7) * radiance, false);
-    }
-
-    pub fn light(&mut self, light: impl pathspace::endpoint::Light + Send + 'static) {
-        let name = self.name();
-        self.builder.add_light(name, light).expect("new name");
-    }
-
-    pub fn environment(&mut self, light: impl pathspace::endpoint::Light + Send + 'static) {
-        self.builder.set_environment("sky", light).expect("the only one");
-    }
-
-    pub fn build(self) -> World {
-        self.builder.build().expect("valid scene")
     }
 }
 
