@@ -34,6 +34,7 @@
 //! | module | what is in it |
 //! |---|---|
 //! | `report` | error against run time: studies, metrics, plots, the page (feature `report`) |
+//! | `import` | scenes from files, one module per format (features `mitsuba`, …) |
 //! | [`render`] | the driver: passes, budget, threads, progress |
 //! | [`integrator`] | one thin file for each integrator |
 //! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
@@ -52,6 +53,8 @@ pub mod bsdf;
 pub mod endpoint;
 pub mod film;
 pub mod geometry;
+#[cfg(feature = "import")]
+pub mod import;
 pub mod integrator;
 pub mod math;
 pub mod path;
