@@ -44,7 +44,16 @@ impl View {
             return Err(EndpointError::FilmSize { object, resolution });
         }
         let pitch = check::positive(object, "pixel size", film_height / f64::from(resolution.y))?;
-        Ok(Self { object, position, right, up: right.cross(forward), forward, film: FilmRegion::full(resolution), pitch, principal_point: 0.5 * resolution.as_dvec2() })
+        Ok(Self {
+            object,
+            position,
+            right,
+            up: right.cross(forward),
+            forward,
+            film: FilmRegion::full(resolution),
+            pitch,
+            principal_point: 0.5 * resolution.as_dvec2(),
+        })
     }
 
     /// The same view with only the pixels from `min` up to but without `max`.

@@ -35,7 +35,6 @@ impl Element {
         self.attribute(name).ok_or_else(|| self.error(format!("the attribute {name} is missing")))
     }
 
-
     /// The plug-in's type.
     pub fn kind(&self) -> &str {
         self.attribute("type").unwrap_or("")
@@ -80,7 +79,14 @@ pub(super) struct Document {
 /// Reads the files.
 pub(super) fn read(path: &Path, files: &mut Files, limits: &Limits, parameters: &BTreeMap<String, String>) -> Result<Document, Error> {
     let set = parameters.iter().map(|(name, value)| (name.clone(), Parameter { value: value.clone(), used: false })).collect();
-    let mut reader = Reader { files, limits, parameters: set, elements_left: limits.elements, expansion_left: limits.expansion, aliases: HashMap::new() };
+    let mut reader = Reader {
+        files,
+        limits,
+        parameters: set,
+        elements_left: limits.elements,
+        expansion_left: limits.expansion,
+        aliases: HashMap::new(),
+    };
     let location = Location { file: path.to_owned(), ..Location::default() };
     let bytes = reader.files.read_path(path, location)?;
     let scene = reader.file(path, &bytes, 0)?;
@@ -126,8 +132,8 @@ impl Reader<'_> {
         let nodes_limit = u32::try_from(self.limits.elements.saturating_mul(4)).unwrap_or(u32::MAX);
         // Documents with a DTD, and with it entities that expand without end, are refused by default.
         let options = roxmltree::ParsingOptions { nodes_limit, ..roxmltree::ParsingOptions::default() };
-        let tree = roxmltree::Document::parse_with_options(text, options)
-            .map_err(|error| Error::caused(whole(Some(error.pos().row)), error))?;
+        let tree =
+            roxmltree::Document::parse_with_options(text, options).map_err(|error| Error::caused(whole(Some(error.pos().row)), error))?;
         let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
         let source = Source { path: Rc::new(path.to_owned()), line_starts };
         let root = tree.root_element();

@@ -1,10 +1,10 @@
 //! Lights that are not surfaces.
 
 use super::super::Error;
+use super::Loader;
 use super::document::Element;
 use super::spectrum::Illuminant;
 use super::values::Object;
-use super::Loader;
 use crate::endpoint::{ConstantEnvironment, DirectionalLight, EndpointError, EnvironmentMap, Light, Lookup, PointLight, SpotLight};
 use crate::math::Rgb;
 use crate::scene::SceneError;
@@ -36,7 +36,8 @@ impl<'a> Loader<'a> {
                 let to_world = object.transform("to_world")?;
                 let cutoff = object.float_or("cutoff_angle", 20.0)?;
                 let beam = object.float_or("beam_width", 0.75 * cutoff)?;
-                let light = SpotLight::new(to_world.translation, to_world.transform_vector3(DVec3::Z), intensity, beam, cutoff).map_err(made)?;
+                let light =
+                    SpotLight::new(to_world.translation, to_world.transform_vector3(DVec3::Z), intensity, beam, cutoff).map_err(made)?;
                 self.light(element, light.with_linear_falloff())?;
             }
             "directional" => {
@@ -106,9 +107,5 @@ fn rotation(element: &Element, to_world: &DAffine3) -> Result<DMat3, Error> {
     let scale = to_world.matrix3.determinant().abs().cbrt();
     let rotation = to_world.matrix3 * (1.0 / scale);
     let error = rotation.transpose() * rotation - DMat3::IDENTITY;
-    if error.to_cols_array().iter().all(|e| e.abs() < 1e-4) {
-        Ok(rotation)
-    } else {
-        Err(element.error("to_world is not a rotation"))
-    }
+    if error.to_cols_array().iter().all(|e| e.abs() < 1e-4) { Ok(rotation) } else { Err(element.error("to_world is not a rotation")) }
 }

@@ -1,11 +1,11 @@
 //! How surfaces scatter.
 
 use super::super::Error;
+use super::Loader;
 use super::conductors;
 use super::document::Element;
 use super::spectrum::Illuminant;
 use super::values::{Object, number};
-use super::Loader;
 use crate::math::Rgb;
 use crate::scene::{Material, MaterialId};
 use crate::texture::Texture;
@@ -232,7 +232,9 @@ fn relative_ior(object: &Object<'_>, inside: &str) -> Result<f64, Error> {
         let Some(child) = object.get(name) else { return Ok(named_ior(default).unwrap_or(1.0)) };
         let value = child.required("value")?;
         match child.tag.as_str() {
-            "string" => named_ior(value).ok_or_else(|| child.error(format!("the material {value} is not known; give its index as a number"))),
+            "string" => {
+                named_ior(value).ok_or_else(|| child.error(format!("the material {value} is not known; give its index as a number")))
+            }
             "float" | "integer" => number(child, value),
             _ => Err(child.error("must be a number or the name of a material")),
         }

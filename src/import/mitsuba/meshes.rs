@@ -1,9 +1,9 @@
 //! Meshes from files: Wavefront OBJ, PLY, and Mitsuba's compressed format.
 
 use super::super::Error;
+use super::Loader;
 use super::document::Element;
 use super::values::Object;
-use super::Loader;
 use crate::scene::Mesh;
 use flate2::read::ZlibDecoder;
 use glam::{DAffine3, DVec2, DVec3};
@@ -106,7 +106,8 @@ fn vectors<const N: usize>(values: &[f32]) -> Vec<[f64; N]> {
 
 fn obj(bytes: &[u8]) -> Result<Mesh, String> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
-    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Ok((Vec::new(), Default::default()))).map_err(|e| e.to_string())?;
+    let (models, _) =
+        tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Ok((Vec::new(), Default::default()))).map_err(|e| e.to_string())?;
     let mut mesh = Mesh::default();
     let all = |has: fn(&tobj::Mesh) -> bool| models.iter().filter(|model| !model.mesh.indices.is_empty()).all(|model| has(&model.mesh));
     let mut normals = all(|mesh| !mesh.normals.is_empty()).then(Vec::new);
@@ -211,7 +212,9 @@ fn ply(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
         }
         match name.as_str() {
             "vertex" => {
-                for vertex in Parser::<PlyVertex>::new().read_payload_for_element(&mut reader, definition, &header).map_err(|e| e.to_string())? {
+                for vertex in
+                    Parser::<PlyVertex>::new().read_payload_for_element(&mut reader, definition, &header).map_err(|e| e.to_string())?
+                {
                     let [x, y, z, nx, ny, nz, u, v] = vertex.values;
                     if vertex.known & 7 != 7 {
                         return Err("a vertex lacks x, y or z".to_owned());
@@ -224,7 +227,9 @@ fn ply(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
                 }
             }
             "face" => {
-                for face in Parser::<PlyFace>::new().read_payload_for_element(&mut reader, definition, &header).map_err(|e| e.to_string())? {
+                for face in
+                    Parser::<PlyFace>::new().read_payload_for_element(&mut reader, definition, &header).map_err(|e| e.to_string())?
+                {
                     let [first, rest @ ..] = &face.vertices[..] else { return Err("a face has no vertices".to_owned()) };
                     mesh.indices.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
                     if mesh.indices.len() as u64 > most_triangles {
@@ -257,7 +262,8 @@ fn serialized(bytes: &[u8], index: i64, most_bytes: u64) -> Result<(Mesh, u64), 
         return Err("this is not a serialized mesh of version 3 or 4".to_owned());
     }
     let count = number(bytes.len().checked_sub(4).ok_or_else(end)?, 4)?;
-    let index = u64::try_from(index).ok().filter(|index| *index < count).ok_or_else(|| format!("there is no shape {index}; there are {count}"))?;
+    let index =
+        u64::try_from(index).ok().filter(|index| *index < count).ok_or_else(|| format!("there is no shape {index}; there are {count}"))?;
     let width = if version == 4 { 8 } else { 4 };
     let from_end = 4 + (count - index).saturating_mul(width);
     let entry = (bytes.len() as u64).checked_sub(from_end).ok_or_else(end)?;

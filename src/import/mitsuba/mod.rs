@@ -60,11 +60,7 @@ use values::Object;
 /// # Errors
 /// If a file cannot be read or is malformed, refers to what does not exist or must not be read, asks for more than the limits admit, or describes nothing that
 /// can be rendered; in strict mode also for everything that would be a warning.
-pub fn load(
-    path: impl AsRef<Path>,
-    options: &Options,
-    parameters: impl IntoIterator<Item = (String, String)>,
-) -> Result<Import, Error> {
+pub fn load(path: impl AsRef<Path>, options: &Options, parameters: impl IntoIterator<Item = (String, String)>) -> Result<Import, Error> {
     let path = path.as_ref();
     let parameters: BTreeMap<String, String> = parameters.into_iter().collect();
     let mut files = Files::new(path, &options.limits)?;

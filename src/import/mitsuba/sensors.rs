@@ -5,7 +5,7 @@ use super::document::Element;
 use super::values::{Object, number};
 use super::{ImportedView, Loader};
 use crate::endpoint::{Camera, EndpointError, OrthographicCamera, PinholeCamera, ThinLensCamera};
-use crate::film::{Filter, FilmRegion};
+use crate::film::{FilmRegion, Filter};
 use crate::geometry::Bounds;
 use glam::{DAffine3, DMat3, DVec2, DVec3, UVec2};
 
@@ -65,12 +65,8 @@ impl<'a> Loader<'a> {
         let film = film.map_or_else(|| film_plan(element, 768, 576), Ok)?;
         let FilmRegion { resolution, window_min, window_max } = film.region;
         let size = resolution.as_dvec2();
-        let clip = Clip {
-            location: element.location(),
-            position,
-            forward,
-            planes: [object.float("near_clip")?, object.float("far_clip")?],
-        };
+        let clip =
+            Clip { location: element.location(), position, forward, planes: [object.float("near_clip")?, object.float("far_clip")?] };
         let offset = DVec2::new(object.float_or("principal_point_offset_x", 0.0)?, object.float_or("principal_point_offset_y", 0.0)?);
         let principal_point = size * (0.5 - offset);
         let made = |error: EndpointError| element.caused(error);
@@ -94,7 +90,9 @@ impl<'a> Loader<'a> {
                 object.ignore(&["focus_distance"]);
                 let [x, y] = [to_world.matrix3.x_axis.length(), to_world.matrix3.y_axis.length()];
                 if (x - y).abs() > 1e-6 * x {
-                    return Err(element.error("the pixels of an orthographic sensor must be square: it is scaled differently along x and y"));
+                    return Err(
+                        element.error("the pixels of an orthographic sensor must be square: it is scaled differently along x and y")
+                    );
                 }
                 // The film is two units wide before it is scaled.
                 let camera = OrthographicCamera::new(position, target, up, 2.0 * x * size.y / size.x, resolution).map_err(made)?;

@@ -147,7 +147,8 @@ fn cube() -> Mesh {
     ];
     let positions: Vec<DVec3> = FACES.iter().flatten().map(|p| DVec3::from_array(p.map(f64::from))).collect();
     let uvs = (0..6).flat_map(|_| [DVec2::Y, DVec2::ONE, DVec2::X, DVec2::ZERO]).collect();
-    let indices: Vec<[u32; 3]> = (0..6).flat_map(|face| [[4 * face, 4 * face + 1, 4 * face + 2], [4 * face + 3, 4 * face, 4 * face + 2]]).collect();
+    let indices: Vec<[u32; 3]> =
+        (0..6).flat_map(|face| [[4 * face, 4 * face + 1, 4 * face + 2], [4 * face + 3, 4 * face, 4 * face + 2]]).collect();
     // The sum of a face's corners points outwards.
     let normals = FACES.iter().flat_map(|face| {
         let sum: DVec3 = face.iter().map(|p| DVec3::from_array(p.map(f64::from))).sum();

@@ -1,10 +1,10 @@
 //! Textures, and colours in their place.
 
 use super::super::Error;
+use super::Loader;
 use super::document::Element;
 use super::spectrum::Illuminant;
 use super::values::{Object, colour};
-use super::Loader;
 use crate::film::{Image, linear_from_srgb};
 use crate::math::Rgb;
 use crate::texture::{Interpolation, Texture, Wrap};

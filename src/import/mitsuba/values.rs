@@ -46,7 +46,10 @@ impl<'a> Object<'a> {
         for (child, used) in self.element.children.iter().zip(self.used.borrow().iter()) {
             if !used {
                 let name = child.attribute("name").unwrap_or(&child.tag);
-                warnings.warn(self.element.location(), format!("the parameter {name} (line {}) is not supported here and left out", child.line()))?;
+                warnings.warn(
+                    self.element.location(),
+                    format!("the parameter {name} (line {}) is not supported here and left out", child.line()),
+                )?;
             }
         }
         Ok(())
@@ -201,13 +204,16 @@ pub(super) fn colour(element: &Element, illuminant: Illuminant, warnings: &mut W
     match element.tag.as_str() {
         "float" | "integer" => number(element, text).map(Rgb::splat),
         "rgb" => match text.trim().strip_prefix('#') {
-            Some(hexadecimal) => hexadecimal_colour(hexadecimal).ok_or_else(|| element.error(format!("\"{text}\" is not a colour #rrggbb"))),
+            Some(hexadecimal) => {
+                hexadecimal_colour(hexadecimal).ok_or_else(|| element.error(format!("\"{text}\" is not a colour #rrggbb")))
+            }
             None => three(element, text).map(|v| Rgb(v.to_array())),
         },
         "spectrum" if text.contains(':') => {
             let spectrum = wavelengths(element, text)?;
             let colour = spectrum::to_rgb(&spectrum, illuminant);
-            let greatest = if illuminant == Illuminant::D65 && spectrum.iter().all(|(_, value)| *value <= 1.0) { 1.0 } else { f64::INFINITY };
+            let greatest =
+                if illuminant == Illuminant::D65 && spectrum.iter().all(|(_, value)| *value <= 1.0) { 1.0 } else { f64::INFINITY };
             let inside = colour.map(|c| c.clamp(0.0, greatest));
             if (0..3).any(|i| (colour[i] - inside[i]).abs() > 1e-3 * colour.max_component().max(1e-3)) {
                 warnings.warn(element.location(), format!("the spectrum is outside of the colours of sRGB: {:?} is clipped", colour.0))?;
