@@ -34,11 +34,13 @@
 //! | module | what is in it |
 //! |---|---|
 //! | `report` | error against run time: studies, metrics, plots, the page (feature `report`) |
+//! | `import` | scenes from files, one module per format (features `mitsuba`, …) |
 //! | [`render`] | the driver: passes, budget, threads, progress |
 //! | [`integrator`] | one thin file for each integrator |
 //! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
 //! | [`scene`] | the [`Scene`](scene::Scene) trait, which a host renderer implements, and the ready-made [`World`](scene::World) |
 //! | [`endpoint`] | lights and cameras |
+//! | [`texture`] | colours that vary over a surface |
 //! | [`bsdf`] | scattering models |
 //! | [`film`] | contributions, filters, images |
 //! | [`sampler`] | random numbers and quasi-random ones |
@@ -52,6 +54,8 @@ pub mod bsdf;
 pub mod endpoint;
 pub mod film;
 pub mod geometry;
+#[cfg(feature = "import")]
+pub mod import;
 pub mod integrator;
 pub mod math;
 pub mod path;
@@ -60,6 +64,7 @@ pub mod render;
 pub mod report;
 pub mod sampler;
 pub mod scene;
+pub mod texture;
 
 pub use glam;
 

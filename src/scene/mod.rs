@@ -8,6 +8,7 @@ mod lights;
 mod material;
 mod mesh;
 mod needs;
+mod scattering;
 mod warning;
 mod world;
 
@@ -16,6 +17,7 @@ pub use error::SceneError;
 pub use material::Material;
 pub use mesh::Mesh;
 pub use needs::Needs;
+pub use scattering::SurfaceBsdf;
 pub use warning::Warning;
 pub use world::World;
 

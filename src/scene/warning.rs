@@ -101,7 +101,7 @@ impl Warning {
             }));
         }
         for surface in surfaces {
-            if let Some(radiance) = surface.emission.map(|emission| emission.radiance.max_component())
+            if let Some(radiance) = surface.emission.as_ref().map(|(radiance, _)| radiance.range()[1].max_component())
                 && !Self::RADIANCE.contains(&radiance)
             {
                 warnings.push(Self::Radiance { object: surface.name.clone(), radiance });
