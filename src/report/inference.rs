@@ -102,6 +102,9 @@ pub struct Tail {
     pub standard_error: f64,
     /// k: the number of largest values it comes from.
     pub count: u64,
+    /// The estimate from the largest quarter of these. A power law has the same index there; a range that is wide but bounded has a larger one.
+    #[serde(with = "super::number")]
+    pub extreme_index: f64,
 }
 
 impl Tail {
@@ -118,18 +121,24 @@ impl Tail {
         if largest.len() < Self::FEWEST || threshold.is_nan() || threshold <= 0.0 {
             return None;
         }
-        let k = largest.len() as f64;
-        // Values that are equal but for rounding have no tail.
-        let sum: f64 = largest.iter().map(|x| (x / threshold).ln()).filter(|l| *l > 1e-9).sum();
-        // An empty sum is -0.
-        let index = k / sum.abs();
-        Some(Self { index, standard_error: index / k.sqrt(), count: largest.len() as u64 })
+        let index = |largest: &[f64], threshold: f64| {
+            // Values that are equal but for rounding have no tail.
+            let sum: f64 = largest.iter().map(|x| (x / threshold).ln()).filter(|l| *l > 1e-9).sum();
+            // An empty sum is -0.
+            largest.len() as f64 / sum.abs()
+        };
+        let quarter = largest.len() / 4;
+        let (all, extreme_index) = (index(largest, threshold), index(&largest[..quarter], largest[quarter]));
+        let standard_error = all / (largest.len() as f64).sqrt();
+        Some(Self { index: all, standard_error, count: largest.len() as u64, extreme_index })
     }
 
-    /// Whether the variance of a sum of such values is infinite, as far as the sample shows.
+    /// Whether the variance of a sum of such values is infinite, as far as the sample shows: the index says so, and so does that of the largest quarter
+    /// within its standard error.
     #[must_use]
     pub fn is_infinite_variance(&self) -> bool {
-        self.index < Self::INFINITE_VARIANCE
+        let lowest = self.extreme_index * (1.0 - 2.0 / (self.count as f64).sqrt());
+        self.index < Self::INFINITE_VARIANCE && lowest < Self::INFINITE_VARIANCE
     }
 }
 
@@ -229,8 +238,14 @@ mod tests {
             let tail = largest.tail().unwrap();
             assert_eq!(tail.count, 1000);
             assert!((tail.index - index).abs() < 4.0 * tail.standard_error, "{tail:?}");
+            assert!((tail.extreme_index - index).abs() < 8.0 * tail.standard_error, "{tail:?}");
             assert_eq!(tail.is_infinite_variance(), index < 2.0);
         }
+        // A power law up to a bound that is reached: 1 in a thousand is above 1000^(1/1.5) = 100.
+        let mut bounded = Largest::new(4096);
+        (0..1_000_000).for_each(|_| bounded.push((1.0 - rng.random::<f64>()).powf(-1.0 / 1.5).min(300.0)));
+        let tail = bounded.tail().unwrap();
+        assert!(tail.index < 2.2 && tail.extreme_index > 4.0 && !tail.is_infinite_variance(), "{tail:?}");
         let mut equal = Largest::new(100);
         (0..10_000).for_each(|_| equal.push(3.0));
         assert_eq!(equal.tail().unwrap().index, f64::INFINITY);

@@ -214,19 +214,20 @@ fn a_cap_on_survival_is_recognised_as_heavy_tailed() {
         let reference = exactly(1.0 / (1.0 - albedo), UVec2::new(32, 32));
         tracer.probe(&scene, &camera, &settings, reference.image()).unwrap().tail.unwrap()
     };
-    for (albedo, index) in [(0.97, 2.461_989_077_167_264_6), (0.99, 1.243_686_103_294_557_6), (0.999, 1.019_893_512_627_473_7)] {
-        let capped = tail(albedo, Survival::Fixed(CAP), 512);
+    let cases = [(0.97, 2.461_989_077_167_264_6, 512), (0.99, 1.243_686_103_294_557_6, 128), (0.999, 1.019_893_512_627_473_7, 128)];
+    for (albedo, index, samples) in cases {
+        let capped = tail(albedo, Survival::Fixed(CAP), samples);
         println!("albedo {albedo}: {capped:?}, exact {index:.4}");
         // The sum over a path has the tail of its last term from Σ r^k ≈ r^n r/(r - 1) on, which is off by r^-n: 6 % for 0.97.
         assert!((capped.index - index).abs() < 0.06 * index + 4.0 * capped.standard_error, "{albedo}: {capped:?}, expected {index}");
-        assert!(capped.standard_error < 0.05 * index && capped.is_infinite_variance() == (index < 2.0), "{albedo}: {capped:?}");
+        assert!(capped.standard_error < 0.1 * index && capped.is_infinite_variance() == (index < 2.0), "{albedo}: {capped:?}");
         let uncapped = tail(albedo, Survival::Throughput, 8);
         assert!(uncapped.index > 3.0, "{albedo}: {uncapped:?}");
     }
 
     let scene = SphereCap::new(0.99, 1.0);
     let (capped, uncapped) = (emission_only(Survival::Fixed(CAP), Depth::default()), emission_only(Survival::Throughput, Depth::default()));
-    let report = against(&scene, &camera, &[("uncapped", &uncapped), ("capped", &capped)], 100.0, 8 * 16, 8);
+    let report = against(&scene, &camera, &[("uncapped", &uncapped), ("capped", &capped)], 100.0, 8 * 14, 8);
     let [honest, heavy] = [&report.methods[0], &report.methods[1]];
     assert!(heavy.infinite_variance && heavy.speed_up.is_none() && heavy.time_to_target.is_none(), "{:?}", heavy.tail);
     assert_eq!(heavy.slope.as_ref().unwrap().measure, "MedSE");

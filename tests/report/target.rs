@@ -24,10 +24,10 @@ fn reached(report: &Report, method: usize) -> u32 {
 
 #[test]
 fn runs_are_as_long_as_the_target_takes() {
-    // Variances 1/3 and 1/12: the target takes 33.0 and 8.25 samples, and runs are 1.25 times as long.
+    // Variances 1/3 and 1/12: the target takes 33.0 and 8.25 samples, and runs are 1.25 times as long. The error of 1024 pixels scatters by 3 %.
     let report = until(0.01, 8 * 1000, 1.0).unwrap().report;
     let samples: Vec<u32> = report.methods.iter().map(|m| m.samples_per_pixel).collect();
-    assert!((40..=43).contains(&samples[0]) && (10..=12).contains(&samples[1]), "{samples:?}");
+    assert!((37..=46).contains(&samples[0]) && (9..=12).contains(&samples[1]), "{samples:?}");
     for (index, method) in report.methods.iter().enumerate() {
         assert_eq!(reached(&report, index), 8);
         let time = method.time_to_target.unwrap();

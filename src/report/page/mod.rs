@@ -198,7 +198,7 @@ impl Page<'_> {
              relMSE: (I − R)² / (R² + 0.01 mean(R)²). MAPE: |I − R| / (|R| + 0.01 mean(R)). SMAPE: |I − R| / (|I| + |R|). MedSE: median of (I − R)². \
              Bias: blocks of pixels weighted by value over variance, flagged if its p-value or that of the difference of means is below what all integrators together reach by chance with probability {} %. \
              * cannot draw every path, so it is not tested. † the reference's own variance is more than {} % of it. ‡ not reached by all runs: extrapolated for the others with an error that falls as 1/t. Reached is a target when no later checkpoint of the run is above it. \
-             ∗∗ the tail index is below {}: the variance is infinite as far as the samples show. Tail index: Hill's estimate from the largest 0.1 % of what samples give to a pixel, relative to the pixel's value.</small></p>",
+             ∗∗ the tail index is below {}, and so is that of the largest quarter of the tail: the variance is infinite as far as the samples show. Tail index: Hill's estimate from the largest 0.1 % of what samples give to a pixel, relative to the pixel's value.</small></p>",
             100.0 * BIAS_SIGNIFICANCE,
             100.0 * REFERENCE_SHARE,
             super::Tail::INFINITE_VARIANCE
