@@ -134,6 +134,10 @@ fn print_summary(rendering: &Rendering, scene: &NamedScene) {
     let seconds = rendering.wall.as_secs_f64();
     println!("scene       {}: {}", scene.name, scene.description);
     println!("integrator  {}: {}", rendering.integrator, rendering.techniques);
+    println!("left out    {}", rendering.left_out);
+    if let Some(decision) = &rendering.decision {
+        println!("decision    {}", decision.to_string().replace('\n', "\n            "));
+    }
     println!("samples     {} per pixel, {} in all", rendering.samples_per_pixel, counters.samples);
     println!("time        {seconds:.3} s on the wall, {:.3} s in all threads", rendering.thread_time.as_secs_f64());
     println!("rays        {} ({:.2} million per second)", counters.rays(), counters.rays() as f64 / seconds.max(1e-9) / 1e6);

@@ -132,7 +132,7 @@ fn variances_in_the_sphere_with_a_cap_are_the_exact_ones() {
 #[test]
 fn roulette_in_the_furnace_has_the_exact_variance() {
     let (scene, camera) = (SphereCap::new(0.5, 1.0), DownCamera { half_width: 0.5 });
-    let roulette = |p| Roulette { start: 0, survival: Survival::Fixed(p), constant: Rgb::BLACK };
+    let roulette = |p| Roulette { start: 0, survival: Survival::Fixed(p), ..Roulette::default() };
     let tracer = |p| PathTracer { mode: PathTracing::EmissionOnly, roulette: roulette(p), ..PathTracer::default() };
     let (half, more) = (tracer(0.5), tracer(0.75));
     let report = against(&scene, &camera, &[("0.5", &half), ("0.75", &more)], 2.0, 64 * 4096, 64);
