@@ -12,4 +12,4 @@ mod scenes;
 pub use arguments::{FilterName, SamplerName, parse_duration, parse_exposure, parse_image_path, parse_size};
 pub use integrators::AnyIntegrator;
 pub use progress::{STEPS, progress_bar, show};
-pub use scenes::{NamedScene, scene_list, scene_or_file};
+pub use scenes::{AnyCamera, NamedScene, scene_list, scene_or_file};

@@ -6,7 +6,7 @@
 //! of their own and are not in the image. So the image is unbiased whatever the pilot finds. Costs are counted, not timed: the same
 //! seed gives the same decision.
 
-use super::pilot::{self, Candidate, PASSES, for_each_sample, in_parallel};
+use super::pilot::{self, Candidate, Findings, GROUPS, PASSES, for_each_sample, in_parallel, kernel_cost};
 use super::{Adapted, Bidirectional, Decision, Depth, Integrator, LightTracer, PathTracer, PathTracing, Pilot};
 use crate::endpoint::Camera;
 use crate::film::{Contribution, FilmRegion, FilmSample, Sink};
@@ -49,7 +49,7 @@ const PIXELS: [u64; 2] = [64, 4096];
 /// Exponents of the numbers of light walks per camera walk.
 const EXPONENTS: std::ops::RangeInclusive<i8> = -3..=4;
 /// A simpler set is taken if it is worse by no more than this: its estimate is the more certain one.
-const TIE: f64 = 1.02;
+const TIE: f64 = 1.05;
 
 impl Adaptive {
     /// Up to a number of scattering events.
@@ -76,6 +76,8 @@ impl Adaptive {
         }
         sets.push(TechniqueSet { lens_sampling: true, ..TechniqueSet::NONE });
         for emitter_sampling in [false, true] {
+            let set = TechniqueSet { emitter_hits: true, emitter_sampling, lens_sampling: true, lens_first: true, ..TechniqueSet::NONE };
+            sets.extend(walks().map(|light_walks| TechniqueSet { light_walks, ..set }));
             for (connections, lens_sampling) in [(false, true), (true, false), (true, true)] {
                 let set = TechniqueSet { emitter_hits: all.emitter_hits, emitter_sampling, connections, lens_sampling, ..TechniqueSet::NONE };
                 sets.extend(walks().map(|light_walks| TechniqueSet { light_walks, ..set }));
@@ -112,10 +114,31 @@ impl Adaptive {
         }
         let samples = (pixels * u64::from(PASSES)) as f64;
         let set = self.set();
-        let dedicated = if set.has_camera_walk() && set.has_light_walk() { 1.0 } else { Counters::DEDICATED };
         let variance = variance / pixels as f64 + splats / samples;
-        (Candidate { set, variance, cost: dedicated * counters.cost() / samples }, counters)
+        (Candidate { set, variance, cost: kernel_cost(&set) * counters.cost() / samples }, counters)
     }
+}
+
+/// The candidate with the least variance × cost, where that of each is taken as large as it may well be: times e to the power of the standard error of the
+/// logarithm of its ratio to plain bidirectional path tracing, by the jackknife over groups. A pilot that saw no more of a set's noise than one huge contribution
+/// is not to be trusted.
+fn choose(all: &[Candidate], without_one: &[Vec<Candidate>]) -> Option<Candidate> {
+    let plain = all.last()?;
+    let pessimistic = |i: usize| {
+        let ratios: Vec<f64> = without_one.iter().filter_map(|part| Some((part[i].work() / part.last()?.work()).ln())).collect();
+        let n = ratios.len() as f64;
+        let mean = ratios.iter().sum::<f64>() / n;
+        let error = ((n - 1.0) / n * ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>()).sqrt();
+        let work = all[i].work();
+        // Neither has any noise, or there are too few samples to know.
+        if error.is_finite() { work * error.exp() } else { work }
+    };
+    let works: Vec<f64> = (0..all.len()).map(pessimistic).collect();
+    let best = works.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut good = all.iter().zip(&works).filter(|(_, work)| **work <= best * TIE).map(|(candidate, _)| *candidate);
+    // Without noise, or without light, the cheapest is best.
+    let chosen = if best > 0.0 { good.next() } else { good.min_by(|a, b| a.cost.total_cmp(&b.cost)) };
+    Some(chosen.unwrap_or(*plain))
 }
 
 /// Sums what samples add to their own pixel, and squares what they splat.
@@ -163,22 +186,21 @@ impl<S: Scene + ?Sized> Integrator<S> for Adaptive {
         }
         let share = self.pilot.clamp(0.0, 1.0) * pilot.samples as f64 / (PILOT_SAMPLE * f64::from(PASSES));
         let pixels = (share as u64).clamp(PIXELS[0], PIXELS[1]);
-        let findings = pilot::run(&self.bidirectional(plain), &sets, scene, camera, pilot, pixels);
+        let groups = pilot::run(&self.bidirectional(plain), &sets, scene, camera, pilot, pixels);
         let film_pixels = camera.film().pixels();
-        let candidates: Vec<Candidate> = (0..).zip(&sets).map(|(i, set)| findings.candidate(i, *set, film_pixels)).collect();
-        let best = candidates.iter().map(Candidate::work).fold(f64::INFINITY, f64::min);
-        let is_good = |c: &&Candidate| c.work() <= best * TIE;
-        // Without noise, or without light, the cheapest is best.
-        let chosen = if best > 0.0 {
-            candidates.iter().find(is_good)
-        } else {
-            candidates.iter().filter(is_good).min_by(|a, b| a.cost.total_cmp(&b.cost))
+        let candidates = |skip: Option<usize>| -> (Findings, Vec<Candidate>) {
+            let mut findings = Findings::new(sets.len());
+            groups.iter().enumerate().filter(|(i, _)| Some(*i) != skip).for_each(|(_, group)| findings.merge(group));
+            let all = (0..).zip(&sets).map(|(i, set)| findings.candidate(i, *set, film_pixels)).collect();
+            (findings, all)
         };
-        let chosen = *chosen.or(candidates.last())?;
+        let (findings, all) = candidates(None);
+        let without_one: Vec<Vec<Candidate>> = (0..GROUPS).map(|group| candidates(Some(group)).1).collect();
+        let chosen = choose(&all, &without_one)?;
         let integrator = Self { techniques: Some(chosen.set), ..*self };
         let (achieved, more) = integrator.measure(scene, camera, pilot, pixels);
         let left_out = Integrator::<S>::left_out(self, &needs);
-        let decision = Decision::measured(&findings, candidates, chosen, achieved, left_out);
+        let decision = Decision::measured(&findings, all, chosen, achieved, left_out);
         let mut counters = findings.counters();
         counters += more;
         Some(Adapted { integrator, decision, counters })

@@ -6,7 +6,7 @@ use super::{Depth, Integrator};
 use crate::endpoint::{Camera, Endpoint};
 use crate::film::{Contribution, FilmRegion, FilmSample, Sink, Technique};
 use crate::math::Rgb;
-use crate::path::{Counters, Heuristic, Path, RandomWalk, Roulette, Scratch, TechniqueSet, sample_emitter, sample_lens};
+use crate::path::{Counters, Heuristic, Path, RandomWalk, Roulette, Scratch, TechniqueSet, Vertex, sample_emitter, sample_lens};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{Needs, Scene};
 use glam::DVec2;
@@ -135,7 +135,9 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         // The last vertex can only be hit: a connection needs one scattering event more.
         let last = u32::from(!self.set.emitter_hits);
         if let Some(limit) = self.depth.limit().checked_sub(last) {
-            walk.record(vertices, limit, &self.roulette, sampler, counters);
+            // If lens sampling comes first, the walk goes on only where it could not.
+            let go_on = |first: &Vertex<S::Bsdf<'s>>| !self.set.lens_first || first.dirac;
+            walk.record_while(vertices, limit, &self.roulette, sampler, counters, go_on);
         }
         if let [lens, first, ..] = &mut vertices[..] {
             lens.start.connection = self.camera.pdf_from(&first.point, &lens.point);
@@ -171,7 +173,8 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         visit: &mut impl FnMut(&Path<'_, 's, S, C>, &Contribution),
     ) {
         let technique = Technique { s: s as u16, t: t as u16 };
-        if !self.depth.contains((s + t - 2) as u32) || !self.set.contains(technique) {
+        let left_to_lens = self.set.lens_first && t == 2 && s > 0;
+        if !self.depth.contains((s + t - 2) as u32) || !self.set.contains(technique) || left_to_lens {
             return;
         }
         let (scene, camera) = (self.scene, self.camera);

@@ -36,7 +36,9 @@ pub(super) const PASSES: u32 = 4;
 /// Light walks per sample.
 const WALKS: usize = 2;
 /// Pixels per task.
-const TASK: u64 = 16;
+const TASK: u64 = 8;
+/// Independent parts of the pilot, which tell how certain it is.
+pub(super) const GROUPS: usize = 8;
 /// Techniques of longer paths are drawn but not told apart.
 pub(super) const MOST_BOUNCES: u16 = 5;
 
@@ -105,6 +107,7 @@ struct Factors {
     walks: f64,
     weight: f64,
     moment: f64,
+    lens_first: bool,
 }
 
 /// What the pilot found; sums over all its samples.
@@ -114,10 +117,19 @@ pub(super) struct Findings {
     pub shares: Vec<Share>,
     camera_walks: Counters,
     emitter_sampling: Counters,
+    /// The same where lens sampling comes first.
+    rest_walks: Counters,
+    rest_sampling: Counters,
     light_walks: Counters,
     connections: Counters,
     lens: Counters,
     pub samples: u64,
+}
+
+/// What the kernel that runs a set costs relative to the general one: the dedicated ones, and lens sampling that comes first, have few weights or none.
+pub(super) fn kernel_cost(set: &TechniqueSet) -> f64 {
+    let dedicated = set.lens_first || !(set.has_camera_walk() && set.has_light_walk());
+    if dedicated { Counters::DEDICATED } else { 1.0 }
 }
 
 /// Index of a technique among [`Findings::shares`].
@@ -126,7 +138,7 @@ pub(super) fn share_index(technique: Technique) -> Option<usize> {
     Some(usize::from(bounces * (bounces + 3) / 2 + technique.s))
 }
 
-/// Runs the pilot for a number of pixels.
+/// Runs the pilot for a number of pixels; returns its findings in a few independent groups.
 pub(super) fn run<S: Scene + ?Sized, C: Camera + ?Sized>(
     integrator: &Bidirectional,
     candidates: &[TechniqueSet],
@@ -134,22 +146,22 @@ pub(super) fn run<S: Scene + ?Sized, C: Camera + ?Sized>(
     camera: &C,
     pilot: &Pilot<'_>,
     pixels: u64,
-) -> Findings {
+) -> [Findings; GROUPS] {
     let walks = LightWalks::power_of_two(1).unwrap_or_default();
     let proxy = Bidirectional { techniques: TechniqueSet { light_walks: walks, ..integrator.techniques }, ..*integrator };
     let factors: Vec<Factors> = candidates.iter().map(|set| Factors::new(&proxy, set)).collect();
-    let mut findings = Findings::new(candidates.len());
-    for part in in_parallel(pilot, pixels, |range, scratch| {
+    let parts = in_parallel(pilot, pixels, |range, scratch| {
         let mut task = Task { findings: Findings::new(factors.len()), running: vec![Running::default(); factors.len()], factors: &factors };
         for site in range {
             for_each_sample(camera, pilot, site, pixels, 0, |film, sampler| task.sample(&proxy, scene, camera, film, sampler, scratch));
             task.end_pixel();
         }
         task.findings
-    }) {
-        findings.merge(&part);
-    }
-    findings
+    });
+    let mut groups = std::array::from_fn(|_| Findings::new(candidates.len()));
+    // Neighbours in different groups: each group sees all of the image.
+    parts.iter().zip((0..GROUPS).cycle()).for_each(|(part, group)| groups[group].merge(part));
+    groups
 }
 
 /// Splits the pixels into tasks and returns what each of them gave, in order.
@@ -203,12 +215,19 @@ impl Factors {
             walks,
             weight,
             moment: weight * weight / walks,
+            lens_first: set.lens_first,
         }
     }
 
-    /// T for sums of r^β by family.
-    fn total(&self, p: &[f64; 4]) -> f64 {
-        self.hits * p[0] + self.sampling * p[1] + self.weight * (self.connections * p[2] + self.lens * p[3])
+    /// 1 / T for sums of r^β by family.
+    fn inverse_total(&self, p: &[f64; 4]) -> f64 {
+        let lens = self.weight * self.lens * p[3];
+        1.0 / if self.leaves_to_lens(p) { lens } else { self.hits * p[0] + self.sampling * p[1] + self.weight * self.connections * p[2] + lens }
+    }
+
+    /// Whether only lens sampling draws the path.
+    fn leaves_to_lens(&self, p: &[f64; 4]) -> bool {
+        self.lens_first && p[3] > 0.0
     }
 }
 
@@ -241,7 +260,12 @@ impl Task<'_> {
         let kernel = Kernel::new(proxy, scene, camera, film);
         scratch.counters = Counters { samples: 1, ..Counters::default() };
         kernel.walk_from_camera(sampler, scratch);
-        self.findings.camera_walks += std::mem::take(&mut scratch.counters);
+        let counters = std::mem::take(&mut scratch.counters);
+        self.findings.camera_walks += counters;
+        self.findings.rest_walks += match scratch.camera.get(1) {
+            Some(first) if first.dirac => counters,
+            _ => Counters { closest_rays: 1, scattered: counters.scattered.min(1), ..counters },
+        };
         for t in 2..=scratch.camera.len() {
             for s in 0..2 {
                 self.join(&kernel, proxy, (s, t), 0, sampler, scratch);
@@ -289,7 +313,12 @@ impl Task<'_> {
         let counters = std::mem::take(&mut scratch.counters);
         let findings = &mut self.findings;
         match column(technique) {
-            1 => findings.emitter_sampling += counters,
+            1 => {
+                findings.emitter_sampling += counters;
+                if scratch.camera.get(1).is_some_and(|first| first.dirac) {
+                    findings.rest_sampling += counters;
+                }
+            }
             2 => findings.connections += counters,
             3 => findings.lens += counters,
             _ => {}
@@ -331,13 +360,18 @@ impl Task<'_> {
         }
         let moment = in_proxy * value * value;
         for ((factors, running), sums) in self.factors.iter().zip(&mut self.running).zip(&mut self.findings.sums) {
-            let inverse = 1.0 / factors.total(&p);
+            let inverse = factors.inverse_total(&p);
             if !inverse.is_finite() {
                 continue;
             }
             let square = moment * inverse * inverse;
-            sums.robust += square * (factors.hits * q[0] + factors.sampling * q[1] + factors.moment * factors.connections * q[2]);
             sums.lens += square * factors.moment * factors.lens * q[3];
+            if factors.leaves_to_lens(&p) && own != 3 {
+                continue;
+            }
+            if !factors.leaves_to_lens(&p) {
+                sums.robust += square * (factors.hits * q[0] + factors.sampling * q[1] + factors.moment * factors.connections * q[2]);
+            }
             match own {
                 0 | 1 => {
                     let x = if own == 0 { factors.hits } else { factors.sampling } * value * inverse;
@@ -357,12 +391,12 @@ impl Task<'_> {
 }
 
 impl Findings {
-    fn new(candidates: usize) -> Self {
+    pub fn new(candidates: usize) -> Self {
         let shares = vec![Share::default(); share_index(Technique { s: MOST_BOUNCES + 1, t: 1 }).map_or(0, |last| last + 1)];
         Self { sums: vec![Sums::default(); candidates], shares, ..Self::default() }
     }
 
-    fn merge(&mut self, other: &Self) {
+    pub fn merge(&mut self, other: &Self) {
         for (a, b) in self.sums.iter_mut().zip(&other.sums) {
             a.variance += b.variance;
             a.difference += b.difference;
@@ -379,6 +413,8 @@ impl Findings {
         }
         self.camera_walks += other.camera_walks;
         self.emitter_sampling += other.emitter_sampling;
+        self.rest_walks += other.rest_walks;
+        self.rest_sampling += other.rest_sampling;
         self.light_walks += other.light_walks;
         self.connections += other.connections;
         self.lens += other.lens;
@@ -419,15 +455,16 @@ impl Findings {
         let lens = (sums.lens / samples - mean * mean / (n * f64::from(film_pixels.max(1)))).max(0.0);
         let cost = |counters: &Counters, share: f64| share * counters.cost() / samples;
         let light = |counters: &Counters| cost(counters, n / WALKS as f64);
-        let mut total = Counters::SAMPLE_COST;
-        if set.has_camera_walk() {
-            total += cost(&self.camera_walks, 1.0) - Counters::SAMPLE_COST;
-        }
-        total += if set.emitter_sampling { cost(&self.emitter_sampling, 1.0) } else { 0.0 };
-        total += if set.has_light_walk() { light(&self.light_walks) } else { 0.0 };
-        total += if set.connections { light(&self.connections) } else { 0.0 };
-        total += if set.lens_sampling { light(&self.lens) } else { 0.0 };
-        let dedicated = !(set.has_camera_walk() && set.has_light_walk());
-        Candidate { set, variance: own + lens, cost: if dedicated { total * Counters::DEDICATED } else { total } }
+        let (walks, sampling) =
+            if set.lens_first { (&self.rest_walks, &self.rest_sampling) } else { (&self.camera_walks, &self.emitter_sampling) };
+        let total = [
+            // The cost of a sample is in that of its camera walk.
+            if set.has_camera_walk() { cost(walks, 1.0) } else { Counters::SAMPLE_COST },
+            if set.emitter_sampling { cost(sampling, 1.0) } else { 0.0 },
+            if set.has_light_walk() { light(&self.light_walks) } else { 0.0 },
+            if set.connections { light(&self.connections) } else { 0.0 },
+            if set.lens_sampling { light(&self.lens) } else { 0.0 },
+        ];
+        Candidate { set, variance: own + lens, cost: total.iter().sum::<f64>() * kernel_cost(&set) }
     }
 }

@@ -51,18 +51,16 @@ pub struct Counters {
 
 impl Counters {
     /// What a sample costs beside what is counted.
-    pub(crate) const SAMPLE_COST: f64 = 0.3;
+    pub(crate) const SAMPLE_COST: f64 = 2.0;
     /// What a dedicated integrator costs over the general kernel with the same techniques.
-    pub(crate) const DEDICATED: f64 = 0.87;
+    pub(crate) const DEDICATED: f64 = 0.8;
 
     /// Cost in units of a ray that is traced for its nearest hit: counts times constants, so that it is the same on every machine and in every run.
     /// The constants were fitted to processor times of all integrators on the gallery (docs/leave-out.md).
     #[must_use]
     pub fn cost(&self) -> f64 {
-        self.closest_rays as f64
-            + 0.8 * self.shadow_rays as f64
-            + 0.3 * self.scattered as f64
-            + 0.15 * self.connections as f64
+        (self.closest_rays + self.shadow_rays + self.connections) as f64
+            + 1.5 * self.scattered as f64
             + Self::SAMPLE_COST * self.samples as f64
     }
 

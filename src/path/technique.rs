@@ -24,6 +24,8 @@ pub struct TechniqueSet {
     pub uniform_area: bool,
     /// How many samples connections and lens sampling have; the others have one.
     pub light_walks: LightWalks,
+    /// Paths that lens sampling can draw are left to it alone; a camera walk goes on only if its first surface is met by a Dirac lobe.
+    pub lens_first: bool,
     /// If given, this technique alone.
     pub only: Option<Technique>,
     /// If given, all but this technique.
@@ -154,6 +156,7 @@ impl TechniqueSet {
         lens_sampling: false,
         uniform_area: false,
         light_walks: LightWalks::ONE,
+        lens_first: false,
         only: None,
         without: None,
     };
@@ -293,6 +296,9 @@ impl fmt::Display for TechniqueSet {
         f.write_str(&names.join(", "))?;
         if self.has_light_walk() && self.light_walks != LightWalks::ONE {
             write!(f, ", {} light walks per camera walk", self.light_walks.count())?;
+        }
+        if self.lens_first {
+            f.write_str(", nothing else for paths that t = 1 draws")?;
         }
         if let Some(Technique { s, t }) = self.only {
             write!(f, ", only ({s}, {t})")?;

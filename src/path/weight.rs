@@ -177,6 +177,9 @@ pub trait PathDensities {
     where
         Self: Sized,
     {
+        if set.lens_first && self.is_admissible(1) {
+            return if t == 1 { 1.0 } else { 0.0 };
+        }
         let mut sum = 1.0;
         let own = set.count(self.technique(t));
         self.sweep(t, |other, ratio| {
