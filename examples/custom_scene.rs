@@ -251,7 +251,8 @@ impl Scene for ToyScene {
 
     /// Optional: integrators leave out what the scene does not need.
     fn needs(&self) -> Needs {
-        Needs::HITTABLE_LIGHTS | Needs::CONNECTIBLE_LIGHTS | Needs::FINITE_LOBES
+        const ABSENT: Needs = Needs::DIRAC_LOBES.union(Needs::TRANSMISSION).union(Needs::ENVIRONMENT).union(Needs::SMOOTH_NORMALS);
+        Needs::ALL.without(ABSENT).without(Needs::UNCONNECTIBLE_LIGHTS)
     }
 }
 

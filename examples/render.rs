@@ -141,6 +141,10 @@ fn print_summary(rendering: &Rendering, scene: &NamedScene) {
     let seconds = rendering.wall.as_secs_f64();
     println!("scene       {}: {}", scene.name, scene.description);
     println!("integrator  {}: {}", rendering.integrator, rendering.techniques);
+    println!("left out    {}", rendering.left_out);
+    if let Some(decision) = &rendering.decision {
+        println!("decision    {}", decision.to_string().replace('\n', "\n            "));
+    }
     println!("samples     {} per pixel, {} in all", rendering.samples_per_pixel, counters.samples);
     if let Some(error) = rendering.estimated_error {
         println!("error       relMSE {error:.3e}, estimated");

@@ -1,7 +1,7 @@
 //! The integrators by name.
 
 use clap::ValueEnum;
-use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
+use pathspace::integrator::{Adaptive, Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
 use pathspace::report::Method;
 use pathspace::scene::World;
 use pathspace::scene::gallery::Claims;
@@ -17,11 +17,13 @@ pub enum AnyIntegrator {
     UniformArea,
     /// From both ends, with every connection between them.
     Bidirectional,
+    /// As much of bidirectional path tracing as pays; a pilot finds out.
+    Adaptive,
 }
 
 impl AnyIntegrator {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::PathTracing, Self::LightTracing, Self::UniformArea, Self::Bidirectional];
+    pub const ALL: [Self; 5] = [Self::PathTracing, Self::LightTracing, Self::UniformArea, Self::Bidirectional, Self::Adaptive];
 
     /// The name that the library and the command line use.
     pub fn name(self) -> &'static str {
@@ -30,6 +32,7 @@ impl AnyIntegrator {
             Self::LightTracing => "light-tracing",
             Self::UniformArea => "uniform-area",
             Self::Bidirectional => "bidirectional",
+            Self::Adaptive => "adaptive",
         }
     }
 
@@ -41,6 +44,7 @@ impl AnyIntegrator {
             Self::LightTracing => Box::new(LightTracer { depth, ..LightTracer::default() }),
             Self::UniformArea => Box::new(UniformArea { depth, ..UniformArea::default() }),
             Self::Bidirectional => Box::new(Bidirectional { depth, ..Bidirectional::default() }),
+            Self::Adaptive => Box::new(Adaptive { depth, ..Adaptive::default() }),
         }
     }
 
@@ -50,7 +54,7 @@ impl AnyIntegrator {
             Self::PathTracing => claims.path_tracing,
             Self::LightTracing => claims.light_tracing,
             Self::UniformArea => claims.uniform_area,
-            Self::Bidirectional => claims.bidirectional,
+            Self::Bidirectional | Self::Adaptive => claims.bidirectional,
         }
     }
 }

@@ -13,4 +13,4 @@ mod scenes;
 pub use arguments::{FilterName, SamplerName, parse_duration, parse_error, parse_exposure, parse_image_path, parse_size};
 pub use integrators::AnyIntegrator;
 pub use progress::{STEPS, progress_bar, show};
-pub use scenes::{FileOptions, NamedScene, scene_list, scene_or_file};
+pub use scenes::{AnyCamera, FileOptions, NamedScene, scene_list, scene_or_file};

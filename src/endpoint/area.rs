@@ -1,7 +1,7 @@
 //! Lambertian emission from surfaces.
 
 use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check, sphere_cone};
-use crate::geometry::{Disk, Frame, Place, Shape, Sphere, SurfacePoint, interpolated};
+use crate::geometry::{Bounds, Disk, Frame, Place, Shape, Sphere, SurfacePoint, interpolated};
 use crate::math::distribution::AliasTable;
 use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_cosine_hemisphere};
 use crate::texture::Texture;
@@ -213,5 +213,25 @@ impl Light for AreaLight {
 
     fn can_be_hit(&self) -> bool {
         true
+    }
+
+    fn is_black(&self) -> bool {
+        self.radiance.range()[1].is_black()
+    }
+
+    /// No, if it is flat, one-sided, and everything is behind it.
+    fn can_illuminate(&self, bounds: &Bounds) -> bool {
+        let is_in_front = |shape: &Shape| {
+            let (origin, normal) = match shape {
+                Shape::Triangle(triangle) => (triangle.vertices[0], triangle.cross()),
+                Shape::Quad(quad) => (quad.origin, quad.cross()),
+                Shape::Disk(disk) => (disk.center, disk.normal),
+                Shape::Sphere(_) => return true,
+            };
+            // The corner that is farthest along the normal.
+            let corner = DVec3::select(normal.cmpgt(DVec3::ZERO), bounds.max, bounds.min);
+            (corner - origin).dot(normal) > 0.0
+        };
+        !bounds.is_empty() && (self.two_sided || self.shapes.iter().any(is_in_front))
     }
 }

@@ -71,6 +71,10 @@ impl Light for DirectionalLight {
         false
     }
 
+    fn is_black(&self) -> bool {
+        self.irradiance.is_black()
+    }
+
     fn set_scene_bounds(&mut self, bounds: &Bounds) {
         self.extent = SceneExtent::new(bounds);
     }

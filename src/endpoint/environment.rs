@@ -63,6 +63,10 @@ impl Light for ConstantEnvironment {
         true
     }
 
+    fn is_black(&self) -> bool {
+        self.radiance.is_black()
+    }
+
     fn set_scene_bounds(&mut self, bounds: &Bounds) {
         self.extent = SceneExtent::new(bounds);
     }

@@ -224,6 +224,10 @@ impl Light for EnvironmentMap {
         true
     }
 
+    fn is_black(&self) -> bool {
+        self.integral.is_black()
+    }
+
     fn set_scene_bounds(&mut self, bounds: &Bounds) {
         self.extent = SceneExtent::new(bounds);
     }

@@ -37,7 +37,7 @@ pub use spot::SpotLight;
 pub use thin_lens::ThinLensCamera;
 
 use crate::film::FilmRegion;
-use crate::geometry::{Bounds, SurfacePoint};
+use crate::geometry::{Bounds, Place, SurfacePoint};
 use crate::math::{PerArea, PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -117,6 +117,16 @@ pub trait Light: Endpoint {
         true
     }
 
+    /// Whether it emits nothing at all. `false` is always safe.
+    fn is_black(&self) -> bool {
+        false
+    }
+
+    /// Whether its light can reach anything inside the box, the bounds of all surfaces. `true` is always safe.
+    fn can_illuminate(&self, bounds: &Bounds) -> bool {
+        !bounds.is_empty()
+    }
+
     /// Tells lights at infinity the extent of the scene that they must illuminate. Called by a scene once, before rendering.
     fn set_scene_bounds(&mut self, _bounds: &Bounds) {}
 }
@@ -125,6 +135,11 @@ pub trait Light: Endpoint {
 pub trait Camera: Endpoint {
     /// The film's resolution and the window of it that is rendered.
     fn film(&self) -> FilmRegion;
+
+    /// What kind of point the lens is made of.
+    fn place(&self) -> Place {
+        self.sample_point(0.5, DVec2::splat(0.5)).map_or(Place::Area, |sample| sample.point.place)
+    }
 
     /// Where on the film (in pixels of the full film) the ray from `point` into `direction` is recorded; `None` if it cannot be, as
     /// behind the camera. The result may lie outside the window.

@@ -58,4 +58,8 @@ impl Light for PointLight {
     fn can_be_hit(&self) -> bool {
         false
     }
+
+    fn is_black(&self) -> bool {
+        self.intensity.is_black()
+    }
 }

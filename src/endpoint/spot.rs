@@ -170,4 +170,8 @@ impl Light for SpotLight {
     fn can_be_hit(&self) -> bool {
         false
     }
+
+    fn is_black(&self) -> bool {
+        self.intensity.is_black()
+    }
 }

@@ -13,6 +13,7 @@ pub use output::{ImageFile, OutputError};
 pub use sums::{ChunkFilm, Film, FilmError, NonFinite, NonFiniteContribution};
 
 use crate::math::Rgb;
+use crate::sampler::{Sampler, Stream};
 use glam::{DVec2, UVec2};
 
 /// A film's resolution and the window of it that is rendered, in pixels; (0, 0) is the upper left corner.
@@ -78,6 +79,20 @@ pub struct FilmSample {
     pub raster: DVec2,
     /// Offset drawn from the filter's kernel, in pixels.
     pub offset: DVec2,
+}
+
+impl FilmSample {
+    /// Draws a point of a pixel, row-major in the window, and an offset from the filter's kernel: the first numbers that a sample takes.
+    #[must_use]
+    pub fn draw<P: Sampler>(region: &FilmRegion, pixel: u32, kernel: &Kernel, sampler: &mut P) -> Self {
+        sampler.stream(Stream::Film);
+        let width = region.window_size().x.max(1);
+        let corner = region.window_min.as_dvec2() + DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
+        // Rounding must not carry the point into the next pixel.
+        let last = corner + 1.0;
+        let raster = (corner + sampler.next_2d()).min(DVec2::new(last.x.next_down(), last.y.next_down()));
+        Self { raster, offset: kernel.sample(sampler) }
+    }
 }
 
 /// One way to draw a path: `s` vertices from the light, `t` from the camera.

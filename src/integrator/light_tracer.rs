@@ -32,6 +32,7 @@ impl LightTracer {
 
     /// Connects a vertex of the walk to the lens.
     fn connected<'s, S: Scene + ?Sized, C: Camera + ?Sized, P: Sampler>(
+        &self,
         scene: &'s S,
         camera: &C,
         region: &FilmRegion,
@@ -44,6 +45,7 @@ impl LightTracer {
         let edge = Edge::between(&lens.point, &vertex.point)?;
         let raster = camera.raster(&lens.point, edge.direction)? - film.offset;
         region.pixel_index(raster)?;
+        scratch.counters.connections += 1;
         let mut end = vertex.point;
         let light_or_f = match &vertex.bsdf {
             Some(bsdf) => bsdf.eval(vertex.to_previous, -edge.direction),
@@ -56,11 +58,15 @@ impl LightTracer {
                 light.emit(&end, -edge.direction)
             }
         };
+        if light_or_f.is_black() {
+            return None;
+        }
         let importance = camera.emit(&lens.point, edge.direction);
         let value = (vertex.throughput * light_or_f) * (edge.geometry * (importance * lens.throughput));
         if value.is_black() {
             return None;
         }
+        let value = value / self.roulette.test_shadow(value, || 1.0, || sampler.next_1d())?;
         scratch.counters.shadow_rays += 1;
         scene.visible(&lens.point, &end).then_some(Contribution { raster, value, weight: 1.0, technique: Technique { s: 0, t: 1 } })
     }
@@ -85,30 +91,34 @@ impl<S: Scene + ?Sized> Integrator<S> for LightTracer {
         scratch: &mut Scratch<'s, S>,
     ) {
         scratch.counters.samples += 1;
-        if !Integrator::<S>::techniques(self, &scene.needs()).lens_sampling {
+        let needs = scene.needs();
+        if !Integrator::<S>::techniques(self, &needs).lens_sampling {
             return;
         }
+        let depth = self.depth.within(&needs);
         let region = camera.film();
         let Some((walk, mut vertex)) = RandomWalk::from_light(scene, sampler, &mut scratch.counters) else { return };
         let mut connect = |bounces: u32, vertex: &Vertex<S::Bsdf<'s>>, sampler: &mut P, scratch: &mut Scratch<'s, S>| {
             sampler.stream(Stream::LensSampling(bounces));
-            let contribution = Self::connected(scene, camera, &region, film, vertex, sampler, scratch);
+            let contribution = self.connected(scene, camera, &region, film, vertex, sampler, scratch);
             if let Some(contribution) = contribution {
                 sink.add(&Contribution { technique: Technique { s: bounces as u16 + 1, t: 1 }, ..contribution });
             }
         };
-        if self.depth.contains(0) {
+        if depth.contains(0) {
             connect(0, &vertex, sampler, scratch);
         }
         let Some(mut walk) = walk else { return };
+        // Without a vertex that could be connected the walk would be for nothing.
+        let limit = if needs.contains(Needs::FINITE_LOBES) { depth.limit() } else { 0 };
         for bounces in 1.. {
-            if bounces > self.depth.limit() {
+            if bounces > limit {
                 walk.truncate(&mut scratch.counters);
                 break;
             }
             let Some(next) = walk.arrive(&mut scratch.counters) else { break };
             vertex = next;
-            if self.depth.contains(bounces) && vertex.is_connectible() {
+            if depth.contains(bounces) && vertex.is_connectible() {
                 connect(bounces, &vertex, sampler, scratch);
             }
             if let Scattered::Ended { .. } = walk.scatter(&mut vertex, &self.roulette, sampler, &mut scratch.counters) {

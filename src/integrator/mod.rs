@@ -6,22 +6,29 @@
 //! | [`PathTracer`] | s = 0 (hit a light) and s = 1 (emitter sampling), or either alone |
 //! | [`LightTracer`] | t = 1 (connect to the lens) |
 //! | [`Bidirectional`] | all (s, t), or any set of them |
+//! | [`Adaptive`] | the most efficient set, from path tracing to all (s, t), as a pilot finds it |
 //!
 //! All of them estimate the same image, with the same normalisation and the same meaning of depth.
 
+mod adaptive;
 mod bidirectional;
+mod decision;
 mod light_tracer;
 mod path_tracer;
+mod pilot;
 mod uniform_area;
 
+pub use adaptive::Adaptive;
 pub use bidirectional::Bidirectional;
+pub use decision::{Decision, TechniqueRecord};
 pub use light_tracer::LightTracer;
 pub use path_tracer::{PathTracer, PathTracing};
+pub use pilot::Candidate;
 pub use uniform_area::UniformArea;
 
 use crate::endpoint::Camera;
-use crate::film::{FilmSample, Sink};
-use crate::path::{MAX_BOUNCES, Scratch, TechniqueSet};
+use crate::film::{FilmSample, Kernel, Sink};
+use crate::path::{Counters, LeftOut, MAX_BOUNCES, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
 use crate::scene::{Needs, Scene};
 
@@ -32,6 +39,20 @@ pub trait Integrator<S: Scene + ?Sized>: Sync {
 
     /// The techniques that it runs on a scene with these needs.
     fn techniques(&self, needs: &Needs) -> TechniqueSet;
+
+    /// What it would run on a scene that needs everything, and leaves out on this one.
+    fn left_out(&self, needs: &Needs) -> LeftOut {
+        self.techniques(&Needs::ALL).left_out(needs)
+    }
+
+    /// Looks at the scene before the first sample and says what to run instead; `None`, the default, to run what it is. The driver asks once for
+    /// each rendering.
+    fn adapt<C: Camera + ?Sized>(&self, _scene: &S, _camera: &C, _pilot: &Pilot<'_>) -> Option<Adapted<Self>>
+    where
+        Self: Sized,
+    {
+        None
+    }
 
     /// Draws one sample of the image: one camera walk, one light walk, or one of each. Every integrator normalises alike: with N
     /// samples spread evenly over the window of P pixels, a pixel's value is `P/N` times the sum of the contributions that fall in it.
@@ -44,6 +65,35 @@ pub trait Integrator<S: Scene + ?Sized>: Sync {
         sink: &mut K,
         scratch: &mut Scratch<'s, S>,
     );
+}
+
+/// What an integrator that adapts itself may use.
+pub struct Pilot<'a> {
+    /// Samples that the rendering will take over all pixels, as far as that is known.
+    pub samples: u64,
+    /// The rendering's seed.
+    pub seed: u64,
+    /// The kernel of the pixel filter.
+    pub kernel: &'a Kernel,
+    /// Calls a function with every number below the given one, each once, on the rendering's threads.
+    pub parallel: &'a (dyn Fn(usize, &(dyn Fn(usize) + Sync)) + Sync + 'a),
+}
+
+impl std::fmt::Debug for Pilot<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Pilot").field("samples", &self.samples).field("seed", &self.seed).finish_non_exhaustive()
+    }
+}
+
+/// An integrator that has adapted itself.
+#[derive(Clone, Debug)]
+pub struct Adapted<I> {
+    /// What to run.
+    pub integrator: I,
+    /// Why.
+    pub decision: Decision,
+    /// What it took to decide. None of it is in the image.
+    pub counters: Counters,
 }
 
 /// Which paths count, by their number of scattering events; 0 is light that comes straight from an emitter.
@@ -66,6 +116,16 @@ impl Depth {
     #[must_use]
     pub const fn exactly(bounces: u32) -> Self {
         Self { min_bounces: bounces, max_bounces: Some(bounces) }
+    }
+
+    /// The same, less what a scene with these needs has no light for.
+    #[inline]
+    #[must_use]
+    pub fn within(self, needs: &Needs) -> Self {
+        match needs.most_bounces() {
+            Some(most) => Self { max_bounces: Some(self.max_bounces.map_or(most, |max| max.min(most))), ..self },
+            None => self,
+        }
     }
 
     /// The largest number of scattering events.

@@ -86,23 +86,26 @@ impl PathTracer {
         let light = scene.light(emitter.light?);
         let bsdf = vertex.bsdf.as_ref()?;
         let edge = Edge::between(&vertex.point, &emitter.point)?;
-        let radiance = light.emit(&emitter.point, -edge.direction);
-        let scattered = bsdf.eval(edge.direction, vertex.to_previous);
-        let value = vertex.throughput * scattered * (edge.geometry * (radiance * emitter.throughput));
+        counters.connections += 1;
+        let incoming = edge.geometry * (light.emit(&emitter.point, -edge.direction) * emitter.throughput);
+        if incoming.is_black() {
+            return None;
+        }
+        let value = vertex.throughput * bsdf.eval(edge.direction, vertex.to_previous) * incoming;
         if value.is_black() {
             return None;
         }
-        counters.shadow_rays += 1;
-        if !scene.visible(&vertex.point, &emitter.point) {
-            return None;
-        }
-        let weight = if set.emitter_hits && light.can_be_hit() {
-            let hit = bsdf.pdf(vertex.to_previous, edge.direction, Walk::Camera).value() * edge.geometry;
-            self.heuristic.weight([hit / emitter.start.connection.value()])
-        } else {
-            1.0
+        let weight = || {
+            if set.emitter_hits && light.can_be_hit() {
+                let hit = bsdf.pdf(vertex.to_previous, edge.direction, Walk::Camera).value() * edge.geometry;
+                self.heuristic.weight([hit / emitter.start.connection.value()])
+            } else {
+                1.0
+            }
         };
-        Some((value, weight))
+        let probability = self.roulette.test_shadow(value, weight, || sampler.next_1d())?;
+        counters.shadow_rays += 1;
+        scene.visible(&vertex.point, &emitter.point).then(|| (value / probability, weight()))
     }
 }
 
@@ -131,7 +134,8 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
     ) {
         let counters = &mut scratch.counters;
         counters.samples += 1;
-        let set = Integrator::<S>::techniques(self, &scene.needs());
+        let needs = scene.needs();
+        let (set, depth) = (Integrator::<S>::techniques(self, &needs), self.depth.within(&needs));
         let mut add = |s: u16, bounces: u32, value: Rgb, weight: f64| {
             let technique = Technique { s, t: bounces as u16 + 2 - s };
             sink.add(&Contribution { raster: film.raster, value, weight, technique });
@@ -142,7 +146,7 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
         for bounces in 0.. {
             let Some(mut vertex) = walk.arrive(counters) else { break };
             if set.emitter_hits
-                && self.depth.contains(bounces)
+                && depth.contains(bounces)
                 && let Some((value, weight)) = self.emitted(scene, &set, &previous, &vertex)
             {
                 add(0, bounces, value, weight);
@@ -150,17 +154,17 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
             if vertex.bsdf.is_none() {
                 break;
             }
-            if bounces >= self.depth.limit() {
+            if bounces >= depth.limit() {
                 walk.truncate(counters);
                 break;
             }
-            if set.emitter_sampling && self.depth.contains(bounces + 1) && vertex.is_connectible() {
+            if set.emitter_sampling && depth.contains(bounces + 1) && vertex.is_connectible() {
                 sampler.stream(Stream::EmitterSampling(bounces + 1));
                 if let Some((value, weight)) = self.connected(scene, &set, &vertex, sampler, counters) {
                     add(1, bounces + 1, value, weight);
                 }
             }
-            if !set.emitter_hits && bounces + 1 >= self.depth.limit() {
+            if !set.emitter_hits && bounces + 1 >= depth.limit() {
                 // The next vertex could only count by being hit.
                 walk.truncate(counters);
                 break;

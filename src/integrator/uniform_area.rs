@@ -55,9 +55,11 @@ impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
     ) {
         let counters = &mut scratch.counters;
         counters.samples += 1;
-        if !Integrator::<S>::techniques(self, &scene.needs()).uniform_area {
+        let needs = scene.needs();
+        if !Integrator::<S>::techniques(self, &needs).uniform_area {
             return;
         }
+        let depth = self.depth.within(&needs);
         let mut add = |bounces: u32, value: Rgb| {
             let technique = Technique { s: 0, t: bounces as u16 + 2 };
             sink.add(&Contribution { raster: film.raster, value, weight: 1.0, technique });
@@ -66,7 +68,7 @@ impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
         let Some((mut walk, _)) = RandomWalk::from_camera(scene, camera, u, sampler) else { return };
         let Some(first) = walk.arrive(counters) else { return };
         if let Some(light) = first.light
-            && self.depth.contains(0)
+            && depth.contains(0)
         {
             let radiance = scene.light(light).emit(&first.point, first.to_previous);
             if !radiance.is_black() {
@@ -77,11 +79,12 @@ impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
         let Some(mut bsdf) = first.bsdf else { return };
         let reference = throughput.max_component();
         let area = scene.total_area();
-        for bounces in 1..=self.depth.limit() {
+        for bounces in 1..=depth.limit() {
             sampler.stream(Stream::CameraVertex(bounces));
             let next = scene.sample_surface(sampler.next_1d(), sampler.next_2d());
             counters.scattered += 1;
             let Some(edge) = Edge::between(&point, &next) else { break };
+            counters.connections += 1;
             throughput *= bsdf.eval(edge.direction, to_camera) * (edge.geometry * area);
             if throughput.is_black() {
                 break;
@@ -91,7 +94,7 @@ impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
                 break;
             }
             if let Some(light) = scene.light_at(&next)
-                && self.depth.contains(bounces)
+                && depth.contains(bounces)
             {
                 let radiance = scene.light(light).emit(&next, -edge.direction);
                 if !radiance.is_black() {

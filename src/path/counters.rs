@@ -39,6 +39,8 @@ pub struct Counters {
     pub shadow_rays: u64,
     /// Scattering vertices sampled.
     pub scattered: u64,
+    /// Pairs of vertices that were to be connected: scattering or emission was evaluated at one of them at least.
+    pub connections: u64,
     /// Contributions that were infinite or not a number; they were not added to the film.
     pub non_finite: u64,
     /// Walks that the limit on bounces cut off.
@@ -48,6 +50,20 @@ pub struct Counters {
 }
 
 impl Counters {
+    /// What a sample costs beside what is counted.
+    pub(crate) const SAMPLE_COST: f64 = 2.0;
+    /// What a dedicated integrator costs over the general kernel with the same techniques.
+    pub(crate) const DEDICATED: f64 = 0.8;
+
+    /// Cost in units of a ray that is traced for its nearest hit: counts times constants, so that it is the same on every machine and in every run.
+    /// The constants were fitted to processor times of all integrators on the gallery (docs/leave-out.md).
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        (self.closest_rays + self.shadow_rays + self.connections) as f64
+            + 1.5 * self.scattered as f64
+            + Self::SAMPLE_COST * self.samples as f64
+    }
+
     /// All rays.
     #[must_use]
     pub fn rays(&self) -> u64 {
@@ -61,6 +77,7 @@ impl AddAssign for Counters {
         self.closest_rays += other.closest_rays;
         self.shadow_rays += other.shadow_rays;
         self.scattered += other.scattered;
+        self.connections += other.connections;
         self.non_finite += other.non_finite;
         self.truncated_walks += other.truncated_walks;
         self.ledger += other.ledger;

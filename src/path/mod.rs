@@ -9,12 +9,14 @@
 //! | vertices, and the walk that finds them | [`Vertex`], [`RandomWalk`] |
 //! | joining a camera part and a light part | [`Path`], [`sample_emitter`], [`sample_lens`] |
 //! | densities of all techniques, and weights | [`PathDensities`], [`Heuristic`], [`TechniqueSet`] |
+//! | what a scene does not need | [`LeftOut`], [`Reason`] |
 //! | Russian roulette | [`Roulette`] |
 //! | the definitions, evaluated without anything cached | [`PathRecord`] |
 
 mod connect;
 mod counters;
 mod geometry_term;
+mod light_walks;
 mod record;
 pub mod roulette;
 mod scratch;
@@ -27,10 +29,11 @@ mod weight;
 pub use connect::{sample_emitter, sample_lens};
 pub use counters::{Counters, Ledger};
 pub use geometry_term::Edge;
+pub use light_walks::LightWalks;
 pub use record::{PathRecord, Verification};
 pub use roulette::{Roulette, Survival, Termination};
 pub use scratch::Scratch;
-pub use technique::TechniqueSet;
+pub use technique::{Family, LeftOut, Reason, TechniqueSet};
 pub use vertex::{StartDensity, Vertex};
 pub use view::Path;
 pub(crate) use view::are_joinable;

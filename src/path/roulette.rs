@@ -34,11 +34,14 @@ pub struct Roulette {
     /// The constant c, radiance. Only camera walks use it, whose remaining estimate F is the radiance that comes in along the walk; the remaining
     /// estimate of a light walk is an image.
     pub constant: Rgb,
+    /// Connections whose weighted contribution is below this radiance (largest component) are tested for visibility with the probability
+    /// contribution / threshold only, and count that much more. 0 tests all of them.
+    pub shadow_threshold: f64,
 }
 
 impl Default for Roulette {
     fn default() -> Self {
-        Self { start: 3, survival: Survival::Throughput, constant: Rgb::BLACK }
+        Self { start: 3, survival: Survival::Throughput, constant: Rgb::BLACK, shadow_threshold: 0.0 }
     }
 }
 
@@ -58,7 +61,7 @@ pub enum Termination {
 
 impl Roulette {
     /// No roulette: walks end by absorption or by a limit on bounces only.
-    pub const NEVER: Self = Self { start: u32::MAX, survival: Survival::Always, constant: Rgb::BLACK };
+    pub const NEVER: Self = Self { start: u32::MAX, survival: Survival::Always, constant: Rgb::BLACK, shadow_threshold: 0.0 };
 
     /// Decides after the given number of scattering events; `relative` is the throughput relative to the start of the walk.
     #[inline]
@@ -72,6 +75,18 @@ impl Roulette {
             Survival::Always => return Termination::Continue,
         };
         if q > 0.0 { if xi() < q { Termination::Terminated } else { Termination::Survived { q } } } else { Termination::Continue }
+    }
+
+    /// Decides whether the visibility of a connection is worth a ray: the probability with which it was decided so, `None` if it is not. The weight
+    /// is asked for only if it matters.
+    #[inline]
+    pub fn test_shadow(&self, value: Rgb, weight: impl FnOnce() -> f64, xi: impl FnOnce() -> f64) -> Option<f64> {
+        if self.shadow_threshold <= 0.0 {
+            return Some(1.0);
+        }
+        let probability = value.max_component() * weight() / self.shadow_threshold;
+        // What is not a number must be seen by the film, which counts it.
+        if probability < 1.0 { (xi() < probability).then_some(probability) } else { Some(1.0) }
     }
 
     /// The constant for a walk.
@@ -117,6 +132,17 @@ mod tests {
             assert!((measured_mean - mean).abs() < 4.0 * standard_error, "c = {c}: {measured_mean}");
             assert!((measured_variance / expected - 1.0).abs() < 0.01, "c = {c}: {measured_variance}");
         }
+    }
+
+    #[test]
+    fn shadows_of_small_contributions_are_tested_rarely() {
+        let value = Rgb::new(0.1, 0.4, 0.2);
+        let roulette = Roulette { shadow_threshold: 2.0, ..Roulette::default() };
+        assert_eq!(roulette.test_shadow(value, || 0.5, || 0.09), Some(0.1));
+        assert_eq!(roulette.test_shadow(value, || 0.5, || 0.11), None);
+        assert_eq!(roulette.test_shadow(value * 20.0, || 0.5, || unreachable!()), Some(1.0));
+        assert_eq!(roulette.test_shadow(Rgb::splat(f64::NAN), || 0.5, || unreachable!()), Some(1.0));
+        assert_eq!(Roulette::default().test_shadow(value, || unreachable!(), || unreachable!()), Some(1.0));
     }
 
     #[test]

@@ -1,10 +1,12 @@
-//! Which ways of drawing paths an integrator runs.
+//! Which ways of drawing paths an integrator runs, and why not the others.
 
+use super::LightWalks;
 use crate::film::Technique;
+use crate::geometry::Place;
 use crate::scene::Needs;
 use std::fmt;
 
-/// The set of techniques that an integrator runs on a scene, each with one sample per sample of the image.
+/// The set of techniques that an integrator runs on a scene, and how many samples each has per sample of the image.
 ///
 /// A path with k edges can be drawn by the techniques (s, t) with s + t = k + 1 and t ≥ 1: the lens is never hit by chance. A
 /// set is a union of the four families that need different code, less what the scene rules out.
@@ -20,10 +22,129 @@ pub struct TechniqueSet {
     pub lens_sampling: bool,
     /// Every vertex after the first surface uniform by area, the last one on a light: the lecture's estimator, no (s, t) technique.
     pub uniform_area: bool,
+    /// How many samples connections and lens sampling have; the others have one.
+    pub light_walks: LightWalks,
+    /// Paths that lens sampling can draw are left to it alone; a camera walk goes on only if its first surface is met by a Dirac lobe.
+    pub lens_first: bool,
     /// If given, this technique alone.
     pub only: Option<Technique>,
     /// If given, all but this technique.
     pub without: Option<Technique>,
+}
+
+/// A family of techniques.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Family {
+    /// s = 0.
+    EmitterHits,
+    /// s = 1, t ≥ 2.
+    EmitterSampling,
+    /// s ≥ 2, t ≥ 2.
+    Connections,
+    /// t = 1, s ≥ 1.
+    LensSampling,
+    /// Vertices uniform by area.
+    UniformArea,
+}
+
+impl Family {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::UniformArea, Self::EmitterHits, Self::EmitterSampling, Self::Connections, Self::LensSampling];
+
+    /// The family of a technique (s, t) with t ≥ 1.
+    #[inline]
+    #[must_use]
+    pub const fn of(technique: Technique) -> Self {
+        match (technique.s, technique.t) {
+            (0, _) => Self::EmitterHits,
+            (_, 1) => Self::LensSampling,
+            (1, _) => Self::EmitterSampling,
+            _ => Self::Connections,
+        }
+    }
+}
+
+impl fmt::Display for Family {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::EmitterHits => "s = 0 (hit a light)",
+            Self::EmitterSampling => "s = 1 (emitter sampling)",
+            Self::Connections => "s ≥ 2, t ≥ 2 (connections)",
+            Self::LensSampling => "t = 1 (lens sampling)",
+            Self::UniformArea => "vertices uniform by area",
+        })
+    }
+}
+
+/// Why a family of techniques is left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Reason {
+    /// It would contribute nothing: there is no light.
+    NoLight,
+    /// It would contribute nothing: no ray can hit a light.
+    NoHittableLight,
+    /// It would contribute nothing: no light can be connected to.
+    NoConnectibleLight,
+    /// It would contribute nothing: every surface is black or has Dirac lobes alone, which no connection meets.
+    NoFiniteLobe,
+    /// It would contribute nothing: no light reaches a surface.
+    NoIllumination,
+    /// It would draw (1, 1) alone, whose paths s = 0 draws, too.
+    Redundant,
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoLight => "there is no light",
+            Self::NoHittableLight => "no ray can hit a light",
+            Self::NoConnectibleLight => "no light can be connected to",
+            Self::NoFiniteLobe => "no surface has a lobe to connect to",
+            Self::NoIllumination => "no light reaches a surface",
+            Self::Redundant => "only light that is seen directly would be left to it, and s = 0 draws that",
+        })
+    }
+}
+
+/// What an integrator leaves out on a scene, and why.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct LeftOut {
+    reasons: [Option<Reason>; Family::ALL.len()],
+    most_bounces: Option<u32>,
+}
+
+impl LeftOut {
+    /// The families, each with its reason.
+    pub fn families(&self) -> impl Iterator<Item = (Family, Reason)> {
+        Family::ALL.into_iter().zip(self.reasons).filter_map(|(family, reason)| Some((family, reason?)))
+    }
+
+    /// The number of scattering events after which no path carries light, if the scene has such a bound.
+    #[must_use]
+    pub fn most_bounces(&self) -> Option<u32> {
+        self.most_bounces
+    }
+
+    /// Whether nothing is left out.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl fmt::Display for LeftOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let families = self.families().map(|(family, reason)| format!("{family}: {reason}"));
+        let bound = self.most_bounces.map(|n| match n {
+            0 => "scattering: no light reaches a surface".to_owned(),
+            1 => "more than one scattering event: no light gets from one surface to another".to_owned(),
+            n => format!("more than {n} scattering events"),
+        });
+        let items: Vec<String> = families.chain(bound).collect();
+        f.write_str(if items.is_empty() { "nothing" } else { "" })?;
+        f.write_str(&items.join("; "))
+    }
 }
 
 impl TechniqueSet {
@@ -34,6 +155,8 @@ impl TechniqueSet {
         connections: false,
         lens_sampling: false,
         uniform_area: false,
+        light_walks: LightWalks::ONE,
+        lens_first: false,
         only: None,
         without: None,
     };
@@ -41,38 +164,121 @@ impl TechniqueSet {
     pub const BIDIRECTIONAL: Self =
         Self { emitter_hits: true, emitter_sampling: true, connections: true, lens_sampling: true, ..Self::NONE };
 
-    /// Leaves out what a scene cannot use; exactly, since what is left out would contribute nothing.
+    /// Leaves out what a scene cannot use; exactly, since what is left out would contribute nothing or, if it is redundant, is drawn by another
+    /// technique of the set.
+    #[inline]
     #[must_use]
     pub fn pruned(mut self, needs: &Needs) -> Self {
-        self.emitter_hits &= needs.contains(Needs::HITTABLE_LIGHTS);
-        self.uniform_area &= needs.contains(Needs::HITTABLE_LIGHTS);
-        self.emitter_sampling &= needs.contains(Needs::CONNECTIBLE_LIGHTS.union(Needs::FINITE_LOBES));
-        self.connections &= needs.contains(Needs::FINITE_LOBES);
-        self.lens_sampling &= needs.contains(Needs::FINITE_LOBES) || needs.contains(Needs::HITTABLE_LIGHTS);
+        let full = self;
+        let keep = |family| full.reason(family, needs).is_none();
+        self.emitter_hits &= keep(Family::EmitterHits);
+        self.uniform_area &= keep(Family::UniformArea);
+        self.emitter_sampling &= keep(Family::EmitterSampling);
+        self.connections &= keep(Family::Connections);
+        self.lens_sampling &= keep(Family::LensSampling);
         self
+    }
+
+    /// What [`pruned`](Self::pruned) leaves out, and why.
+    #[must_use]
+    pub fn left_out(&self, needs: &Needs) -> LeftOut {
+        let reason = |family: Family| if self.has(family) { self.reason(family, needs) } else { None };
+        let runs = Family::ALL.into_iter().any(|family| self.pruned(needs).has(family));
+        LeftOut { reasons: Family::ALL.map(reason), most_bounces: needs.most_bounces().filter(|_| runs) }
+    }
+
+    /// The one place that decides what a scene rules out.
+    #[inline]
+    fn reason(&self, family: Family, needs: &Needs) -> Option<Reason> {
+        let hittable = needs.contains(Needs::HITTABLE_LIGHTS);
+        let no_scattering = if !needs.contains(Needs::FINITE_LOBES) {
+            Some(Reason::NoFiniteLobe)
+        } else if !needs.contains(Needs::ILLUMINATION) {
+            Some(Reason::NoIllumination)
+        } else {
+            None
+        };
+        match family {
+            Family::EmitterHits | Family::UniformArea => (!hittable).then_some(Reason::NoHittableLight),
+            Family::EmitterSampling if !needs.contains(Needs::CONNECTIBLE_LIGHTS) => Some(Reason::NoConnectibleLight),
+            Family::EmitterSampling | Family::Connections => no_scattering,
+            Family::LensSampling if !hittable && !needs.contains(Needs::DIRAC_LIGHTS) => Some(Reason::NoLight),
+            Family::LensSampling => {
+                let direct = self.emitter_hits && !needs.contains(Needs::DIRAC_LIGHTS);
+                let all = self.only.is_none() && self.without.is_none();
+                (no_scattering.is_some() && direct && all).then_some(Reason::Redundant)
+            }
+        }
+    }
+
+    /// Whether a family is in the set.
+    #[inline]
+    #[must_use]
+    pub fn has(&self, family: Family) -> bool {
+        match family {
+            Family::EmitterHits => self.emitter_hits,
+            Family::EmitterSampling => self.emitter_sampling,
+            Family::Connections => self.connections,
+            Family::LensSampling => self.lens_sampling,
+            Family::UniformArea => self.uniform_area,
+        }
     }
 
     /// Whether a technique is in the set.
     #[inline]
     #[must_use]
     pub fn contains(&self, technique: Technique) -> bool {
-        let family = match (technique.s, technique.t) {
-            (_, 0) => false,
-            (0, _) => self.emitter_hits,
-            (_, 1) => self.lens_sampling,
-            (1, _) => self.emitter_sampling,
-            _ => self.connections,
-        };
+        let family = technique.t > 0 && self.has(Family::of(technique));
         family && self.only.is_none_or(|only| only == technique) && self.without != Some(technique)
     }
 
+    /// How many samples a technique of the set has per sample of the image.
+    #[inline]
+    #[must_use]
+    pub fn count(&self, technique: Technique) -> f64 {
+        match Family::of(technique) {
+            Family::Connections | Family::LensSampling => self.light_walks.count(),
+            _ => 1.0,
+        }
+    }
+
+    /// Whether the set draws every path that the set of all techniques draws, on any scene with these needs and through a lens at such a
+    /// place. Decided from the needs alone, so "no" may mean "not on every such scene".
+    #[must_use]
+    pub fn is_complete(&self, needs: &Needs, lens: Place) -> bool {
+        let may_have = |need| needs.contains(need);
+        if self.only.is_some() || self.without.is_some() {
+            return false;
+        }
+        // Every vertex that the camera sees can be connected to the lens, and every light that it sees.
+        let lens_alone = self.lens_sampling && !may_have(Needs::DIRAC_LOBES) && may_have(Needs::ILLUMINATION);
+        let both_infinite = lens == Place::Infinite && may_have(Needs::ENVIRONMENT);
+        let hittable = !may_have(Needs::HITTABLE_LIGHTS) || self.emitter_hits || (lens_alone && !both_infinite);
+        // A Dirac light that a lens of finite area sees directly is drawn by (1, 1) alone.
+        let sampled =
+            self.emitter_sampling && !may_have(Needs::DIRAC_LOBES) && !may_have(Needs::UNCONNECTIBLE_LIGHTS) && lens != Place::Area;
+        let all = self.emitter_sampling && self.connections && self.lens_sampling;
+        hittable && (!may_have(Needs::DIRAC_LIGHTS) || all || lens_alone || sampled)
+    }
+
+    /// The set without walks from the light if the scene has no caustics that would need them: no lobe is Dirac or glossy, and without
+    /// them no path is missing. A choice, not a gain for certain: light walks may pay where nothing needs them.
+    #[must_use]
+    pub fn without_needless_light_walks(self, needs: &Needs, lens: Place) -> Self {
+        let sparing = Self { connections: false, lens_sampling: false, ..self };
+        let caustics = needs.contains(Needs::DIRAC_LOBES) || needs.contains(Needs::GLOSSY_LOBES);
+        if !caustics && sparing.is_complete(needs, lens) { sparing } else { self }
+    }
+
     /// Whether walks from the light are needed.
+    #[inline]
     #[must_use]
     pub fn has_light_walk(&self) -> bool {
         self.connections || self.lens_sampling
     }
 
     /// Whether walks from the camera are needed.
+    #[inline]
     #[must_use]
     pub fn has_camera_walk(&self) -> bool {
         self.emitter_hits || self.emitter_sampling || self.connections || self.uniform_area
@@ -81,18 +287,17 @@ impl TechniqueSet {
 
 impl fmt::Display for TechniqueSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let families = [
-            (self.uniform_area, "vertices uniform by area"),
-            (self.emitter_hits, "s = 0 (hit a light)"),
-            (self.emitter_sampling, "s = 1 (emitter sampling)"),
-            (self.connections, "s ≥ 2, t ≥ 2 (connections)"),
-            (self.lens_sampling, "t = 1 (lens sampling)"),
-        ];
-        let names: Vec<&str> = families.iter().filter(|(on, _)| *on).map(|(_, name)| *name).collect();
+        let names: Vec<String> = Family::ALL.into_iter().filter(|family| self.has(*family)).map(|family| family.to_string()).collect();
         if names.is_empty() {
             return f.write_str("none");
         }
         f.write_str(&names.join(", "))?;
+        if self.has_light_walk() && self.light_walks != LightWalks::ONE {
+            write!(f, ", {} light walks per camera walk", self.light_walks.count())?;
+        }
+        if self.lens_first {
+            f.write_str(", nothing else for paths that t = 1 draws")?;
+        }
         if let Some(Technique { s, t }) = self.only {
             write!(f, ", only ({s}, {t})")?;
         }
@@ -100,5 +305,84 @@ impl fmt::Display for TechniqueSet {
             write!(f, ", without ({s}, {t})")?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAIN: Needs = Needs::ALL
+        .without(Needs::DIRAC_LOBES)
+        .without(Needs::GLOSSY_LOBES)
+        .without(Needs::DIRAC_LIGHTS)
+        .without(Needs::UNCONNECTIBLE_LIGHTS)
+        .without(Needs::ENVIRONMENT);
+    const PATH: TechniqueSet = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+    const LIGHT: TechniqueSet = TechniqueSet { lens_sampling: true, ..TechniqueSet::NONE };
+
+    #[test]
+    fn what_is_left_out_has_a_reason() {
+        let all = TechniqueSet { uniform_area: true, ..TechniqueSet::BIDIRECTIONAL };
+        for bits in 0..=4095u32 {
+            // Needs are plain sets: every one of them can be had by taking away.
+            let bit = |n: u32| if bits >> n & 1 == 1 { Needs::NONE } else { NEEDS[n as usize] };
+            let needs = (0..12).fold(Needs::ALL, |needs, n| needs.without(bit(n)));
+            for set in [all, PATH, LIGHT] {
+                let (pruned, left_out) = (set.pruned(&needs), set.left_out(&needs));
+                for family in Family::ALL {
+                    let reason = left_out.families().find(|(f, _)| *f == family);
+                    assert_eq!(reason.is_some(), set.has(family) && !pruned.has(family), "{needs} {left_out}");
+                }
+                assert_eq!(pruned.pruned(&needs), pruned);
+            }
+        }
+        assert!(all.left_out(&Needs::ALL).is_empty());
+        assert_eq!(all.left_out(&Needs::ALL).to_string(), "nothing");
+    }
+
+    const NEEDS: [Needs; 12] = [
+        Needs::HITTABLE_LIGHTS,
+        Needs::CONNECTIBLE_LIGHTS,
+        Needs::FINITE_LOBES,
+        Needs::DIRAC_LOBES,
+        Needs::TRANSMISSION,
+        Needs::ENVIRONMENT,
+        Needs::SMOOTH_NORMALS,
+        Needs::DIRAC_LIGHTS,
+        Needs::UNCONNECTIBLE_LIGHTS,
+        Needs::GLOSSY_LOBES,
+        Needs::ILLUMINATION,
+        Needs::INTERREFLECTION,
+    ];
+
+    #[test]
+    fn a_purely_specular_room_takes_emission_alone() {
+        let mirrors =
+            Needs::HITTABLE_LIGHTS | Needs::CONNECTIBLE_LIGHTS | Needs::DIRAC_LOBES | Needs::ILLUMINATION | Needs::INTERREFLECTION;
+        let set = TechniqueSet::BIDIRECTIONAL;
+        assert_eq!(set.pruned(&mirrors), TechniqueSet { emitter_hits: true, ..TechniqueSet::NONE });
+        let text = set.left_out(&mirrors).to_string();
+        assert!(text.contains("s = 1 (emitter sampling): no surface has a lobe") && text.contains("t = 1 (lens sampling): only"), "{text}");
+        // A point light that a lens of finite area sees is drawn by (1, 1) alone.
+        assert!(set.pruned(&(mirrors | Needs::DIRAC_LIGHTS)).lens_sampling);
+        assert!(LIGHT.pruned(&mirrors).lens_sampling);
+    }
+
+    #[test]
+    fn completeness_is_decided_by_lights_lobes_and_lens() {
+        use Place::{Area, Dirac, Infinite};
+        for lens in [Area, Dirac, Infinite] {
+            assert!(TechniqueSet::BIDIRECTIONAL.is_complete(&Needs::ALL, lens));
+            assert!(PATH.is_complete(&PLAIN, lens) && LIGHT.is_complete(&PLAIN, lens));
+            assert!(!LIGHT.is_complete(&(PLAIN | Needs::DIRAC_LOBES), lens));
+            assert!(PATH.is_complete(&(PLAIN | Needs::DIRAC_LOBES), lens));
+            assert!(!PATH.is_complete(&(PLAIN | Needs::DIRAC_LOBES | Needs::DIRAC_LIGHTS), lens));
+            assert_eq!(PATH.is_complete(&(PLAIN | Needs::DIRAC_LIGHTS), lens), lens != Area);
+            assert_eq!(LIGHT.is_complete(&(PLAIN | Needs::ENVIRONMENT), lens), lens != Infinite);
+        }
+        let sparing = |needs: Needs| TechniqueSet::BIDIRECTIONAL.without_needless_light_walks(&needs, Dirac);
+        assert_eq!(sparing(PLAIN), PATH);
+        assert_eq!(sparing(PLAIN | Needs::GLOSSY_LOBES), TechniqueSet::BIDIRECTIONAL);
     }
 }

@@ -79,6 +79,9 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
             None => scene.light(light).emit(&z.point, -edge.direction),
             Some(bsdf) => bsdf.eval(z.to_previous, -edge.direction),
         };
+        if at_light.is_black() {
+            return None;
+        }
         let value = (y.throughput * at_camera) * (edge.geometry * (at_light * z.throughput));
         let path = Self { scene, camera, camera_part, light_part, light, joint: Some(edge), value };
         let lens_to_light = camera_part.len() == 1 && light_part.len() == 1;

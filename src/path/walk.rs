@@ -207,12 +207,25 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     /// Walks until absorption, escape, roulette or `max_bounces` scattering events, and appends every vertex to `vertices`. Roulette must have
     /// c = 0: nobody is there to add the constant.
     pub fn record<P: Sampler>(
+        self,
+        vertices: &mut Vec<Vertex<S::Bsdf<'s>>>,
+        max_bounces: u32,
+        roulette: &Roulette,
+        sampler: &mut P,
+        counters: &mut Counters,
+    ) {
+        self.record_while(vertices, max_bounces, roulette, sampler, counters, |_| true);
+    }
+
+    /// The same, but ends at the first surface unless `go_on` is true of what was found and sampled there.
+    pub(crate) fn record_while<P: Sampler>(
         mut self,
         vertices: &mut Vec<Vertex<S::Bsdf<'s>>>,
         max_bounces: u32,
         roulette: &Roulette,
         sampler: &mut P,
         counters: &mut Counters,
+        go_on: impl Fn(&Vertex<S::Bsdf<'s>>) -> bool,
     ) {
         while let Some(mut vertex) = self.arrive(counters) {
             let last = self.vertices > max_bounces;
@@ -222,8 +235,9 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
             } else {
                 matches!(self.scatter(&mut vertex, roulette, sampler, counters), Scattered::Ended { .. })
             };
+            let is_end = ended || (self.vertices == 1 && !go_on(&vertex));
             vertices.push(vertex);
-            if ended {
+            if is_end {
                 break;
             }
         }

@@ -22,6 +22,8 @@
 //! Two ends have a density of their own: the point that next event estimation chooses on the light (s = 1) and the one that light
 //! tracing chooses on the lens (t = 1) may be drawn differently than the start of a walk.
 //!
+//! A technique with n samples per sample of the image has the density n p in all weights.
+//!
 //! The probabilities of Russian roulette depend on the walk, not on the path alone; they are left out of all weights alike and stay in the
 //! throughput.
 //!
@@ -175,10 +177,15 @@ pub trait PathDensities {
     where
         Self: Sized,
     {
+        if set.lens_first && self.is_admissible(1) {
+            return if t == 1 { 1.0 } else { 0.0 };
+        }
         let mut sum = 1.0;
+        let own = set.count(self.technique(t));
         self.sweep(t, |other, ratio| {
-            if set.contains(self.technique(other)) {
-                sum += heuristic.raise(ratio);
+            let other = self.technique(other);
+            if set.contains(other) {
+                sum += heuristic.raise(ratio * (set.count(other) / own));
             }
         });
         1.0 / sum

@@ -5,9 +5,8 @@ use crate::endpoint::Camera;
 use crate::film::{ChunkFilm, Film, FilmRegion, FilmSample, Kernel};
 use crate::integrator::Integrator;
 use crate::path::{Counters, Scratch};
-use crate::sampler::{SampleSource, Sampler, Stream};
+use crate::sampler::SampleSource;
 use crate::scene::Scene;
-use glam::DVec2;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -87,24 +86,14 @@ impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S
         slot.film.clear();
         for pixel in pixels {
             let mut sampler = self.source.sampler(pixel, pass);
-            sampler.stream(Stream::Film);
-            let raster = self.position_in(pixel, sampler.next_2d());
-            let offset = self.kernel.sample(&mut sampler);
+            let film = FilmSample::draw(&self.region, pixel, &self.kernel, &mut sampler);
             slot.film.begin_sample(pixel, pass);
-            self.integrator.sample(self.scene, self.camera, FilmSample { raster, offset }, &mut sampler, &mut slot.film, scratch);
+            self.integrator.sample(self.scene, self.camera, film, &mut sampler, &mut slot.film, scratch);
         }
         slot.film.finish();
         slot.counters = std::mem::take(&mut scratch.counters);
         slot.counters.non_finite += slot.film.non_finite().count();
         slot.time = start.elapsed();
-    }
-
-    /// The point `u` of a pixel, in pixels of the film. Rounding must not carry it into the next pixel.
-    fn position_in(&self, pixel: u32, u: DVec2) -> DVec2 {
-        let width = self.region.window_size().x;
-        let corner = self.region.window_min.as_dvec2() + DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
-        let last = corner + 1.0;
-        (corner + u).min(DVec2::new(last.x.next_down(), last.y.next_down()))
     }
 }
 

@@ -14,13 +14,14 @@ pub use settings::{Budget, RenderError, Settings};
 
 use crate::endpoint::Camera;
 use crate::film::{Film, Filter, Image, NonFinite};
-use crate::integrator::Integrator;
-use crate::path::{Counters, TechniqueSet};
+use crate::integrator::{Decision, Integrator, Pilot};
+use crate::path::{Counters, Ledger, LeftOut, TechniqueSet};
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
 use chunks::{Chunks, Job};
 use settings::Threads;
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use target::Watch;
 
@@ -64,6 +65,10 @@ pub struct Rendering {
     pub thread_time: Duration,
     /// The techniques that the integrator ran.
     pub techniques: TechniqueSet,
+    /// What it left out on this scene, and why.
+    pub left_out: LeftOut,
+    /// How it adapted itself, if it did.
+    pub decision: Option<Decision>,
     /// The integrator's name.
     pub integrator: &'static str,
     /// The pixel filter.
@@ -117,7 +122,7 @@ pub fn unattended(_: &Progress<'_>) -> ControlFlow<()> {
 ///
 /// # Errors
 /// If the settings or the camera's film are invalid, or the threads cannot be started.
-pub fn render<S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S> + ?Sized>(
+pub fn render<S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S>>(
     scene: &S,
     camera: &C,
     integrator: &I,
@@ -133,7 +138,7 @@ pub fn render<S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S> + ?Sized>(
 ///
 /// # Errors
 /// If the settings or the camera's film are invalid, or the threads cannot be started.
-pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S> + ?Sized>(
+pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S>>(
     source: &N,
     scene: &S,
     camera: &C,
@@ -150,11 +155,33 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
     let kernel = settings.filter.kernel()?;
     let threads = Threads::new(settings.threads)?;
     let mut film = Film::new(camera.film())?;
-    let job = Job { source, scene, camera, integrator, kernel, region: film.region() };
-    let mut chunks = Chunks::new(film.region(), threads.count());
-    let mut counters = Counters::default();
+    let region = film.region();
+    let start = Instant::now();
+    let pilot_time = AtomicU64::new(0);
+    let pilot = Pilot {
+        samples: u64::from(region.pixels()) * u64::from(settings.budget.samples().unwrap_or(UNKNOWN_BUDGET)),
+        seed: settings.seed,
+        kernel: &kernel,
+        parallel: &|count, task| {
+            threads.for_each(count, &|i| {
+                let start = Instant::now();
+                task(i);
+                pilot_time.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+            });
+        },
+    };
+    let adapted = integrator.adapt(scene, camera, &pilot);
+    let (mut wall, mut counters, decision) = (Duration::ZERO, Counters::default(), adapted.as_ref().map(|a| a.decision.clone()));
+    if let Some(adapted) = &adapted {
+        wall = start.elapsed();
+        // Its samples are none of the image's, its rays are rays.
+        counters = Counters { samples: 0, truncated_walks: 0, ledger: Ledger::default(), ..adapted.counters };
+    }
+    let integrator = adapted.as_ref().map_or(integrator, |adapted| &adapted.integrator);
+    let job = Job { source, scene, camera, integrator, kernel, region };
+    let mut chunks = Chunks::new(region, threads.count());
     let mut watch = settings.target_error.map(Watch::new);
-    let (mut passes, mut wall, mut thread_time, mut stopped) = (0, Duration::ZERO, Duration::ZERO, false);
+    let (mut passes, mut thread_time, mut stopped) = (0, Duration::from_nanos(pilot_time.into_inner()), false);
     loop {
         let start = Instant::now();
         thread_time += chunks.render_pass(&job, passes, &threads, &mut film, &mut counters);
@@ -179,6 +206,8 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
         wall,
         thread_time,
         techniques: integrator.techniques(&scene.needs()),
+        left_out: integrator.left_out(&scene.needs()),
+        decision,
         integrator: integrator.name(),
         filter: settings.filter,
         sampling: None,
@@ -187,6 +216,9 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
     })
 }
 
+/// Samples per pixel that are expected of a budget of time.
+const UNKNOWN_BUDGET: u32 = 64;
+
 /// Samples over the whole window after a number of passes.
 fn samples(film: &Film, passes: u32) -> u64 {
     u64::from(film.region().pixels()) * u64::from(passes)
@@ -194,6 +226,12 @@ fn samples(film: &Film, passes: u32) -> u64 {
 
 /// An integrator that renders scenes of type `S`, as an object: `&[&dyn Render<S>]` is a comparison. Every [`Integrator`] is one.
 pub trait Render<S: Scene + ?Sized>: Sync {
+    /// The techniques that it runs on the scene; before it has adapted itself, all that it may run.
+    fn techniques(&self, scene: &S) -> TechniqueSet;
+
+    /// What it leaves out on the scene, and why.
+    fn left_out(&self, scene: &S) -> LeftOut;
+
     /// Renders; see [`render()`].
     ///
     /// # Errors
@@ -208,6 +246,14 @@ pub trait Render<S: Scene + ?Sized>: Sync {
 }
 
 impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
+    fn techniques(&self, scene: &S) -> TechniqueSet {
+        Integrator::techniques(self, &scene.needs())
+    }
+
+    fn left_out(&self, scene: &S) -> LeftOut {
+        Integrator::left_out(self, &scene.needs())
+    }
+
     fn render(
         &self,
         scene: &S,

@@ -18,6 +18,14 @@ pub enum Budget {
 }
 
 impl Budget {
+    /// The number of samples per pixel, if it is known before.
+    pub(crate) fn samples(self) -> Option<u32> {
+        match self {
+            Self::Samples(samples) => Some(samples),
+            Self::Time(_) => None,
+        }
+    }
+
     pub(super) fn is_spent(self, passes: u32, wall: Duration) -> bool {
         match self {
             Self::Samples(samples) => passes >= samples,
@@ -164,6 +172,19 @@ impl Threads {
             None => Ok(Self::Current),
             #[cfg(not(feature = "parallel"))]
             _ => Ok(Self::Caller),
+        }
+    }
+
+    /// Calls `task` with every number below `count`, each once.
+    pub fn for_each(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
+        #[cfg(feature = "parallel")]
+        use rayon::prelude::*;
+        match self {
+            Self::Caller => (0..count).for_each(task),
+            #[cfg(feature = "parallel")]
+            Self::Current => (0..count).into_par_iter().for_each(task),
+            #[cfg(feature = "parallel")]
+            Self::Own(pool) => pool.install(|| (0..count).into_par_iter().for_each(task)),
         }
     }
 

@@ -5,12 +5,11 @@ use super::inference::{Largest, Tail};
 use super::metrics::RELATIVE_EPSILON;
 use crate::endpoint::Camera;
 use crate::film::{Contribution, FilmRegion, FilmSample, Image, Sink};
-use crate::integrator::Integrator;
+use crate::integrator::{Integrator, Pilot};
 use crate::path::Scratch;
 use crate::render::{Budget, Render, RenderError, Settings};
-use crate::sampler::{SampleSource, Sampler, Stream};
+use crate::sampler::SampleSource;
 use crate::scene::Scene;
-use glam::DVec2;
 use std::fmt;
 use std::time::Instant;
 
@@ -49,8 +48,14 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Method<S> for I {
         let region = camera.film();
         let mut sink = ProbeSink::new(region, reference);
         let mut scratch = Scratch::default();
+        // One that adapts itself is probed as what it then runs.
+        let samples = u64::from(region.pixels()) * u64::from(settings.budget.samples().unwrap_or(1));
+        let parallel = &|count, task: &(dyn Fn(usize) + Sync)| (0..count).for_each(task);
+        let pilot = Pilot { samples, seed: settings.seed, kernel: &settings.filter.kernel()?, parallel };
+        let adapted = self.adapt(scene, camera, &pilot);
+        let integrator = adapted.as_ref().map_or(self, |adapted| &adapted.integrator);
         let passes = for_each_sample(region, settings, |_, _, film, sampler| {
-            self.sample(scene, camera, film, sampler, &mut sink, &mut scratch);
+            integrator.sample(scene, camera, film, sampler, &mut sink, &mut scratch);
             sink.end_sample();
         })?;
         Ok(sink.finish(passes))
@@ -129,16 +134,11 @@ where
     let strata = if let Budget::Samples(n) = settings.budget { n } else { 64 };
     let source = settings.sampler.source(settings.seed, strata);
     let start = Instant::now();
-    let width = region.window_size().x.max(1);
     for pass in 0.. {
         for pixel in 0..region.pixels() {
             let mut sampler = source.sampler(pixel, pass);
-            sampler.stream(Stream::Film);
-            let corner = region.window_min.as_dvec2() + DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
-            let last = corner + 1.0;
-            let raster = (corner + sampler.next_2d()).min(DVec2::new(last.x.next_down(), last.y.next_down()));
-            let offset = kernel.sample(&mut sampler);
-            visit(pixel, pass, FilmSample { raster, offset }, &mut sampler);
+            let film = FilmSample::draw(&region, pixel, &kernel, &mut sampler);
+            visit(pixel, pass, film, &mut sampler);
         }
         let spent = match settings.budget {
             Budget::Samples(samples) => pass + 1 >= samples,

@@ -10,6 +10,7 @@ mod mesh;
 mod needs;
 mod scattering;
 mod warning;
+mod with_needs;
 mod world;
 
 pub use builder::{Emission, MaterialId, SurfaceId, WorldBuilder};
@@ -19,6 +20,7 @@ pub use mesh::Mesh;
 pub use needs::Needs;
 pub use scattering::SurfaceBsdf;
 pub use warning::Warning;
+pub use with_needs::WithNeeds;
 pub use world::World;
 
 use crate::bsdf::Bsdf;

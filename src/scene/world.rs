@@ -47,7 +47,7 @@ impl World {
         for (id, surface) in surfaces.iter().enumerate() {
             surface_of.resize(surface_of.len() + surface.primitives as usize, id as u32);
         }
-        let needs = needs(&materials, &surfaces, &lights, environment);
+        let needs = needs(&materials, &surfaces, &lights, environment, &bvh, &bounds);
         let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
         Self { bvh, bounds, materials, surfaces, surface_of, lights, environment, light_choice, area_choice, total_area, needs, warnings }
     }
@@ -250,18 +250,43 @@ fn contact(x: &SurfacePoint) -> u32 {
     if x.place == Place::Area { x.primitive } else { SurfacePoint::NONE }
 }
 
-fn needs(materials: &[Scattering], surfaces: &[Surface], lights: &[(String, BoxedLight)], environment: Option<LightId>) -> Needs {
+fn needs(
+    materials: &[Scattering],
+    surfaces: &[Surface],
+    lights: &[(String, BoxedLight)],
+    environment: Option<LightId>,
+    shapes: &Bvh,
+    bounds: &Bounds,
+) -> Needs {
     let when = |condition: bool, need: Needs| if condition { need } else { Needs::NONE };
+    let any_light = |is: &dyn Fn(&BoxedLight) -> bool| lights.iter().any(|(_, light)| !light.is_black() && is(light));
     let lobes = surfaces.iter().fold(Lobes::NONE, |lobes, s| lobes | materials[s.material.0 as usize].lobes());
     let smooth = surfaces.iter().any(|s| s.attributes.as_ref().is_some_and(|a| a.is_smooth()));
     let is_textured = |s: &Surface| {
         let emits_pattern = s.emission.as_ref().is_some_and(|(radiance, _)| radiance.as_constant().is_none());
         emits_pattern || materials[s.material.0 as usize].is_textured()
     };
+    let is_flat = |shape: &Shape| !matches!(shape, Shape::Sphere(_));
+    let is_ball = |shape: &Shape| matches!(shape, Shape::Sphere(sphere) if sphere.is_whole() && !sphere.inward);
+    let single = match surfaces {
+        [surface] if surface.primitives == 1 => shapes.shape(0).map(|shape| (surface, shape)),
+        _ => None,
+    };
+    // Nothing on a flat surface sees anything else of it; nor on a ball from outside, where light of the sky and its own stays.
+    let convex = single.is_some_and(|(surface, shape)| {
+        let outside = lights.len() == usize::from(environment.is_some()) + usize::from(surface.light.is_some());
+        let own = surface.emission.as_ref().is_none_or(|(_, two_sided)| !two_sided);
+        is_flat(shape) || (is_ball(shape) && outside && own && !lobes.intersects(Lobes::TRANSMISSION))
+    });
     when(surfaces.iter().any(is_textured), Needs::TEXTURES)
-        | when(lights.iter().any(|(_, light)| light.can_be_hit()), Needs::HITTABLE_LIGHTS)
-        | when(lights.iter().any(|(_, light)| light.can_be_connected()), Needs::CONNECTIBLE_LIGHTS)
+        | when(any_light(&|light| light.can_be_hit()), Needs::HITTABLE_LIGHTS)
+        | when(any_light(&|light| !light.can_be_hit()), Needs::DIRAC_LIGHTS)
+        | when(any_light(&|light| light.can_be_connected()), Needs::CONNECTIBLE_LIGHTS)
+        | when(any_light(&|light| !light.can_be_connected()), Needs::UNCONNECTIBLE_LIGHTS)
+        | when(any_light(&|light| light.can_illuminate(bounds)), Needs::ILLUMINATION)
+        | when(!convex, Needs::INTERREFLECTION)
         | when(lobes.intersects(Lobes::FINITE), Needs::FINITE_LOBES)
+        | when(lobes.intersects(Lobes::GLOSSY_REFLECTION | Lobes::GLOSSY_TRANSMISSION), Needs::GLOSSY_LOBES)
         | when(lobes.intersects(Lobes::DIRAC), Needs::DIRAC_LOBES)
         | when(lobes.intersects(Lobes::TRANSMISSION), Needs::TRANSMISSION)
         | when(environment.is_some(), Needs::ENVIRONMENT)
@@ -358,7 +383,13 @@ mod tests {
         }
         let hit = world.intersect(&SurfacePoint::dirac(DVec3::new(0.5, 0.5, 5.0)), -DVec3::Z).expect("the lamp");
         assert_eq!((world.surface_name(&hit), world.light_at(&hit)), (Some("lamp"), Some(id("lamp"))));
-        let expected = Needs::HITTABLE_LIGHTS | Needs::CONNECTIBLE_LIGHTS | Needs::FINITE_LOBES | Needs::ENVIRONMENT;
+        let expected = Needs::HITTABLE_LIGHTS
+            | Needs::DIRAC_LIGHTS
+            | Needs::CONNECTIBLE_LIGHTS
+            | Needs::FINITE_LOBES
+            | Needs::ENVIRONMENT
+            | Needs::ILLUMINATION
+            | Needs::INTERREFLECTION;
         assert_eq!(world.needs(), expected);
         Ok(())
     }

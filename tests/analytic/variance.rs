@@ -41,7 +41,7 @@ fn f04_variance_of_roulette() {
     let world = furnace_sphere(DVec3::ZERO, 1.0, &lambert(0.5), 1.0);
     let eye = camera(DVec3::ZERO, DVec3::X, 60.0);
     for p in [0.5, 0.75, 0.3] {
-        let roulette = Roulette { start: 0, survival: Survival::Fixed(p), constant: Rgb::BLACK };
+        let roulette = Roulette { start: 0, survival: Survival::Fixed(p), ..Roulette::default() };
         let entry = Entry::new("F04", &world, &eye, Depth::default()).roulette(roulette);
         let measured = entry.probe.sample(Emission, 500_000, 6);
         assert!(measured.agrees([entry.expected("mean"); 3], if p == 0.3 { 0.02 } else { 0.0 }), "p = {p}: {measured:?}");
