@@ -175,7 +175,7 @@ fn variances_in_the_sphere_with_a_cap_are_the_exact_ones() {
 }
 
 fn emission_only(survival: Survival, depth: Depth) -> PathTracer {
-    let roulette = Roulette { start: 0, survival, constant: Rgb::BLACK };
+    let roulette = Roulette { start: 0, survival, ..Roulette::default() };
     PathTracer { mode: PathTracing::EmissionOnly, roulette, depth, ..PathTracer::default() }
 }
 
