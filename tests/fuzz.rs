@@ -321,7 +321,7 @@ fn tamed(material: Material) -> Material {
 
 /// Path tracing and bidirectional path tracing see the same mean. A rare event that one of them has not met yet looks like a difference; so a
 /// difference is one only if it is still there with 8 and with 64 times the samples.
-fn agree(plan: &Plan, compared: &Cell<u32>) -> TestCaseResult {
+fn agree(plan: &Plan, compared: &Cell<u32>, undecided: &Cell<u32>) -> TestCaseResult {
     let (Ok(world), Ok(camera)) = (plan.world(), plan.camera()) else { return Ok(()) };
     let ambiguous = world.warnings().iter().any(|warning| matches!(warning, Warning::CoincidentEmitter { .. }));
     prop_assert!(!world.needs().contains(Needs::DIRAC_LOBES));
@@ -345,6 +345,12 @@ fn agree(plan: &Plan, compared: &Cell<u32>) -> TestCaseResult {
             return Ok(());
         }
         let means = |m: &measure::Measured| m.channels.map(|c| c.mean());
+        let is_vague = |m: &measure::Measured| m.channels.iter().any(|c| c.standard_error() > 0.1 * c.mean());
+        if samples == 256_000 && (is_vague(&path) || is_vague(&bidirectional)) {
+            // A light next to a wall, say, which camera walks hardly ever find.
+            undecided.set(undecided.get() + 1);
+            return Ok(());
+        }
         report += &format!("\n{samples} samples: {:?} {:?}, z {:?}", means(&path), means(&bidirectional), [z(0), z(1), z(2)]);
     }
     Err(TestCaseError::fail(report))
@@ -374,12 +380,13 @@ fn fuzz(cases: u32, seed: u64) {
 }
 
 fn fuzz_agreement(cases: u32, seed: u64) {
-    let compared = Cell::new(0);
+    let (compared, undecided) = (Cell::new(0), Cell::new(0));
     // A difference takes long to confirm, so plans are hardly made simpler.
-    if let Err(error) = runner(cases, seed, 10).run(&plan().prop_map(tame), |plan| agree(&plan, &compared)) {
+    if let Err(error) = runner(cases, seed, 10).run(&plan().prop_map(tame), |plan| agree(&plan, &compared, &undecided)) {
         panic!("PATHSPACE_FUZZ_SEED={seed}: {error}");
     }
-    println!("seed {seed}: {} of {cases} plans compared", compared.get());
+    println!("seed {seed}: {} of {cases} plans compared, {} undecided", compared.get(), undecided.get());
+    assert!(undecided.get() <= 1 + cases / 20, "{undecided:?}");
     assert!(compared.get() > cases / 8, "too many plans are dark: {compared:?}");
 }
 
