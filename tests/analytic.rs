@@ -6,7 +6,8 @@
 //!
 //! Standard errors of the fast tests may be as large as 0.25 % of the answer where the entry's own tolerance would take more than
 //! [`BUDGET`](entry::BUDGET) rays, so that 4 of them still see a bias of 1 %, and 0.75 % where the light is rarely met; what is less precise says so where it is
-//! called. With the environment variable `PATHSPACE_ANALYTIC_FULL` all take as many rays as their tolerance needs. Light tracing cannot aim at a point, so it sees a square of a few degrees and is compared with the
+//! called. With `PATHSPACE_ANALYTIC_FULL=1e9` all take as many rays as their tolerance needs, but those that would
+//! take more than so many say how many, and keep to the fast rule; without a number there is no limit. Light tracing cannot aim at a point, so it sees a square of a few degrees and is compared with the
 //! mean over it. [`STATUS`] tells where every entry is tested, or why it waits.
 #![allow(missing_docs, reason = "a test program")]
 

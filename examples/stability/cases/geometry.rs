@@ -1,6 +1,6 @@
 //! Thin, touching and coincident surfaces.
 
-use super::{CONNECTED, Case, FROM_CAMERA, ONE, decades, sky};
+use super::{CONNECTED, Case, FROM_CAMERA, ONE, decades, lit_floor, sky};
 use crate::scenes::{Stage, camera, cube, cube_mesh, footprint, furnace_box, lambert, polygon_irradiance};
 use pathspace::geometry::{Quad, Sphere};
 use pathspace::glam::{DAffine3, DVec3};
@@ -68,6 +68,17 @@ pub(super) fn geometry(cases: &mut Vec<Case>) {
             // What passes the screen at its sides is rarer than any sample.
             cases.push(Case { tolerance: 2.0 * gap * gap + 1e-9, ..case });
         }
+    }
+    for gap in decades(&[-12, -9, -6, -3]) {
+        // Walls just behind the floor and just behind the lamp are in nobody's way.
+        let mut stage = Stage::default();
+        stage.square(0.0, 1.0, true, lambert(0.5));
+        let lamp = stage.square(2.0, 1.0, false, Material::Black);
+        stage.glow(lamp, 1.0);
+        stage.square(-gap, 2.0, true, Material::Black);
+        stage.square(2.0 + gap, 2.0, false, Material::Black);
+        let eye = footprint(DVec3::ZERO, 1.0, 1e-4);
+        cases.push(Case::new("S16", "gap behind floor and lamp", gap, lit_floor(), stage.build(), eye).by(FROM_CAMERA).depth(ONE));
     }
     for distance in decades(&[-9, -6, -3, 0]) {
         let mut stage = Stage::default();
