@@ -279,8 +279,8 @@ fn choices_of_sets_keep_the_mean() {
     let bidirectional = Bidirectional { depth: DEPTH, ..Bidirectional::default() };
     assert_same_mean(
         name,
-        mean(&world, &camera, &bidirectional, 40_000),
-        mean(&WithNeeds::all(&world), &camera, &bidirectional, 40_000),
+        mean(&world, &camera, &bidirectional, 30_000),
+        mean(&WithNeeds::all(&world), &camera, &bidirectional, 30_000),
         0.02,
     );
 
@@ -292,16 +292,41 @@ fn choices_of_sets_keep_the_mean() {
     assert!(!sparing.has_light_walk());
     assert_same_mean("sparing", mean(&world, &camera, &Bidirectional { techniques: sparing, ..bidirectional }, 60_000), reference, 0.02);
     for heuristic in [Heuristic::Balance, Heuristic::Power(2.0)] {
-        for exponent in [-2, 1, 3] {
-            for connections in [true, false] {
+        for exponent in [-2, 1] {
+            for (connections, lens_first) in [(true, false), (false, false), (false, true)] {
                 let light_walks = LightWalks::power_of_two(exponent).expect("small");
-                let techniques = TechniqueSet { light_walks, connections, ..TechniqueSet::BIDIRECTIONAL };
+                let techniques = TechniqueSet { light_walks, connections, lens_first, ..TechniqueSet::BIDIRECTIONAL };
                 let integrator = Bidirectional { techniques, heuristic, ..bidirectional };
-                let samples = if exponent > 0 { 10_000 } else { 40_000 };
+                let samples = if exponent > 0 { 15_000 } else { 30_000 };
                 assert_same_mean(&format!("{techniques}"), mean(&world, &camera, &integrator, samples), reference, 0.025);
             }
         }
     }
+}
+
+/// Lens sampling first, in a scene where the camera sees Dirac lobes, too: the camera walk draws what is seen in them, and nothing else.
+#[test]
+fn lens_sampling_first_keeps_the_mean_behind_glass() {
+    let mut room = Room::open(lambert(0.6, 0.6, 0.6));
+    room.lamp(0.6, 4.0);
+    room.sphere(Sphere::new(v(0.3, -0.5, 0.9), 0.3), Material::Mirror { reflectance: Rgb::splat(0.8) });
+    let (world, camera) = (room.build(), rooms::camera());
+    let bidirectional = Bidirectional { depth: DEPTH, ..Bidirectional::default() };
+    let techniques = TechniqueSet { connections: false, lens_first: true, ..TechniqueSet::BIDIRECTIONAL };
+    let first = Bidirectional { techniques, ..bidirectional };
+    assert_same_mean("lens first", mean(&world, &camera, &first, 60_000), mean(&world, &camera, &bidirectional, 30_000), 0.02);
+    let kinds = contributions(&world, &camera, &first, 2000).0;
+    assert!(kinds.iter().any(|c| c.technique.t > 2) && kinds.iter().all(|c| c.technique.t != 2 || c.weight == 0.0));
+    // The general kernel with weights does the same.
+    let (mut sampler, mut scratch, mut worst) = (Random::new(8), Scratch::default(), 0.0f64);
+    for _ in 0..500 {
+        let film = worlds::film_sample(&camera, &mut sampler);
+        first.for_each_path(&world, &camera, film, &mut sampler, &mut scratch, |path, _| {
+            let verification = path.verify(&techniques, first.heuristic);
+            worst = worst.max(verification.weight_error).max(verification.weight_sum_error);
+        });
+    }
+    assert!(worst < 1e-9, "{worst}");
 }
 
 /// Weights sum to one whatever the number of light walks, and shadow roulette keeps the mean and saves rays.
@@ -444,25 +469,28 @@ fn the_same_seed_decides_the_same_on_any_number_of_threads() {
 /// What the pilot predicts for sets that it did not run is what they are when they run.
 #[test]
 fn predictions_hold() {
-    let scene = gallery::build("cornell-box", UVec2::splat(16)).expect("a scene");
-    let decision = decide(&scene.world, &*scene.camera, DEPTH, 1.0e3);
+    let side = 32;
+    let scene = gallery::build("cornell-box", UVec2::splat(side)).expect("a scene");
+    let decision = decide(&scene.world, &*scene.camera, DEPTH, 500.0);
     let mut checked = 0;
+    // Dedicated kernels are cheaper.
+    let kernel = |set: &TechniqueSet| if set.lens_first || !set.has_camera_walk() { 0.8 } else { 1.0 };
     for candidate in &decision.candidates {
         let set = candidate.set;
         let exponent = set.light_walks.count().log2();
-        let plain = exponent == 0.0 && set.emitter_sampling;
-        if !(plain || (exponent == 2.0 && set.emitter_sampling && set.connections) || !set.has_camera_walk() || !set.has_light_walk()) {
+        let plain = exponent == 0.0 && set.emitter_sampling && set.lens_sampling;
+        if !(plain || (exponent == 1.0 && set.emitter_sampling && set.lens_first) || !set.has_camera_walk()) {
             continue;
         }
-        let samples = if exponent > 0.0 { 8 } else { 24 };
+        let samples = if exponent > 0.0 { 4 } else { 8 };
         let integrator = Adaptive { depth: DEPTH, techniques: Some(set), ..Adaptive::default() };
-        let measured = work(&scene.world, &*scene.camera, &integrator, samples, 8) / 256.0;
+        let measured = work(&scene.world, &*scene.camera, &integrator, samples, 8) / f64::from(side * side) * kernel(&set);
         let ratio = measured / candidate.work();
         println!("{set}: predicted {:.4}, measured {measured:.4}, ratio {ratio:.3}", candidate.work());
-        assert!((0.6..1.6).contains(&ratio), "{set}: {ratio}");
+        assert!((0.7..1.4).contains(&ratio), "{set}: {ratio}");
         checked += 1;
     }
-    assert!(checked >= 6, "{checked}");
+    assert!(checked >= 4, "{checked}");
 }
 
 /// The image is the same whatever is decided.

@@ -37,9 +37,9 @@ impl Default for Adaptive {
 }
 
 /// What a sample of the pilot costs, in samples of path tracing: about.
-const PILOT_SAMPLE: f64 = 8.0;
+const PILOT_SAMPLE: f64 = 16.0;
 /// The pilot's pixels: fewer say nothing, more say nothing new.
-const PIXELS: [u64; 2] = [64, 4096];
+const PIXELS: [u64; 2] = [32, 4096];
 /// Exponents of the numbers of light walks per camera walk.
 const EXPONENTS: std::ops::RangeInclusive<i8> = -3..=4;
 /// A simpler set is taken if it is worse by no more than this: its estimate is the more certain one.

@@ -2,7 +2,7 @@
 //! other (Lafortune and Willems 1993; Veach and Guibas 1994). Restricted to a set of techniques it is any of the incremental integrators:
 //! the general kernel that the dedicated ones are tested against.
 
-use super::{Depth, Integrator};
+use super::{Depth, Integrator, LightTracer};
 use crate::endpoint::{Camera, Endpoint};
 use crate::film::{Contribution, FilmRegion, FilmSample, Sink, Technique};
 use crate::math::Rgb;
@@ -261,6 +261,34 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
         sink: &mut K,
         scratch: &mut Scratch<'s, S>,
     ) {
-        self.for_each_path(scene, camera, film, sampler, scratch, |_, contribution| sink.add(contribution));
+        if !(self.techniques.lens_first && self.techniques.lens_sampling && !self.techniques.connections) {
+            return self.for_each_path(scene, camera, film, sampler, scratch, |_, contribution| sink.add(contribution));
+        }
+        // No weights: the light walks are light tracing's, the camera walk draws the rest.
+        scratch.counters.samples += 1;
+        let kernel = Kernel::new(self, scene, camera, film);
+        kernel.walk_from_camera(sampler, scratch);
+        for t in 2..=scratch.camera.len() {
+            for s in 0..2 {
+                kernel.join(s, t, sampler, scratch, &mut |_, contribution| sink.add(contribution));
+            }
+        }
+        let (tracer, share) = (LightTracer { depth: self.depth, roulette: self.roulette }, kernel.light_share);
+        for _ in 0..kernel.draw_light_walks(sampler) {
+            tracer.sample(scene, camera, film, sampler, &mut Scaled { sink, share }, scratch);
+            scratch.counters.samples -= 1;
+        }
+    }
+}
+
+/// A sink that receives a part of each contribution's value.
+struct Scaled<'a, K> {
+    sink: &'a mut K,
+    share: f64,
+}
+
+impl<K: Sink> Sink for Scaled<'_, K> {
+    fn add(&mut self, contribution: &Contribution) {
+        self.sink.add(&Contribution { value: contribution.value * self.share, ..*contribution });
     }
 }

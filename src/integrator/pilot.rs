@@ -36,7 +36,7 @@ pub(super) const PASSES: u32 = 4;
 /// Light walks per sample.
 const WALKS: usize = 2;
 /// Pixels per task.
-const TASK: u64 = 8;
+const TASK: u64 = 4;
 /// Independent parts of the pilot, which tell how certain it is.
 pub(super) const GROUPS: usize = 8;
 /// Techniques of longer paths are drawn but not told apart.

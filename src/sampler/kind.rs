@@ -1,9 +1,10 @@
 //! The ready-made samplers as one type, for choosing one at run time.
 
 use super::independent::IndependentSampler;
-use super::sobol::SobolSampler;
 use super::stratified::StratifiedSampler;
-use super::{Independent, SampleSource, Sampler, Sobol, Stratified, Stream};
+use super::{Independent, SampleSource, Sampler, Stratified, Stream};
+#[cfg(feature = "sobol")]
+use super::{Sobol, SobolSampler};
 use glam::DVec2;
 
 /// A choice of sampler.
@@ -15,7 +16,8 @@ pub enum SamplerKind {
     Independent,
     /// [`Stratified`] over the samples of each pixel.
     Stratified,
-    /// [`Sobol`]: randomised quasi-Monte Carlo.
+    /// `Sobol`: randomised quasi-Monte Carlo (feature `sobol`).
+    #[cfg(feature = "sobol")]
     Sobol,
 }
 
@@ -26,6 +28,7 @@ impl SamplerKind {
         match self {
             Self::Independent => AnySource::Independent(Independent { seed }),
             Self::Stratified => AnySource::Stratified(Stratified { seed, samples_per_pixel }),
+            #[cfg(feature = "sobol")]
             Self::Sobol => AnySource::Sobol(Sobol { seed }),
         }
     }
@@ -40,6 +43,7 @@ pub enum AnySource {
     /// Stratified numbers.
     Stratified(Stratified),
     /// Scrambled Sobol' points.
+    #[cfg(feature = "sobol")]
     Sobol(Sobol),
 }
 
@@ -52,6 +56,7 @@ pub enum AnySampler {
     /// Stratified numbers.
     Stratified(StratifiedSampler),
     /// Scrambled Sobol' points.
+    #[cfg(feature = "sobol")]
     Sobol(SobolSampler),
 }
 
@@ -63,6 +68,7 @@ impl SampleSource for AnySource {
         match self {
             Self::Independent(source) => AnySampler::Independent(source.sampler(pixel, pass)),
             Self::Stratified(source) => AnySampler::Stratified(source.sampler(pixel, pass)),
+            #[cfg(feature = "sobol")]
             Self::Sobol(source) => AnySampler::Sobol(source.sampler(pixel, pass)),
         }
     }
@@ -74,6 +80,7 @@ impl Sampler for AnySampler {
         match self {
             Self::Independent(sampler) => sampler.next_1d(),
             Self::Stratified(sampler) => sampler.next_1d(),
+            #[cfg(feature = "sobol")]
             Self::Sobol(sampler) => sampler.next_1d(),
         }
     }
@@ -83,6 +90,7 @@ impl Sampler for AnySampler {
         match self {
             Self::Independent(sampler) => sampler.next_2d(),
             Self::Stratified(sampler) => sampler.next_2d(),
+            #[cfg(feature = "sobol")]
             Self::Sobol(sampler) => sampler.next_2d(),
         }
     }
@@ -92,6 +100,7 @@ impl Sampler for AnySampler {
         match self {
             Self::Independent(sampler) => sampler.stream(stream),
             Self::Stratified(sampler) => sampler.stream(stream),
+            #[cfg(feature = "sobol")]
             Self::Sobol(sampler) => sampler.stream(stream),
         }
     }

@@ -5,6 +5,7 @@ mod hash;
 mod independent;
 mod kind;
 mod replay;
+#[cfg(feature = "sobol")]
 mod sobol;
 mod stratified;
 #[cfg(test)]
@@ -13,6 +14,7 @@ mod tests;
 pub use independent::{Independent, IndependentSampler};
 pub use kind::{AnySampler, AnySource, SamplerKind};
 pub use replay::{Recorder, Replay};
+#[cfg(feature = "sobol")]
 pub use sobol::{Sobol, SobolSampler};
 pub use stratified::{Stratified, StratifiedSampler};
 
