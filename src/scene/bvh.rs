@@ -20,30 +20,42 @@
 //! in all less than 16 ε = 2⁻²⁰, by which every box is padded after it was rounded outwards. Hence the interval of every box that
 //! contains the hit at t contains t, and its entry is below any f32 number above t: what a leaf hands back is rounded up.
 
+use super::traverse::BoxRay;
+use super::wide::{BinaryNode, Facet, Wide};
 use crate::geometry::{Bounds, Contact, Intersection, Ray, Shape};
+use fearless_simd::{Level, dispatch};
 use glam::{DVec3, Vec3A};
-use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
-use obvhs::ray::{Ray as BoxRay, RayHit};
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use obvhs::splits::split_aabbs_precise;
+use obvhs::triangle::Triangle;
+
+/// Rounding of f32.
+const ROUNDOFF: f32 = 0.5 * f32::EPSILON;
 
 /// Padding of the boxes; see the module's documentation.
-const PADDING: f32 = 16.0 * 0.5 * f32::EPSILON;
+const PADDING: f32 = 32.0 * ROUNDOFF;
+
+/// What a triangle's edge functions may be off by, in units of the sum of its edges.
+pub(super) const TOLERANCE: f64 = 112.0 * ROUNDOFF as f64;
+
+/// What they may be off by in f64.
+pub(super) const TOLERANCE_F64: f32 = 1.0 / (1u64 << 39) as f32;
 
 /// Rays are moved to a cube that is larger than the scene by this much, so that moving does not cut off its boundary.
 const CLIP: f64 = 1.0 + 4.0 * PADDING as f64;
 
 /// A tree over all primitives of a scene.
 pub(crate) struct Bvh {
-    tree: Bvh2,
-    /// Shapes in the order of the tree, with the primitives that they are.
-    leaves: Vec<(Shape, u32)>,
-    /// Index in `leaves` of each primitive.
-    slots: Vec<u32>,
+    wide: Wide,
+    /// All primitives, by their number.
+    shapes: Vec<Shape>,
     center: DVec3,
     extent: f64,
     inverse_extent: f64,
+    /// The instruction set that this processor has.
+    level: Level,
 }
 
 /// What a ray knows about its ends: the primitives that they lie on, `SurfacePoint::NONE` for none.
@@ -73,85 +85,134 @@ struct ClippedRay {
     ray: Ray,
     /// Distance by which the origin was moved, world units.
     moved: f64,
-    box_origin: Vec3A,
-    box_direction: Vec3A,
+    box_ray: BoxRay,
 }
+
+/// The second half of a quad; the first one and everything else are referred to by the primitive's number.
+const SECOND_HALF: u32 = 1 << 31;
 
 impl Bvh {
     /// Builds the tree; primitives are numbered in the given order.
-    pub fn new(shapes: &[Shape], bounds: &Bounds) -> Self {
+    pub fn new(shapes: Vec<Shape>, bounds: &Bounds) -> Self {
         let (center, extent) =
             if shapes.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), 0.5 * (bounds.max - bounds.min).max_element()) };
         let inverse_extent = 1.0 / extent;
-        let boxes: Vec<Aabb> = shapes
+        let place = |p: DVec3| (p - center) * inverse_extent;
+        let facet = |reference: u32| {
+            let primitive = reference & !SECOND_HALF;
+            let facet = match &shapes[primitive as usize] {
+                Shape::Triangle(t) => {
+                    let [a, b, c] = t.vertices;
+                    Facet::Triangle([place(a), place(b), place(c)])
+                }
+                Shape::Quad(q) => {
+                    let [a, b, c, d] = q.corners();
+                    let [second, third] = if reference == primitive { [b, c] } else { [c, d] };
+                    Facet::Triangle([place(a), place(second), place(third)])
+                }
+                Shape::Sphere(_) | Shape::Disk(_) => Facet::Opaque,
+            };
+            (primitive, facet)
+        };
+        let mut references: Vec<u32> = Vec::with_capacity(shapes.len());
+        for (primitive, shape) in shapes.iter().enumerate() {
+            references.push(primitive as u32);
+            if matches!(shape, Shape::Quad(_)) {
+                references.push(primitive as u32 | SECOND_HALF);
+            }
+        }
+        let mut boxes: Vec<Aabb> = references
             .iter()
-            .map(|shape| {
-                let b = shape.bounds();
-                let (min, max) = ((b.min - center) * inverse_extent, (b.max - center) * inverse_extent);
-                let down = |x: f64| (x as f32).next_down() - PADDING;
-                let up = |x: f64| (x as f32).next_up() + PADDING;
+            .map(|&reference| {
+                let bounds = match facet(reference) {
+                    (_, Facet::Triangle(corners)) => Bounds::of_points(corners),
+                    (primitive, Facet::Opaque) => {
+                        let b = shapes[primitive as usize].bounds();
+                        Bounds { min: place(b.min), max: place(b.max) }
+                    }
+                };
+                let down = |x: f64| (x as f32).next_down();
+                let up = |x: f64| (x as f32).next_up();
+                let (min, max) = (bounds.min, bounds.max);
                 Aabb::new(Vec3A::new(down(min.x), down(min.y), down(min.z)), Vec3A::new(up(max.x), up(max.y), up(max.z)))
             })
             .collect();
-        let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
-        let mut slots = vec![0; shapes.len()];
-        let leaves = tree.primitive_indices.iter().map(|&primitive| (shapes[primitive as usize], primitive)).collect();
-        for (slot, &primitive) in tree.primitive_indices.iter().enumerate() {
-            slots[primitive as usize] = slot as u32;
+        let env = |n: &str, d: f32| std::env::var(n).ok().map_or(d, |v| v.parse().unwrap());
+        let start = std::time::Instant::now();
+        if env("SPLIT", 1.0) > 0.0 { split_large(&mut boxes, &mut references, &facet); }
+        let t_split = start.elapsed();
+        for b in &mut boxes {
+            *b = Aabb::new(b.min - PADDING, b.max + PADDING);
         }
-        Self { tree, leaves, slots, center, extent, inverse_extent }
+        let dist = match env("DIST", 6.0) as u32 { 1 => PlocSearchDistance::Minimum, 2 => PlocSearchDistance::VeryLow, 3 => PlocSearchDistance::Low, 6 => PlocSearchDistance::Medium, 14 => PlocSearchDistance::High, _ => PlocSearchDistance::VeryHigh };
+        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(dist, &boxes, references, SortPrecision::U128, env("THRESH", 2.0) as usize);
+        let t_ploc = start.elapsed();
+        ReinsertionOptimizer::default().run(&mut tree, env("REINS", 0.2), None);
+        let t_reins = start.elapsed();
+        let binary: Vec<BinaryNode> = tree
+            .nodes
+            .iter()
+            .map(|node| {
+                let Aabb { min, max } = *node.aabb();
+                BinaryNode { min: min.to_array(), max: max.to_array(), first: node.first_index, count: node.prim_count }
+            })
+            .collect();
+        let references = std::mem::take(&mut tree.primitive_indices);
+        drop(tree);
+        let wide = Wide::collapse(&binary, &references, facet);
+        if std::env::var("STATS").is_ok() {
+            eprintln!("boxes {} of {} shapes; split {:?} ploc {:?} reins {:?} collapse {:?}; nodes {} blocks {} -> {:.1} B/shape", boxes.len(), shapes.len(), t_split, t_ploc-t_split, t_reins-t_ploc, start.elapsed()-t_reins, wide.nodes.len(), wide.blocks.len(),
+              (wide.nodes.len()*size_of::<super::wide::Node>() + wide.blocks.len()*size_of::<super::wide::Block>()) as f64 / shapes.len() as f64);
+        }
+        Self { wide, shapes, center, extent, inverse_extent, level: Level::new() }
     }
 
     /// The shape of a primitive.
     pub fn shape(&self, primitive: u32) -> Option<&Shape> {
-        let slot = *self.slots.get(primitive as usize)?;
-        self.leaves.get(slot as usize).map(|(shape, _)| shape)
+        self.shapes.get(primitive as usize)
     }
 
     /// The nearest hit, of equally near ones that with the lowest primitive. `direction` is of unit length.
     pub fn closest(&self, origin: DVec3, direction: DVec3, origin_primitive: u32) -> Option<Hit<'_>> {
         let clipped = self.clip(origin, direction)?;
-        let ray = clipped.ray;
+        let ray = &clipped.ray;
         let mut nearest = Intersection { t: f64::INFINITY, u: 0.0, v: 0.0 };
-        let mut nearest_slot = usize::MAX;
         let mut nearest_primitive = u32::MAX;
-        let box_ray = BoxRay::new(clipped.box_origin, clipped.box_direction, 0.0, f32::INFINITY);
-        self.tree.ray_traverse(box_ray, &mut RayHit::none(), |_, slot| {
-            let (shape, primitive) = &self.leaves[slot];
-            let contact = if *primitive == origin_primitive { Contact::Origin } else { Contact::None };
-            let Some(hit) = shape.intersect_apart_from(&ray, contact) else { return f32::INFINITY };
-            if hit.t > nearest.t || (hit.t == nearest.t && *primitive > nearest_primitive) {
-                return f32::INFINITY;
+        let test = |primitive: u32| {
+            let contact = if primitive == origin_primitive { Contact::Origin } else { Contact::None };
+            let hit = self.shapes[primitive as usize].intersect_apart_from(ray, contact)?;
+            if hit.t > nearest.t || (hit.t == nearest.t && primitive >= nearest_primitive) {
+                return None;
             }
-            (nearest, nearest_slot, nearest_primitive) = (hit, slot, *primitive);
-            self.round_up(hit.t)
-        });
-        let (shape, primitive) = self.leaves.get(nearest_slot)?;
-        Some(Hit { primitive: *primitive, shape, ray, intersection: nearest })
+            (nearest, nearest_primitive) = (hit, primitive);
+            Some(self.round_up(hit.t))
+        };
+        dispatch!(self.level, simd => self.wide.closest(simd, &clipped.box_ray, f32::INFINITY, test));
+        let shape = self.shapes.get(nearest_primitive as usize)?;
+        Some(Hit { primitive: nearest_primitive, shape, ray: clipped.ray, intersection: nearest })
     }
 
     /// Whether nothing lies between the origin and the point at distance `length`. `direction` is of unit length.
     pub fn is_free(&self, origin: DVec3, direction: DVec3, length: f64, ends: Ends) -> bool {
         let Some(clipped) = self.clip(origin, direction) else { return true };
-        let (ray, length) = (clipped.ray, length - clipped.moved);
+        let (ray, length) = (&clipped.ray, length - clipped.moved);
         if length.is_nan() || length <= 0.0 {
             return true;
         }
-        let box_ray = BoxRay::new(clipped.box_origin, clipped.box_direction, 0.0, self.round_up(length));
-        self.tree.ray_traverse_miss(box_ray, |_, slot| {
-            let (shape, primitive) = &self.leaves[slot];
-            let contact = match (*primitive == ends.origin, *primitive == ends.end) {
+        let blocks = |primitive: u32| {
+            let contact = match (primitive == ends.origin, primitive == ends.end) {
                 (false, false) => Contact::None,
                 (true, false) => Contact::Origin,
                 (false, true) => Contact::End(length),
                 (true, true) => Contact::Both,
             };
-            let blocked = shape.intersect_apart_from(&ray, contact).is_some_and(|hit| hit.t < length);
-            if blocked { f32::NEG_INFINITY } else { f32::INFINITY }
-        })
+            self.shapes[primitive as usize].intersect_apart_from(ray, contact).is_some_and(|hit| hit.t < length)
+        };
+        !dispatch!(self.level, simd => self.wide.any(simd, &clipped.box_ray, self.round_up(length), blocks))
     }
 
     /// A distance in the space of the boxes, rounded up far enough to exceed the entry of every box that contains a hit there.
+    #[inline(always)]
     fn round_up(&self, t: f64) -> f32 {
         ((t * self.inverse_extent) as f32).next_up().next_up()
     }
@@ -181,7 +242,36 @@ impl Bvh {
             origin += direction * moved;
             box_origin = (origin - self.center) * self.inverse_extent;
         }
-        Some(ClippedRay { ray: Ray::new(origin, direction), moved, box_origin: box_origin.as_vec3a(), box_direction: direction.as_vec3a() })
+        Some(ClippedRay { ray: Ray::new(origin, direction), moved, box_ray: BoxRay::new(box_origin.as_vec3(), direction.as_vec3()) })
+    }
+}
+
+/// Replaces the boxes of large triangles by several smaller ones that cover their parts, which saves rays that pass beside a long thin
+/// triangle from testing it.
+fn split_large(boxes: &mut Vec<Aabb>, references: &mut Vec<u32>, facet: impl Fn(u32) -> (u32, Facet)) {
+    let (sum, largest) = boxes.iter().map(Aabb::half_area).fold((0.0f64, 0.0f32), |(sum, largest), a| (sum + f64::from(a), largest.max(a)));
+    let average = (sum / boxes.len() as f64) as f32;
+    let mut large = Vec::new();
+    let mut parts = Vec::new();
+    let mut triangles = Vec::new();
+    for (i, b) in boxes.iter().enumerate() {
+        if b.half_area() > 3.0 * average && let (_, Facet::Triangle([v0, v1, v2])) = facet(references[i]) {
+            parts.push(*b);
+            large.push(i);
+            triangles.push(Triangle { v0: v0.as_vec3a(), v1: v1.as_vec3a(), v2: v2.as_vec3a() });
+        }
+    }
+    let mut owners: Vec<u32> = (0..large.len() as u32).collect();
+    let high = (4.0 * average).max(0.9 * average + 0.1 * largest);
+    split_aabbs_precise(&mut parts, &mut owners, &triangles, 3.0 * average, high, 1.8, 1.6, 12, 12);
+    for (i, (part, owner)) in parts.into_iter().zip(owners).enumerate() {
+        let original = large[owner as usize];
+        if i < large.len() {
+            boxes[original] = part;
+        } else {
+            boxes.push(part);
+            references.push(references[original]);
+        }
     }
 }
 
@@ -193,6 +283,6 @@ pub(crate) fn unit(direction: DVec3) -> DVec3 {
 
 impl std::fmt::Debug for Bvh {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Bvh").field("primitives", &self.slots.len()).field("nodes", &self.tree.nodes.len()).finish_non_exhaustive()
+        f.debug_struct("Bvh").field("primitives", &self.shapes.len()).field("nodes", &self.wide.nodes.len()).finish_non_exhaustive()
     }
 }

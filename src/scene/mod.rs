@@ -8,6 +8,8 @@ mod lights;
 mod material;
 mod mesh;
 mod needs;
+mod traverse;
+mod wide;
 mod world;
 
 pub use builder::{Emission, MaterialId, SurfaceId, WorldBuilder};

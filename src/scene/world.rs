@@ -131,6 +131,19 @@ impl World {
         self.bvh.shape(primitive)
     }
 
+    /// The nearest hit of a ray: primitive and intersection. `direction` is of unit length.
+    #[must_use]
+    pub fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
+        let hit = self.bvh.closest(origin, unit(direction), SurfacePoint::NONE)?;
+        Some((hit.primitive, hit.intersection.t))
+    }
+
+    /// Whether nothing is hit nearer than `length`.
+    #[must_use]
+    pub fn is_clear(&self, origin: DVec3, direction: DVec3, length: f64) -> bool {
+        self.bvh.is_free(origin, unit(direction), length, Ends { origin: SurfacePoint::NONE, end: SurfacePoint::NONE })
+    }
+
     /// Gives a point of a shape what the scene knows about it.
     fn complete(&self, primitive: u32, shape: &Shape, mut x: SurfacePoint) -> SurfacePoint {
         x.primitive = primitive;

@@ -1,0 +1,264 @@
+//! How a ray walks through the wide tree: front to back for the nearest hit, in any order to find out whether there is one.
+//!
+//! Boxes and triangles are tested in f32, eight at a time, with tolerances that let nothing slip; what passes is handed to the caller, whose
+//! exact test decides. Written once for all instruction sets; the caller chooses one at run time.
+
+use super::wide::{Block, Child, Node, WIDTH, Wide};
+use fearless_simd::{Simd, f32x8, prelude::*};
+
+/// A bound on the distance of any hit, since rays start in or at the cube [-1, 1]³.
+pub(super) const FAR: f32 = 4.0;
+
+/// Entries that a ray's stack holds before it moves some to the heap.
+const STACK: usize = 128;
+
+/// A ray in the space of the boxes.
+pub(super) struct BoxRay {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    /// Of the direction's components.
+    reciprocal: [f32; 3],
+    /// Minus origin times reciprocal.
+    offset: [f32; 3],
+    /// 1 for axes along which the ray runs downwards: which of a box's two planes it meets first.
+    backwards: [usize; 3],
+}
+
+impl BoxRay {
+    #[inline(always)]
+    pub fn new(origin: glam::Vec3, direction: glam::Vec3) -> Self {
+        let (origin, direction) = (origin.to_array(), direction.to_array());
+        // A component too small to matter still needs a finite reciprocal.
+        let reciprocal = direction.map(|d| 1.0 / if d.abs() < SMALLEST { SMALLEST.copysign(d) } else { d });
+        let offset = [0, 1, 2].map(|i| -origin[i] * reciprocal[i]);
+        let backwards = reciprocal.map(|r| usize::from(r < 0.0));
+        Self { origin, direction, reciprocal, offset, backwards }
+    }
+}
+
+/// Smaller components of a direction count as this.
+const SMALLEST: f32 = 1.0 / (1u64 << 60) as f32;
+
+/// Vectors that hold one number of the ray in each lane.
+struct Splat<S: Simd> {
+    origin: [f32x8<S>; 3],
+    direction: [f32x8<S>; 3],
+    reciprocal: [f32x8<S>; 3],
+    offset: [f32x8<S>; 3],
+}
+
+#[inline(always)]
+fn splat<S: Simd>(simd: S, v: &[f32; 3]) -> [f32x8<S>; 3] {
+    [f32x8::splat(simd, v[0]), f32x8::splat(simd, v[1]), f32x8::splat(simd, v[2])]
+}
+
+impl<S: Simd> Splat<S> {
+    #[inline(always)]
+    fn new(simd: S, ray: &BoxRay) -> Self {
+        Self {
+            origin: splat(simd, &ray.origin),
+            direction: splat(simd, &ray.direction),
+            reciprocal: splat(simd, &ray.reciprocal),
+            offset: splat(simd, &ray.offset),
+        }
+    }
+}
+
+/// The distances at which the ray enters a node's boxes, and a bit for each that it enters before `limit`.
+#[inline(always)]
+fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: &Node, limit: f32) -> (f32x8<S>, u64) {
+    let plane = |axis: usize, side: usize| {
+        f32x8::load_array_ref(simd, &node.planes[axis][side & 1]).mul_add(wide.reciprocal[axis], wide.offset[axis])
+    };
+    let [x, y, z] = ray.backwards;
+    let near = plane(0, x).max(plane(1, y)).max(plane(2, z).max(f32x8::splat(simd, 0.0)));
+    let far = plane(0, x ^ 1).min(plane(1, y ^ 1)).min(plane(2, z ^ 1).min(f32x8::splat(simd, limit)));
+    (near, near.simd_le(far).to_bitmask())
+}
+
+/// A bit for each triangle that the ray may hit before `limit`; see "Why no triangle is missed" in [`super::bvh`].
+#[inline(always)]
+fn candidates<S: Simd>(simd: S, ray: &Splat<S>, block: &Block, limit: f32) -> u64 {
+    let load = |v: &[[f32; WIDTH]; 3]| {
+        [f32x8::load_array_ref(simd, &v[0]), f32x8::load_array_ref(simd, &v[1]), f32x8::load_array_ref(simd, &v[2])]
+    };
+    let cross = |a: [f32x8<S>; 3], b: [f32x8<S>; 3]| {
+        [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
+    };
+    let dot = |a: [f32x8<S>; 3], b: [f32x8<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
+    let vertex = load(&block.vertex);
+    let (edge1, edge2) = (load(&block.edge1), load(&block.edge2));
+    let c = [vertex[0] - ray.origin[0], vertex[1] - ray.origin[1], vertex[2] - ray.origin[2]];
+    let r = cross(c, ray.direction);
+    let n = cross(edge1, edge2);
+    let determinant = dot(n, ray.direction);
+    let u = dot(r, edge2);
+    let minus_v = dot(r, edge1);
+    let w = determinant - u + minus_v;
+    let tolerance = f32x8::load_array_ref(simd, &block.tolerance);
+    let v = -minus_v;
+    let inside = u.min(v).min(w).simd_ge(-tolerance) | u.max(v).max(w).simd_le(tolerance);
+    let t = dot(n, c);
+    let sign = f32x8::splat(simd, 1.0).copysign(determinant);
+    let (t, size) = (t * sign, determinant * sign);
+    let reached = t.simd_ge(-tolerance) & t.simd_le(size.mul_add(f32x8::splat(simd, limit), tolerance));
+    (inside & reached).to_bitmask()
+}
+
+/// Entry distance and child in one number, which sorts by distance.
+#[inline(always)]
+fn key(distance: f32, child: Child) -> u64 {
+    u64::from(distance.to_bits()) << 32 | u64::from(child.0)
+}
+
+/// What a ray has yet to visit: an array, and a heap for trees so deep that it does not suffice.
+struct Stack {
+    array: [u64; STACK],
+    length: usize,
+    spilled: Vec<u64>,
+}
+
+impl Stack {
+    #[inline(always)]
+    fn new() -> Self {
+        Self { array: [0; STACK], length: 0, spilled: Vec::new() }
+    }
+
+    /// Makes room for the children of a node.
+    #[inline(always)]
+    fn reserve(&mut self) {
+        if self.length > STACK - WIDTH {
+            self.spill();
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn spill(&mut self) {
+        self.spilled.extend_from_slice(&self.array[..self.length]);
+        self.length = 0;
+    }
+
+    #[inline(always)]
+    fn push(&mut self, entry: u64) {
+        self.array[self.length % STACK] = entry;
+        self.length += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<u64> {
+        if self.length == 0 {
+            return self.spilled.pop();
+        }
+        self.length -= 1;
+        Some(self.array[self.length % STACK])
+    }
+}
+
+impl Wide {
+    /// Offers candidates roughly from near to far. `test` gets the current limit's candidate and returns the limit from then on.
+    #[inline(always)]
+    pub fn closest<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32) -> Option<f32>) {
+        let wide = Splat::new(simd, ray);
+        let mut limit = limit.min(FAR);
+        let mut stack = Stack::new();
+        let mut child = Child(0);
+        if self.nodes.is_empty() {
+            return;
+        }
+        loop {
+            if let Some(block) = child.block() {
+                let block = &self.blocks[block];
+                let mut hits = candidates(simd, &wide, block, limit);
+                while hits != 0 {
+                    let lane = hits.trailing_zeros() as usize;
+                    hits &= hits - 1;
+                    if let Some(nearer) = test(block.primitive[lane % WIDTH]) {
+                        limit = nearer;
+                    }
+                }
+            } else {
+                let node = &self.nodes[child.0 as usize];
+                let (near, mut hits) = enter(simd, ray, &wide, node, limit);
+                if hits != 0 {
+                    let lane = hits.trailing_zeros() as usize;
+                    hits &= hits - 1;
+                    if hits == 0 {
+                        child = node.children[lane % WIDTH];
+                        continue;
+                    }
+                    stack.reserve();
+                    let near = near.to_array();
+                    let mut best = key(near[lane % WIDTH], node.children[lane % WIDTH]);
+                    let first = stack.length;
+                    while hits != 0 {
+                        let lane = hits.trailing_zeros() as usize;
+                        hits &= hits - 1;
+                        let other = key(near[lane % WIDTH], node.children[lane % WIDTH]);
+                        let (nearer, farther) = if other < best { (other, best) } else { (best, other) };
+                        best = nearer;
+                        // Insertion, farthest first.
+                        let mut at = stack.length;
+                        stack.length += 1;
+                        while at > first && stack.array[(at - 1) % STACK] < farther {
+                            stack.array[at % STACK] = stack.array[(at - 1) % STACK];
+                            at -= 1;
+                        }
+                        stack.array[at % STACK] = farther;
+                    }
+                    child = Child(best as u32);
+                    continue;
+                }
+            }
+            loop {
+                let Some(next) = stack.pop() else { return };
+                if (next >> 32) as u32 <= limit.to_bits() {
+                    child = Child(next as u32);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Whether `test` is true of any candidate.
+    #[inline(always)]
+    pub fn any<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32) -> bool) -> bool {
+        let wide = Splat::new(simd, ray);
+        let limit = limit.min(FAR);
+        let mut stack = Stack::new();
+        let mut child = Child(0);
+        if self.nodes.is_empty() {
+            return false;
+        }
+        loop {
+            if let Some(block) = child.block() {
+                let block = &self.blocks[block];
+                let mut hits = candidates(simd, &wide, block, limit);
+                while hits != 0 {
+                    let lane = hits.trailing_zeros() as usize;
+                    hits &= hits - 1;
+                    if test(block.primitive[lane % WIDTH]) {
+                        return true;
+                    }
+                }
+            } else {
+                let node = &self.nodes[child.0 as usize];
+                let mut hits = enter(simd, ray, &wide, node, limit).1;
+                if hits != 0 {
+                    let lane = hits.trailing_zeros() as usize;
+                    hits &= hits - 1;
+                    child = node.children[lane % WIDTH];
+                    stack.reserve();
+                    while hits != 0 {
+                        let lane = hits.trailing_zeros() as usize;
+                        hits &= hits - 1;
+                        stack.push(u64::from(node.children[lane % WIDTH].0));
+                    }
+                    continue;
+                }
+            }
+            let Some(next) = stack.pop() else { return false };
+            child = Child(next as u32);
+        }
+    }
+}
