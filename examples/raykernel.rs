@@ -42,8 +42,12 @@ fn main() -> Result<()> {
         let world = world(&dir.join(format!("{scene}.mesh")))?;
         print!("{scene:6} ours build {:8.3} |", t0.elapsed().as_secs_f64());
         let full = a.len() > 4;
-        for set in ["primary", "bounce1", "bounce3", "uniform", "shadow1", "shadow3"] {
-            let rays = rays(&dir.join(format!("{scene}_{set}.rays")))?;
+        let sets = std::env::var("SETS").unwrap_or("primary,bounce1,bounce3,uniform,shadow1,shadow3".into());
+        for set in sets.split(',') {
+        #[cfg(any())]
+        for set in ["primary", "bounce1", "bounce3", "uniform", "shadow1", "shadow3"] {}
+            let mut rays = rays(&dir.join(format!("{scene}_{set}.rays")))?;
+            if let Ok(l) = std::env::var("LIMIT") { rays.truncate(l.parse()?); }
             let mut best = f64::INFINITY;
             let mut n = 0usize;
             for _ in 0..reps {

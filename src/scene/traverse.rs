@@ -10,7 +10,7 @@ use fearless_simd::{Simd, f32x8, prelude::*};
 pub(super) const FAR: f32 = 4.0;
 
 /// Entries that a ray's stack holds before it moves some to the heap.
-const STACK: usize = 128;
+const STACK: usize = 64;
 
 /// A ray in the space of the boxes.
 pub(super) struct BoxRay {
@@ -112,18 +112,13 @@ fn key(distance: f32, child: Child) -> u64 {
 }
 
 /// What a ray has yet to visit: an array, and a heap for trees so deep that it does not suffice.
-struct Stack {
-    array: [u64; STACK],
+struct Stack<'a> {
+    array: &'a mut [u64; STACK],
     length: usize,
     spilled: Vec<u64>,
 }
 
-impl Stack {
-    #[inline(always)]
-    fn new() -> Self {
-        Self { array: [0; STACK], length: 0, spilled: Vec::new() }
-    }
-
+impl Stack<'_> {
     /// Makes room for the children of a node.
     #[inline(always)]
     fn reserve(&mut self) {
@@ -161,7 +156,8 @@ impl Wide {
     pub fn closest<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32) -> Option<f32>) {
         let wide = Splat::new(simd, ray);
         let mut limit = limit.min(FAR);
-        let mut stack = Stack::new();
+        let mut array = [0u64; STACK];
+        let mut stack = Stack { array: &mut array, length: 0, spilled: Vec::new() };
         let mut child = Child(0);
         if self.nodes.is_empty() {
             return;
@@ -225,7 +221,8 @@ impl Wide {
     pub fn any<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32) -> bool) -> bool {
         let wide = Splat::new(simd, ray);
         let limit = limit.min(FAR);
-        let mut stack = Stack::new();
+        let mut array = [0u64; STACK];
+        let mut stack = Stack { array: &mut array, length: 0, spilled: Vec::new() };
         let mut child = Child(0);
         if self.nodes.is_empty() {
             return false;
