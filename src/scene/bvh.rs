@@ -37,11 +37,14 @@ const ROUNDOFF: f32 = 0.5 * f32::EPSILON;
 /// Padding of the boxes; see the module's documentation.
 const PADDING: f32 = 32.0 * ROUNDOFF;
 
-/// What a triangle's edge functions may be off by, in units of the sum of its edges.
-pub(super) const TOLERANCE: f64 = 112.0 * ROUNDOFF as f64;
+/// What a triangle's edge functions may be off by, in units of the sum of its edges' components.
+pub(super) const EDGE_TOLERANCE: f64 = 64.0 * ROUNDOFF as f64;
 
-/// What they may be off by in f64.
-pub(super) const TOLERANCE_F64: f32 = 1.0 / (1u64 << 39) as f32;
+/// What the distance to a triangle times the determinant may be off by, in units of the product of its edges' lengths.
+pub(super) const DISTANCE_TOLERANCE: f64 = 96.0 * ROUNDOFF as f64;
+
+/// What either may be off by in f64.
+pub(super) const TOLERANCE_F64: f64 = 1.0 / (1u64 << 39) as f64;
 
 /// Rays are moved to a cube that is larger than the scene by this much, so that moving does not cut off its boundary.
 const CLIP: f64 = 1.0 + 4.0 * PADDING as f64;

@@ -8,7 +8,7 @@ mod lights;
 mod material;
 mod mesh;
 mod needs;
-mod traverse;
+pub mod traverse;
 mod wide;
 mod world;
 

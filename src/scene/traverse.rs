@@ -3,8 +3,8 @@
 //! Boxes and triangles are tested in f32, eight at a time, with tolerances that let nothing slip; what passes is handed to the caller, whose
 //! exact test decides. Written once for all instruction sets; the caller chooses one at run time.
 
-use super::wide::{Block, Child, Node, WIDTH, Wide};
-use fearless_simd::{Simd, f32x8, prelude::*};
+use super::wide::{Block, Child, LANES, Node, WIDTH, Wide};
+use fearless_simd::{Simd, f32x4, f32x8, prelude::*};
 
 /// A bound on the distance of any hit, since rays start in or at the cube [-1, 1]³.
 pub(super) const FAR: f32 = 4.0;
@@ -41,15 +41,15 @@ const SMALLEST: f32 = 1.0 / (1u64 << 60) as f32;
 
 /// Vectors that hold one number of the ray in each lane.
 struct Splat<S: Simd> {
-    origin: [f32x8<S>; 3],
-    direction: [f32x8<S>; 3],
+    origin: [f32x4<S>; 3],
+    direction: [f32x4<S>; 3],
     reciprocal: [f32x8<S>; 3],
     offset: [f32x8<S>; 3],
 }
 
 #[inline(always)]
-fn splat<S: Simd>(simd: S, v: &[f32; 3]) -> [f32x8<S>; 3] {
-    [f32x8::splat(simd, v[0]), f32x8::splat(simd, v[1]), f32x8::splat(simd, v[2])]
+fn splat<S: Simd, V: SimdBase<S, Element = f32>>(simd: S, v: &[f32; 3]) -> [V; 3] {
+    [V::splat(simd, v[0]), V::splat(simd, v[1]), V::splat(simd, v[2])]
 }
 
 impl<S: Simd> Splat<S> {
@@ -79,13 +79,13 @@ fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: &Node, limit: f3
 /// A bit for each triangle that the ray may hit before `limit`; see "Why no triangle is missed" in [`super::bvh`].
 #[inline(always)]
 fn candidates<S: Simd>(simd: S, ray: &Splat<S>, block: &Block, limit: f32) -> u64 {
-    let load = |v: &[[f32; WIDTH]; 3]| {
-        [f32x8::load_array_ref(simd, &v[0]), f32x8::load_array_ref(simd, &v[1]), f32x8::load_array_ref(simd, &v[2])]
+    let load = |v: &[[f32; LANES]; 3]| {
+        [f32x4::load_array_ref(simd, &v[0]), f32x4::load_array_ref(simd, &v[1]), f32x4::load_array_ref(simd, &v[2])]
     };
-    let cross = |a: [f32x8<S>; 3], b: [f32x8<S>; 3]| {
+    let cross = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| {
         [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
     };
-    let dot = |a: [f32x8<S>; 3], b: [f32x8<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
+    let dot = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
     let vertex = load(&block.vertex);
     let (edge1, edge2) = (load(&block.edge1), load(&block.edge2));
     let c = [vertex[0] - ray.origin[0], vertex[1] - ray.origin[1], vertex[2] - ray.origin[2]];
@@ -95,13 +95,14 @@ fn candidates<S: Simd>(simd: S, ray: &Splat<S>, block: &Block, limit: f32) -> u6
     let u = dot(r, edge2);
     let minus_v = dot(r, edge1);
     let w = determinant - u + minus_v;
-    let tolerance = f32x8::load_array_ref(simd, &block.tolerance);
+    let tolerance = f32x4::load_array_ref(simd, &block.tolerance);
     let v = -minus_v;
     let inside = u.min(v).min(w).simd_ge(-tolerance) | u.max(v).max(w).simd_le(tolerance);
     let t = dot(n, c);
-    let sign = f32x8::splat(simd, 1.0).copysign(determinant);
+    let slack = f32x4::load_array_ref(simd, &block.distance_tolerance);
+    let sign = f32x4::splat(simd, 1.0).copysign(determinant);
     let (t, size) = (t * sign, determinant * sign);
-    let reached = t.simd_ge(-tolerance) & t.simd_le(size.mul_add(f32x8::splat(simd, limit), tolerance));
+    let reached = t.simd_ge(-slack) & t.simd_le(size.mul_add(f32x4::splat(simd, limit), slack));
     (inside & reached).to_bitmask()
 }
 
@@ -169,7 +170,7 @@ impl Wide {
                 while hits != 0 {
                     let lane = hits.trailing_zeros() as usize;
                     hits &= hits - 1;
-                    if let Some(nearer) = test(block.primitive[lane % WIDTH]) {
+                    if let Some(nearer) = test(block.primitive[lane % LANES]) {
                         limit = nearer;
                     }
                 }
@@ -234,7 +235,7 @@ impl Wide {
                 while hits != 0 {
                     let lane = hits.trailing_zeros() as usize;
                     hits &= hits - 1;
-                    if test(block.primitive[lane % WIDTH]) {
+                    if test(block.primitive[lane % LANES]) {
                         return true;
                     }
                 }

@@ -4,13 +4,18 @@
 //! parent, so that the expected cost by the surface area heuristic is least (Ylitie, Karras and Laine 2017, section 3). All numbers are
 //! f32 in the space of the boxes; [`super::bvh`] says what their rounding amounts to.
 
+use super::bvh;
 use glam::DVec3;
 
-/// Children of a node and triangles of a block.
+/// Children of a node.
 pub(super) const WIDTH: usize = 8;
 
+/// Triangles of a block.
+pub(super) const LANES: usize = 4;
+
 /// What testing a node's boxes costs, in tests of a block.
-const NODE_COST: f32 = 1.0;
+fn node_cost() -> f32 { std::env::var("NC").map_or(1.0, |v| v.parse().unwrap()) }
+fn max_leaf() -> usize { std::env::var("ML").map_or(LANES, |v| v.parse().unwrap()) }
 
 /// A node or leaf of the binary tree that the wide one is made from.
 #[derive(Clone, Copy, Debug)]
@@ -58,26 +63,29 @@ pub(super) enum Facet {
     Opaque,
 }
 
-/// Eight triangles: a vertex, the edges to the others, and by how much what is computed from them may be off.
+/// Four triangles: a vertex, the edges to the others, and by how much what is computed from them may be off.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
+#[repr(align(64))]
 pub(super) struct Block {
-    pub vertex: [[f32; WIDTH]; 3],
-    pub edge1: [[f32; WIDTH]; 3],
-    pub edge2: [[f32; WIDTH]; 3],
-    /// 0 for what is always a candidate, negative for a lane that is empty.
-    pub tolerance: [f32; WIDTH],
+    pub vertex: [[f32; LANES]; 3],
+    pub edge1: [[f32; LANES]; 3],
+    pub edge2: [[f32; LANES]; 3],
+    /// Of the edge functions: 0 for what is always a candidate, negative for a lane that is empty.
+    pub tolerance: [f32; LANES],
+    /// Of the distance times the determinant.
+    pub distance_tolerance: [f32; LANES],
     /// The primitive of each lane.
-    pub primitive: [u32; WIDTH],
+    pub primitive: [u32; LANES],
 }
 
 impl Block {
     const EMPTY: Self = Self {
-        vertex: [[0.0; WIDTH]; 3],
-        edge1: [[0.0; WIDTH]; 3],
-        edge2: [[0.0; WIDTH]; 3],
-        tolerance: [-1.0; WIDTH],
-        primitive: [u32::MAX; WIDTH],
+        vertex: [[0.0; LANES]; 3],
+        edge1: [[0.0; LANES]; 3],
+        edge2: [[0.0; LANES]; 3],
+        tolerance: [-1.0; LANES],
+        distance_tolerance: [0.0; LANES],
+        primitive: [u32::MAX; LANES],
     };
 
     fn set(&mut self, lane: usize, primitive: u32, facet: Facet) {
@@ -90,8 +98,10 @@ impl Block {
             self.edge1[axis][lane] = edge1[axis] as f32;
             self.edge2[axis][lane] = edge2[axis] as f32;
         }
+        let up = |x: f64| (x as f32).next_up();
         let size = edge1.abs().element_sum() + edge2.abs().element_sum();
-        self.tolerance[lane] = ((size * super::bvh::TOLERANCE) as f32 + super::bvh::TOLERANCE_F64).next_up();
+        self.tolerance[lane] = up(bvh::EDGE_TOLERANCE * size + bvh::TOLERANCE_F64);
+        self.distance_tolerance[lane] = up(bvh::DISTANCE_TOLERANCE * edge1.length() * edge2.length() + bvh::TOLERANCE_F64);
     }
 }
 
@@ -112,8 +122,8 @@ impl Wide {
         if tree.is_empty() {
             return wide;
         }
-        let (counts, costs) = costs(tree);
-        let is_leaf = |index: u32| counts[index as usize] as usize <= WIDTH && leaf_is_best(tree, &costs, index);
+        let (counts, costs) = costs(tree); let ml=max_leaf();
+        let is_leaf = |index: u32| counts[index as usize] as usize <= ml && leaf_is_best(tree, &costs, index);
         // Binary nodes to make wide ones of, with the lane of the parent that leads there.
         let mut work: Vec<(u32, Option<(usize, usize)>)> = vec![(0, None)];
         let mut children = Vec::new();
@@ -171,7 +181,7 @@ fn costs(tree: &[BinaryNode]) -> (Vec<u32>, Vec<Costs>) {
             stack.extend([node.first, node.first + 1]);
         }
     }
-    let mut counts = vec![0u32; tree.len()];
+    let (nc,ml)=(node_cost(),max_leaf()); let mut counts = vec![0u32; tree.len()];
     let mut costs = vec![[0.0; WIDTH - 1]; tree.len()];
     for &index in order.iter().rev() {
         let (i, node) = (index as usize, &tree[index as usize]);
@@ -182,8 +192,8 @@ fn costs(tree: &[BinaryNode]) -> (Vec<u32>, Vec<Costs>) {
             continue;
         }
         counts[i] = counts[node.first as usize] + counts[node.first as usize + 1];
-        let inner = best_share(&costs, node.first, WIDTH).1 + NODE_COST * area;
-        let mut best = if counts[i] as usize <= WIDTH { inner.min(area) } else { inner };
+        let inner = best_share(&costs, node.first, WIDTH).1 + nc * area;
+        let mut best = if counts[i] as usize <= ml { inner.min(area) } else { inner };
         costs[i][0] = best;
         for roots in 2..WIDTH {
             best = best.min(best_share(&costs, node.first, roots).1);
@@ -231,7 +241,7 @@ fn forest(tree: &[BinaryNode], costs: &[Costs], index: u32, roots: usize, found:
 
 /// The block of all references below a binary node; parts of the same facet are one.
 fn block(tree: &[BinaryNode], references: &[u32], index: u32, facet: &impl Fn(u32) -> (u32, Facet)) -> Block {
-    let mut found: Vec<u32> = Vec::with_capacity(WIDTH);
+    let mut found: Vec<u32> = Vec::with_capacity(LANES);
     let mut stack = vec![index];
     while let Some(index) = stack.pop() {
         let node = &tree[index as usize];
