@@ -83,14 +83,6 @@ pub(crate) struct Hit<'a> {
     pub intersection: Intersection,
 }
 
-/// A ray that starts in or at the scene, in world space and in that of the boxes.
-struct ClippedRay {
-    ray: Ray,
-    /// Distance by which the origin was moved, world units.
-    moved: f64,
-    box_ray: BoxRay,
-}
-
 /// The second half of a quad; the first one and everything else are referred to by the primitive's number.
 const SECOND_HALF: u32 = 1 << 31;
 
@@ -176,32 +168,37 @@ impl Bvh {
     }
 
     /// The nearest hit, of equally near ones that with the lowest primitive. `direction` is of unit length.
+    #[inline]
     pub fn closest(&self, origin: DVec3, direction: DVec3, origin_primitive: u32) -> Option<Hit<'_>> {
-        let clipped = self.clip(origin, direction)?;
-        let ray = &clipped.ray;
+        let (origin, box_origin, _) = self.clip(origin, direction)?;
+        let ray = Ray::new(origin, direction);
+        let box_ray = BoxRay::new(box_origin.as_vec3(), direction.as_vec3());
         let mut nearest = Intersection { t: f64::INFINITY, u: 0.0, v: 0.0 };
         let mut nearest_primitive = u32::MAX;
         let test = |primitive: u32| {
             let contact = if primitive == origin_primitive { Contact::Origin } else { Contact::None };
-            let hit = self.shapes[primitive as usize].intersect_apart_from(ray, contact)?;
+            let hit = self.shapes[primitive as usize].intersect_apart_from(&ray, contact)?;
             if hit.t > nearest.t || (hit.t == nearest.t && primitive >= nearest_primitive) {
                 return None;
             }
             (nearest, nearest_primitive) = (hit, primitive);
             Some(self.round_up(hit.t))
         };
-        dispatch!(self.level, simd => self.wide.closest(simd, &clipped.box_ray, f32::INFINITY, test));
+        dispatch!(self.level, simd => self.wide.closest(simd, &box_ray, test));
         let shape = self.shapes.get(nearest_primitive as usize)?;
-        Some(Hit { primitive: nearest_primitive, shape, ray: clipped.ray, intersection: nearest })
+        Some(Hit { primitive: nearest_primitive, shape, ray, intersection: nearest })
     }
 
     /// Whether nothing lies between the origin and the point at distance `length`. `direction` is of unit length.
+    #[inline]
     pub fn is_free(&self, origin: DVec3, direction: DVec3, length: f64, ends: Ends) -> bool {
-        let Some(clipped) = self.clip(origin, direction) else { return true };
-        let (ray, length) = (&clipped.ray, length - clipped.moved);
+        let Some((origin, box_origin, moved)) = self.clip(origin, direction) else { return true };
+        let length = length - moved;
         if length.is_nan() || length <= 0.0 {
             return true;
         }
+        let ray = Ray::new(origin, direction);
+        let box_ray = BoxRay::new(box_origin.as_vec3(), direction.as_vec3());
         let blocks = |primitive: u32| {
             let contact = match (primitive == ends.origin, primitive == ends.end) {
                 (false, false) => Contact::None,
@@ -209,43 +206,46 @@ impl Bvh {
                 (false, true) => Contact::End(length),
                 (true, true) => Contact::Both,
             };
-            self.shapes[primitive as usize].intersect_apart_from(ray, contact).is_some_and(|hit| hit.t < length)
+            self.shapes[primitive as usize].intersect_apart_from(&ray, contact).is_some_and(|hit| hit.t < length)
         };
-        !dispatch!(self.level, simd => self.wide.any(simd, &clipped.box_ray, self.round_up(length), blocks))
+        !dispatch!(self.level, simd => self.wide.any(simd, &box_ray, self.round_up(length), blocks))
     }
 
     /// A distance in the space of the boxes, rounded up far enough to exceed the entry of every box that contains a hit there.
     #[inline(always)]
     fn round_up(&self, t: f64) -> f32 {
-        ((t * self.inverse_extent) as f32).next_up().next_up()
+        (t * self.inverse_extent * (1.0 + 4.0 * f64::from(ROUNDOFF))) as f32 + f32::MIN_POSITIVE
     }
 
-    /// Moves the origin to where the ray enters the scene; `None` if it does not, or if the ray is no ray.
-    fn clip(&self, origin: DVec3, direction: DVec3) -> Option<ClippedRay> {
-        let mut origin = origin;
-        let mut moved = 0.0;
-        let mut box_origin = (origin - self.center) * self.inverse_extent;
+    /// The origin, moved to where the ray enters the scene, in world space and in that of the boxes, and by how much it was moved; `None`
+    /// if the ray does not enter, or is no ray.
+    #[inline(always)]
+    fn clip(&self, origin: DVec3, direction: DVec3) -> Option<(DVec3, DVec3, f64)> {
+        let box_origin = (origin - self.center) * self.inverse_extent;
         if !(box_origin.is_finite() && direction.is_finite() && direction != DVec3::ZERO) {
             return None;
         }
-        if box_origin.abs().max_element() > CLIP {
-            let (mut near, mut far) = (0.0f64, f64::INFINITY);
-            for axis in 0..3 {
-                let inverse = 1.0 / direction[axis];
-                let (a, b) = ((-CLIP - box_origin[axis]) * inverse, (CLIP - box_origin[axis]) * inverse);
-                near = near.max(a.min(b));
-                far = far.min(a.max(b));
-            }
-            // A far origin is known to its own rounding only, which may exceed the cube's margin.
-            let uncertainty = box_origin.abs().max_element() * (8.0 * f64::EPSILON);
-            if near > far + uncertainty {
-                return None;
-            }
-            moved = near * self.extent;
-            origin += direction * moved;
-            box_origin = (origin - self.center) * self.inverse_extent;
+        if box_origin.abs().max_element() > CLIP { self.enter(origin, box_origin, direction) } else { Some((origin, box_origin, 0.0)) }
+    }
+
+    /// The same for an origin outside of the scene.
+    #[inline(never)]
+    fn enter(&self, origin: DVec3, box_origin: DVec3, direction: DVec3) -> Option<(DVec3, DVec3, f64)> {
+        let (mut near, mut far) = (0.0f64, f64::INFINITY);
+        for axis in 0..3 {
+            let inverse = 1.0 / direction[axis];
+            let (a, b) = ((-CLIP - box_origin[axis]) * inverse, (CLIP - box_origin[axis]) * inverse);
+            near = near.max(a.min(b));
+            far = far.min(a.max(b));
         }
-        Some(ClippedRay { ray: Ray::new(origin, direction), moved, box_ray: BoxRay::new(box_origin.as_vec3(), direction.as_vec3()) })
+        // A far origin is known to its own rounding only, which may exceed the cube's margin.
+        let uncertainty = box_origin.abs().max_element() * (8.0 * f64::EPSILON);
+        if near > far + uncertainty {
+            return None;
+        }
+        let moved = near * self.extent;
+        let origin = origin + direction * moved;
+        Some((origin, (origin - self.center) * self.inverse_extent, moved))
     }
 }
 

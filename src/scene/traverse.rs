@@ -112,65 +112,39 @@ fn key(distance: f32, child: Child) -> u64 {
     u64::from(distance.to_bits()) << 32 | u64::from(child.0)
 }
 
-/// What a ray has yet to visit: an array, and a heap for trees so deep that it does not suffice.
-struct Stack<'a> {
-    array: &'a mut [u64; STACK],
-    length: usize,
-    spilled: Vec<u64>,
+/// Moves what a ray has yet to visit out of the array, for trees so deep that it does not suffice.
+#[cold]
+#[inline(never)]
+fn spill<T: Copy>(stack: &[T], heap: &mut Vec<T>) -> usize {
+    heap.extend_from_slice(stack);
+    0
 }
 
-impl Stack<'_> {
-    /// Makes room for the children of a node.
-    #[inline(always)]
-    fn reserve(&mut self) {
-        if self.length > STACK - WIDTH {
-            self.spill();
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn spill(&mut self) {
-        self.spilled.extend_from_slice(&self.array[..self.length]);
-        self.length = 0;
-    }
-
-    #[inline(always)]
-    fn push(&mut self, entry: u64) {
-        self.array[self.length % STACK] = entry;
-        self.length += 1;
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<u64> {
-        if self.length == 0 {
-            return self.spilled.pop();
-        }
-        self.length -= 1;
-        Some(self.array[self.length % STACK])
-    }
+/// Takes the lowest lane out of a set of bits.
+#[inline(always)]
+fn take(bits: &mut u64) -> usize {
+    let lane = bits.trailing_zeros() as usize;
+    *bits &= *bits - 1;
+    lane
 }
 
 impl Wide {
-    /// Offers candidates roughly from near to far. `test` gets the current limit's candidate and returns the limit from then on.
+    /// Offers candidates roughly from near to far. `test` gets a primitive and returns the limit from then on if it has come down.
     #[inline(always)]
-    pub fn closest<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32) -> Option<f32>) {
-        let wide = Splat::new(simd, ray);
-        let mut limit = limit.min(FAR);
-        let mut array = [0u64; STACK];
-        let mut stack = Stack { array: &mut array, length: 0, spilled: Vec::new() };
-        let mut child = Child(0);
+    pub fn closest<S: Simd>(&self, simd: S, ray: &BoxRay, mut test: impl FnMut(u32) -> Option<f32>) {
         if self.nodes.is_empty() {
             return;
         }
+        let wide = Splat::new(simd, ray);
+        let mut limit = FAR;
+        let (mut stack, mut length, mut heap) = ([0u64; STACK], 0usize, Vec::new());
+        let mut child = Child(0);
         loop {
             if let Some(block) = child.block() {
                 let block = &self.blocks[block];
                 let mut hits = candidates(simd, &wide, block, limit);
                 while hits != 0 {
-                    let lane = hits.trailing_zeros() as usize;
-                    hits &= hits - 1;
-                    if let Some(nearer) = test(block.primitive[lane % LANES]) {
+                    if let Some(nearer) = test(block.primitive[take(&mut hits) % LANES]) {
                         limit = nearer;
                     }
                 }
@@ -178,37 +152,48 @@ impl Wide {
                 let node = &self.nodes[child.0 as usize];
                 let (near, mut hits) = enter(simd, ray, &wide, node, limit);
                 if hits != 0 {
-                    let lane = hits.trailing_zeros() as usize;
-                    hits &= hits - 1;
+                    let lane = take(&mut hits) % WIDTH;
+                    child = node.children[lane];
                     if hits == 0 {
-                        child = node.children[lane % WIDTH];
                         continue;
                     }
-                    stack.reserve();
+                    if length > STACK - WIDTH {
+                        length = spill(&stack[..length], &mut heap);
+                    }
                     let near = near.to_array();
-                    let mut best = key(near[lane % WIDTH], node.children[lane % WIDTH]);
-                    let first = stack.length;
+                    let mut best = key(near[lane], child);
+                    let lane = take(&mut hits) % WIDTH;
+                    let other = key(near[lane], node.children[lane]);
+                    let first = length;
+                    stack[length % STACK] = best.max(other);
+                    best = best.min(other);
+                    length += 1;
                     while hits != 0 {
-                        let lane = hits.trailing_zeros() as usize;
-                        hits &= hits - 1;
-                        let other = key(near[lane % WIDTH], node.children[lane % WIDTH]);
-                        let (nearer, farther) = if other < best { (other, best) } else { (best, other) };
-                        best = nearer;
+                        let lane = take(&mut hits) % WIDTH;
+                        let other = key(near[lane], node.children[lane]);
+                        let farther = best.max(other);
+                        best = best.min(other);
                         // Insertion, farthest first.
-                        let mut at = stack.length;
-                        stack.length += 1;
-                        while at > first && stack.array[(at - 1) % STACK] < farther {
-                            stack.array[at % STACK] = stack.array[(at - 1) % STACK];
+                        let mut at = length;
+                        length += 1;
+                        while at > first && stack[(at - 1) % STACK] < farther {
+                            stack[at % STACK] = stack[(at - 1) % STACK];
                             at -= 1;
                         }
-                        stack.array[at % STACK] = farther;
+                        stack[at % STACK] = farther;
                     }
                     child = Child(best as u32);
                     continue;
                 }
             }
             loop {
-                let Some(next) = stack.pop() else { return };
+                let next = if length > 0 {
+                    length -= 1;
+                    stack[length % STACK]
+                } else {
+                    let Some(next) = heap.pop() else { return };
+                    next
+                };
                 if (next >> 32) as u32 <= limit.to_bits() {
                     child = Child(next as u32);
                     break;
@@ -217,25 +202,22 @@ impl Wide {
         }
     }
 
-    /// Whether `test` is true of any candidate.
+    /// Whether `test` is true of any candidate before `limit`.
     #[inline(always)]
     pub fn any<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32) -> bool) -> bool {
-        let wide = Splat::new(simd, ray);
-        let limit = limit.min(FAR);
-        let mut array = [0u64; STACK];
-        let mut stack = Stack { array: &mut array, length: 0, spilled: Vec::new() };
-        let mut child = Child(0);
         if self.nodes.is_empty() {
             return false;
         }
+        let wide = Splat::new(simd, ray);
+        let limit = limit.min(FAR);
+        let (mut stack, mut length, mut heap) = ([0u32; STACK], 0usize, Vec::new());
+        let mut child = Child(0);
         loop {
             if let Some(block) = child.block() {
                 let block = &self.blocks[block];
                 let mut hits = candidates(simd, &wide, block, limit);
                 while hits != 0 {
-                    let lane = hits.trailing_zeros() as usize;
-                    hits &= hits - 1;
-                    if test(block.primitive[lane % LANES]) {
+                    if test(block.primitive[take(&mut hits) % LANES]) {
                         return true;
                     }
                 }
@@ -243,20 +225,24 @@ impl Wide {
                 let node = &self.nodes[child.0 as usize];
                 let mut hits = enter(simd, ray, &wide, node, limit).1;
                 if hits != 0 {
-                    let lane = hits.trailing_zeros() as usize;
-                    hits &= hits - 1;
-                    child = node.children[lane % WIDTH];
-                    stack.reserve();
+                    child = node.children[take(&mut hits) % WIDTH];
+                    if length > STACK - WIDTH {
+                        length = spill(&stack[..length], &mut heap);
+                    }
                     while hits != 0 {
-                        let lane = hits.trailing_zeros() as usize;
-                        hits &= hits - 1;
-                        stack.push(u64::from(node.children[lane % WIDTH].0));
+                        stack[length % STACK] = node.children[take(&mut hits) % WIDTH].0;
+                        length += 1;
                     }
                     continue;
                 }
             }
-            let Some(next) = stack.pop() else { return false };
-            child = Child(next as u32);
+            child = if length > 0 {
+                length -= 1;
+                Child(stack[length % STACK])
+            } else {
+                let Some(next) = heap.pop() else { return false };
+                Child(next)
+            };
         }
     }
 }
