@@ -199,7 +199,10 @@ impl Bvh {
         }
         let ray = Ray::new(origin, direction);
         let box_ray = BoxRay::new(box_origin.as_vec3(), direction.as_vec3());
-        let blocks = |primitive: u32| {
+        let blocks = |primitive: u32, certain: bool| {
+            if certain && primitive != ends.origin && primitive != ends.end {
+                return true;
+            }
             let contact = match (primitive == ends.origin, primitive == ends.end) {
                 (false, false) => Contact::None,
                 (true, false) => Contact::Origin,

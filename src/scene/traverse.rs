@@ -76,9 +76,10 @@ fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: &Node, limit: f3
     (near, near.simd_le(far).to_bitmask())
 }
 
-/// A bit for each triangle that the ray may hit before `limit`; see "Why no triangle is missed" in [`super::bvh`].
+/// A bit for each triangle that the ray may hit before `limit`, and one for each that it certainly does; see "Why no triangle is missed" in
+/// [`super::bvh`].
 #[inline(always)]
-fn candidates<S: Simd>(simd: S, ray: &Splat<S>, block: &Block, limit: f32) -> u64 {
+fn candidates<S: Simd>(simd: S, ray: &Splat<S>, block: &Block, limit: f32) -> (u64, impl FnOnce() -> u64) {
     let load = |v: &[[f32; LANES]; 3]| {
         [f32x4::load_array_ref(simd, &v[0]), f32x4::load_array_ref(simd, &v[1]), f32x4::load_array_ref(simd, &v[2])]
     };
@@ -97,13 +98,19 @@ fn candidates<S: Simd>(simd: S, ray: &Splat<S>, block: &Block, limit: f32) -> u6
     let w = determinant - u + minus_v;
     let tolerance = f32x4::load_array_ref(simd, &block.tolerance);
     let v = -minus_v;
-    let inside = u.min(v).min(w).simd_ge(-tolerance) | u.max(v).max(w).simd_le(tolerance);
+    let (least, most) = (u.min(v).min(w), u.max(v).max(w));
     let t = dot(n, c);
     let slack = f32x4::load_array_ref(simd, &block.distance_tolerance);
     let sign = f32x4::splat(simd, 1.0).copysign(determinant);
-    let (t, size) = (t * sign, determinant * sign);
-    let reached = t.simd_ge(-slack) & t.simd_le(size.mul_add(f32x4::splat(simd, limit), slack));
-    (inside & reached).to_bitmask()
+    let (t, end) = (t * sign, determinant * sign * f32x4::splat(simd, limit));
+    let inside = least.simd_ge(-tolerance) | most.simd_le(tolerance);
+    let reached = t.simd_ge(-slack) & t.simd_le(end + slack);
+    let certain = move || {
+        let inside = least.simd_gt(tolerance) | most.simd_lt(-tolerance);
+        let reached = t.simd_gt(slack) & t.simd_lt(end - slack);
+        (inside & reached).to_bitmask()
+    };
+    ((inside & reached).to_bitmask(), certain)
 }
 
 /// Entry distance and child in one number, which sorts by distance.
@@ -142,7 +149,7 @@ impl Wide {
         loop {
             if let Some(block) = child.block() {
                 let block = &self.blocks[block];
-                let mut hits = candidates(simd, &wide, block, limit);
+                let (mut hits, _) = candidates(simd, &wide, block, limit);
                 while hits != 0 {
                     if let Some(nearer) = test(block.primitive[take(&mut hits) % LANES]) {
                         limit = nearer;
@@ -202,9 +209,9 @@ impl Wide {
         }
     }
 
-    /// Whether `test` is true of any candidate before `limit`.
+    /// Whether `test` is true of any candidate before `limit`. It gets a primitive and whether that is certainly hit well before `limit`.
     #[inline(always)]
-    pub fn any<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32) -> bool) -> bool {
+    pub fn any<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32, bool) -> bool) -> bool {
         if self.nodes.is_empty() {
             return false;
         }
@@ -215,10 +222,14 @@ impl Wide {
         loop {
             if let Some(block) = child.block() {
                 let block = &self.blocks[block];
-                let mut hits = candidates(simd, &wide, block, limit);
-                while hits != 0 {
-                    if test(block.primitive[take(&mut hits) % LANES]) {
-                        return true;
+                let (mut hits, certain) = candidates(simd, &wide, block, limit);
+                if hits != 0 {
+                    let certain = certain();
+                    while hits != 0 {
+                        let lane = take(&mut hits) % LANES;
+                        if test(block.primitive[lane], certain >> lane & 1 != 0) {
+                            return true;
+                        }
                     }
                 }
             } else {
