@@ -127,6 +127,27 @@ fn spill<T: Copy>(stack: &[T], heap: &mut Vec<T>) -> usize {
     0
 }
 
+#[cfg(target_arch = "x86_64")]
+fearless_simd::kernel!(
+    #[inline(always)]
+    fn prefetch_line(sse2: Sse2, address: *const i8) {
+        let _ = sse2;
+        std::arch::x86_64::_mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>(address);
+    }
+);
+
+/// Asks for an item's memory, which will be needed soon.
+#[inline(always)]
+fn prefetch<S: Simd, T>(simd: S, items: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(sse2) = simd.level().as_sse2() {
+        let address = items.as_ptr().wrapping_add(index).cast::<i8>();
+        for line in 0..size_of::<T>().div_ceil(64) {
+            prefetch_line(sse2, address.wrapping_add(64 * line));
+        }
+    }
+}
+
 /// Takes the lowest lane out of a set of bits.
 #[inline(always)]
 fn take(bits: &mut u64) -> usize {
@@ -136,6 +157,14 @@ fn take(bits: &mut u64) -> usize {
 }
 
 impl Wide {
+    #[inline(always)]
+    fn prefetch<S: Simd>(&self, simd: S, child: Child) {
+        match child.block() {
+            Some(block) => prefetch(simd, &self.blocks, block),
+            None => prefetch(simd, &self.nodes, child.0 as usize),
+        }
+    }
+
     /// Offers candidates roughly from near to far. `test` gets a primitive and returns the limit from then on if it has come down.
     #[inline(always)]
     pub fn closest<S: Simd>(&self, simd: S, ray: &BoxRay, mut test: impl FnMut(u32) -> Option<f32>) {
@@ -168,9 +197,11 @@ impl Wide {
                         length = spill(&stack[..length], &mut heap);
                     }
                     let near = near.to_array();
+                    self.prefetch(simd, child);
                     let mut best = key(near[lane], child);
                     let lane = take(&mut hits) % WIDTH;
                     let other = key(near[lane], node.children[lane]);
+                    self.prefetch(simd, node.children[lane]);
                     let first = length;
                     stack[length % STACK] = best.max(other);
                     best = best.min(other);
@@ -178,6 +209,7 @@ impl Wide {
                     while hits != 0 {
                         let lane = take(&mut hits) % WIDTH;
                         let other = key(near[lane], node.children[lane]);
+                        self.prefetch(simd, node.children[lane]);
                         let farther = best.max(other);
                         best = best.min(other);
                         // Insertion, farthest first.
@@ -241,7 +273,9 @@ impl Wide {
                         length = spill(&stack[..length], &mut heap);
                     }
                     while hits != 0 {
-                        stack[length % STACK] = node.children[take(&mut hits) % WIDTH].0;
+                        let other = node.children[take(&mut hits) % WIDTH];
+                        self.prefetch(simd, other);
+                        stack[length % STACK] = other.0;
                         length += 1;
                     }
                     continue;
