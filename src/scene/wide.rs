@@ -1,4 +1,4 @@
-//! The tree that rays walk through: nodes of eight boxes and leaves of eight triangles, side by side for SIMD.
+//! The tree that rays walk through: nodes of eight boxes and leaves of four triangles, side by side for SIMD.
 //!
 //! It is made from a binary tree by choosing, for every binary node, whether it becomes a leaf, a node of its own, or dissolves into its
 //! parent, so that the expected cost by the surface area heuristic is least (Ylitie, Karras and Laine 2017, section 3). All numbers are
@@ -14,8 +14,7 @@ pub(super) const WIDTH: usize = 8;
 pub(super) const LANES: usize = 4;
 
 /// What testing a node's boxes costs, in tests of a block.
-fn node_cost() -> f32 { std::env::var("NC").map_or(1.0, |v| v.parse().unwrap()) }
-fn max_leaf() -> usize { std::env::var("ML").map_or(LANES, |v| v.parse().unwrap()) }
+const NODE_COST: f32 = 1.0;
 
 /// A node or leaf of the binary tree that the wide one is made from.
 #[derive(Clone, Copy, Debug)]
@@ -122,8 +121,8 @@ impl Wide {
         if tree.is_empty() {
             return wide;
         }
-        let (counts, costs) = costs(tree); let ml=max_leaf();
-        let is_leaf = |index: u32| counts[index as usize] as usize <= ml && leaf_is_best(tree, &costs, index);
+        let (counts, costs) = costs(tree);
+        let is_leaf = |index: u32| counts[index as usize] as usize <= LANES && leaf_is_best(tree, &costs, index);
         // Binary nodes to make wide ones of, with the lane of the parent that leads there.
         let mut work: Vec<(u32, Option<(usize, usize)>)> = vec![(0, None)];
         let mut children = Vec::new();
@@ -181,7 +180,7 @@ fn costs(tree: &[BinaryNode]) -> (Vec<u32>, Vec<Costs>) {
             stack.extend([node.first, node.first + 1]);
         }
     }
-    let (nc,ml)=(node_cost(),max_leaf()); let mut counts = vec![0u32; tree.len()];
+    let mut counts = vec![0u32; tree.len()];
     let mut costs = vec![[0.0; WIDTH - 1]; tree.len()];
     for &index in order.iter().rev() {
         let (i, node) = (index as usize, &tree[index as usize]);
@@ -192,8 +191,8 @@ fn costs(tree: &[BinaryNode]) -> (Vec<u32>, Vec<Costs>) {
             continue;
         }
         counts[i] = counts[node.first as usize] + counts[node.first as usize + 1];
-        let inner = best_share(&costs, node.first, WIDTH).1 + nc * area;
-        let mut best = if counts[i] as usize <= ml { inner.min(area) } else { inner };
+        let inner = best_share(&costs, node.first, WIDTH).1 + NODE_COST * area;
+        let mut best = if counts[i] as usize <= LANES { inner.min(area) } else { inner };
         costs[i][0] = best;
         for roots in 2..WIDTH {
             best = best.min(best_share(&costs, node.first, roots).1);
