@@ -1,6 +1,6 @@
 //! How a ray walks through the wide tree: front to back for the nearest hit, in any order to find out whether there is one.
 //!
-//! Boxes and triangles are tested in f32, eight at a time, with tolerances that let nothing slip; what passes is handed to the caller, whose
+//! Eight boxes or four triangles are tested at a time, in f32, with tolerances that let nothing slip; what passes is handed to the caller, whose
 //! exact test decides. Written once for all instruction sets; the caller chooses one at run time.
 
 use super::wide::{Block, Child, LANES, Node, WIDTH, Wide};
@@ -119,7 +119,7 @@ fn key(distance: f32, child: Child) -> u64 {
     u64::from(distance.to_bits()) << 32 | u64::from(child.0)
 }
 
-/// Moves what a ray has yet to visit out of the array, for trees so deep that it does not suffice.
+/// Moves what a ray has yet to visit out of the array, for trees so deep that it does not suffice; returns the array's new length.
 #[cold]
 #[inline(never)]
 fn spill<T: Copy>(stack: &[T], heap: &mut Vec<T>) -> usize {
@@ -157,6 +157,7 @@ fn take(bits: &mut u64) -> usize {
 }
 
 impl Wide {
+    /// Asks for what a ray will visit later.
     #[inline(always)]
     fn prefetch<S: Simd>(&self, simd: S, child: Child) {
         match child.block() {
