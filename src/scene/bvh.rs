@@ -190,7 +190,8 @@ impl Bvh {
             *b = Aabb::new(b.min - PADDING, b.max + PADDING);
         }
         // Of obvhs' presets the middle one: more search and more optimization cost much time and gained nothing measurable.
-        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::Medium, &boxes, references, SortPrecision::U64, 3);
+        let numbers = (0..boxes.len() as u32).collect();
+        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::Medium, &boxes, numbers, SortPrecision::U64, 3);
         ReinsertionOptimizer::default().run(&mut tree, 0.05, None);
         let binary: Vec<BinaryNode> = tree
             .nodes
@@ -200,7 +201,6 @@ impl Bvh {
                 BinaryNode { min: min.to_array(), max: max.to_array(), first: node.first_index, count: node.prim_count }
             })
             .collect();
-        let references = std::mem::take(&mut tree.primitive_indices);
         drop(tree);
         let wide = Wide::collapse(&binary, &references, facet);
         Self { wide, shapes, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
