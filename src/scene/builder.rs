@@ -260,7 +260,7 @@ impl WorldBuilder {
         let light_choice = lights::prepare(&mut lights, &lit)?;
         Warning::of_surfaces(&self.surfaces, &self.shapes, &bounds, &mut self.warnings);
         let areas: Vec<f64> = self.shapes.iter().map(Shape::area).collect();
-        let bvh = Bvh::new(&self.shapes, &bounds);
+        let bvh = Bvh::new(self.shapes, &bounds);
         Ok(World::assemble(bvh, bounds, self.materials, self.surfaces, lights, environment, light_choice, &areas, self.warnings))
     }
 

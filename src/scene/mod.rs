@@ -9,11 +9,16 @@ mod material;
 mod mesh;
 mod needs;
 mod scattering;
+#[cfg(test)]
+mod tests;
+mod traverse;
 mod warning;
+mod wide;
 mod with_needs;
 mod world;
 
 pub use builder::{Emission, MaterialId, SurfaceId, WorldBuilder};
+pub use bvh::TreeStatistics;
 pub use error::SceneError;
 pub use material::Material;
 pub use mesh::Mesh;
