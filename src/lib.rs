@@ -40,6 +40,7 @@
 //! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
 //! | [`scene`] | the [`Scene`](scene::Scene) trait, which a host renderer implements, and the ready-made [`World`](scene::World) |
 //! | [`endpoint`] | lights and cameras |
+//! | [`texture`] | colours that vary over a surface |
 //! | [`bsdf`] | scattering models |
 //! | [`film`] | contributions, filters, images |
 //! | [`sampler`] | random numbers and quasi-random ones |
@@ -63,6 +64,7 @@ pub mod render;
 pub mod report;
 pub mod sampler;
 pub mod scene;
+pub mod texture;
 
 pub use glam;
 

@@ -53,6 +53,18 @@ fn rough_glass(relative_ior: f64, alpha: (f64, f64)) -> SimpleModel {
     RoughDielectric::new(relative_ior, Ggx::new(alpha.0, alpha.1).unwrap()).unwrap().into()
 }
 
+fn beckmann(alpha: (f64, f64)) -> Beckmann {
+    Beckmann::new(alpha.0, alpha.1).unwrap()
+}
+
+fn plastic(specular: Rgb, colour_shift: bool) -> SimpleModel {
+    Plastic::new(Rgb::new(0.2, 0.5, 0.9), specular, 1.5, colour_shift).unwrap().into()
+}
+
+fn pane() -> SimpleModel {
+    ThinDielectric::new(1.5).unwrap().into()
+}
+
 fn smooth_models() -> Vec<(String, Model)> {
     let mirror: SimpleModel = Mirror::new(Rgb::new(0.3, 0.6, 1.0)).unwrap().into();
     let conductor: SimpleModel = Conductor::new(Rgb::new(0.2, 0.4, 1.4), Rgb::new(3.9, 2.5, 1.6)).unwrap().into();
@@ -68,6 +80,12 @@ fn smooth_models() -> Vec<(String, Model)> {
         ("glass 1", glass(1.0).into()),
         ("null", Null.into()),
         ("black", Model::BLACK),
+        ("pane", pane().into()),
+        ("plastic", plastic(Rgb::WHITE, false).into()),
+        ("saturated plastic", plastic(Rgb::new(0.5, 1.0, 0.0), true).into()),
+        ("plastic + pane", mixture([plastic(Rgb::WHITE, true), pane()], [0.5, 0.5]).into()),
+        ("tinted conductor", Mixture::tinted([conductor], [Rgb::new(0.0, 0.3, 1.0)], [1.0]).unwrap().into()),
+        ("tinted mixture", Mixture::tinted([lambert(), rough], [Rgb::new(0.0, 0.3, 1.0), Rgb::BLACK], [0.7, 0.2]).unwrap().into()),
         ("lambert + mirror", mixture([lambert(), mirror], [0.5, 0.5]).into()),
         ("lambert + glass", mixture([lambert(), glass(1.5)], [0.3, 0.7]).into()),
         ("lambert + rough", mixture([lambert(), rough], [0.6, 0.4]).into()),
@@ -83,6 +101,9 @@ fn rough_models() -> Vec<(String, Model)> {
     let mut models = Vec::new();
     for alpha in ROUGHNESS {
         models.push((format!("rough conductor {alpha:?}"), rough_conductor(alpha).into()));
+        models.push((format!("Beckmann conductor {alpha:?}"), SimpleModel::from(RoughConductor::new(gold(), beckmann(alpha))).into()));
+        let glass = RoughDielectric::new(1.5, beckmann(alpha)).unwrap();
+        models.push((format!("Beckmann glass {alpha:?}"), SimpleModel::from(glass).into()));
         // from both sides, so that the inverse indices are covered
         for relative_ior in [1.5, 1.05] {
             models.push((format!("rough glass {relative_ior} {alpha:?}"), rough_glass(relative_ior, alpha).into()));

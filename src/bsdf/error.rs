@@ -13,12 +13,16 @@ pub enum BsdfError {
     RelativeIor(f64),
     /// A component of a complex index of refraction `eta + i k` is not in [0, 1e6].
     ComplexIor(Rgb, Rgb),
-    /// A GGX roughness is not in [0, 10].
+    /// A roughness is not in [0, 10].
     Roughness(f64, f64),
     /// A mixture's weights or probabilities are negative, not finite, all zero, or a weighted component can never be chosen.
     MixtureWeight(f64),
     /// A component of a mixture is a mixture.
     NestedMixture,
+    /// Beckmann's distribution is asked of a material that is not rough.
+    NotRough,
+    /// A material that differs between its sides transmits light.
+    SidedTransmission,
 }
 
 impl fmt::Display for BsdfError {
@@ -35,6 +39,8 @@ impl fmt::Display for BsdfError {
                 "weights and probabilities of a mixture must be finite, not negative and not all zero, \
                  and a component with a weight needs a probability, but one is {value}"
             ),
+            Self::NotRough => write!(f, "Beckmann's distribution needs a rough mirror, rough conductor or rough dielectric"),
+            Self::SidedTransmission => write!(f, "a material that differs between its sides must not transmit light"),
             Self::NestedMixture => write!(f, "a component of a mixture must not be a mixture"),
         }
     }

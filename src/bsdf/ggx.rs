@@ -40,12 +40,8 @@ impl Ggx {
     /// # Errors
     /// If a roughness is not in [0, 10].
     pub fn new(alpha_x: f64, alpha_y: f64) -> Result<Self, BsdfError> {
-        let range = 0.0..=GREATEST_ALPHA;
-        if !range.contains(&alpha_x) || !range.contains(&alpha_y) {
-            return Err(BsdfError::Roughness(alpha_x, alpha_y));
-        }
-        let smooth = alpha_x < LEAST_ALPHA && alpha_y < LEAST_ALPHA;
-        Ok(Self { alpha_x: alpha_x.max(LEAST_ALPHA), alpha_y: alpha_y.max(LEAST_ALPHA), smooth })
+        let ([alpha_x, alpha_y], smooth) = checked_alpha(alpha_x, alpha_y)?;
+        Ok(Self { alpha_x, alpha_y, smooth })
     }
 
     /// The same roughness in all directions.
@@ -137,6 +133,16 @@ impl Ggx {
     fn stretch(&self, v: DVec3) -> DVec3 {
         DVec3::new(self.alpha_x * v.x, self.alpha_y * v.y, v.z)
     }
+}
+
+/// Both roughnesses, raised to [`LEAST_ALPHA`], and whether both were below it.
+pub(super) fn checked_alpha(alpha_x: f64, alpha_y: f64) -> Result<([f64; 2], bool), BsdfError> {
+    let range = 0.0..=GREATEST_ALPHA;
+    if !range.contains(&alpha_x) || !range.contains(&alpha_y) {
+        return Err(BsdfError::Roughness(alpha_x, alpha_y));
+    }
+    let smooth = alpha_x < LEAST_ALPHA && alpha_y < LEAST_ALPHA;
+    Ok(([alpha_x.max(LEAST_ALPHA), alpha_y.max(LEAST_ALPHA)], smooth))
 }
 
 #[cfg(test)]

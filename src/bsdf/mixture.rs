@@ -1,4 +1,4 @@
-//! A weighted sum of models: `f = Σ w_k f_k`, sampled by choosing one of them with its probability.
+//! A weighted sum of models: `f = Σ w_k f_k`, sampled by choosing one of them with its probability. Weights may be coloured.
 
 use super::{Bsdf, BsdfError, BsdfSample, DiracValue, Lobes, Walk};
 use crate::math::{PerProjected, Rgb};
@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture<B, const N: usize> {
     components: [B; N],
-    weights: [f64; N],
+    weights: [Rgb; N],
     probabilities: [f64; N],
 }
 
@@ -26,28 +26,41 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
         Self::with_probabilities(components, weights, weights)
     }
 
+    /// A sum of models, each with a coloured weight and chosen in proportion to its `probabilities` (which need not sum to 1).
+    ///
+    /// # Errors
+    /// As for [`Mixture::with_probabilities`], except that all weights may be 0.
+    pub fn tinted(components: [B; N], weights: [Rgb; N], probabilities: [f64; N]) -> Result<Self, BsdfError> {
+        let total: f64 = probabilities.iter().sum();
+        for (weight, &probability) in weights.iter().zip(&probabilities) {
+            let valid = |x: f64| x.is_finite() && x >= 0.0;
+            if let Some(&channel) = weight.0.iter().find(|channel| !valid(**channel)) {
+                return Err(BsdfError::MixtureWeight(channel));
+            }
+            if !valid(probability) || (!weight.is_black() && probability == 0.0) {
+                return Err(BsdfError::MixtureWeight(probability));
+            }
+        }
+        if !(total.is_finite() && total > 0.0) {
+            return Err(BsdfError::MixtureWeight(total));
+        }
+        Ok(Self { components, weights, probabilities: probabilities.map(|probability| probability / total) })
+    }
+
     /// A sum of models, each with its weight and chosen in proportion to its `probabilities` (which need not sum to 1).
     ///
     /// # Errors
     /// If a number is negative or not finite, if all of a kind are 0, or if a component has a weight but no probability.
     pub fn with_probabilities(components: [B; N], weights: [f64; N], probabilities: [f64; N]) -> Result<Self, BsdfError> {
-        let total: f64 = probabilities.iter().sum();
-        for (&weight, &probability) in weights.iter().zip(&probabilities) {
-            let valid = |x: f64| x.is_finite() && x >= 0.0;
-            if !valid(weight) {
-                return Err(BsdfError::MixtureWeight(weight));
-            }
-            if !valid(probability) || (weight > 0.0 && probability == 0.0) {
-                return Err(BsdfError::MixtureWeight(probability));
-            }
-        }
         if weights.iter().all(|&weight| weight == 0.0) {
             return Err(BsdfError::MixtureWeight(0.0));
         }
-        if !total.is_finite() {
-            return Err(BsdfError::MixtureWeight(total));
-        }
-        Ok(Self { components, weights, probabilities: probabilities.map(|probability| probability / total) })
+        Self::tinted(components, weights.map(Rgb::splat), probabilities)
+    }
+
+    /// A sum whose numbers are known to be valid and whose probabilities sum to 1.
+    pub(crate) const fn of_valid(components: [B; N], weights: [Rgb; N], probabilities: [f64; N]) -> Self {
+        Self { components, weights, probabilities }
     }
 
     /// The component that `u` chooses, and `u` stretched back to [0, 1) for the component's own use.
@@ -101,7 +114,7 @@ impl<B: Bsdf, const N: usize> Bsdf for Mixture<B, N> {
         let (to_light, to_camera) = walk.label(fixed, next);
         // what the component has sampled is taken as it is; the others are asked about the same directions
         let others = || self.components.iter().zip(&self.weights).enumerate().filter(|(j, _)| *j != k);
-        let own_value = sample.weight * (sample.pdf.value() * self.weights[k]);
+        let own_value = sample.weight * sample.pdf.value() * self.weights[k];
         let (value, pdf, pdf_reverse) = if sample.dirac {
             let dirac = |component: &B| component.eval_dirac(to_light, to_camera);
             let along = |value: DiracValue, walk: Walk| match walk {

@@ -14,6 +14,7 @@
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
+pub mod beckmann;
 pub mod check;
 pub mod conductor;
 pub mod dielectric;
@@ -21,26 +22,33 @@ pub mod error;
 pub mod fresnel;
 pub mod ggx;
 pub mod lambert;
+pub mod microfacets;
 pub mod mirror;
 pub mod mixture;
 pub mod model;
 pub mod null;
+pub mod plastic;
 pub mod rough_conductor;
 pub mod rough_dielectric;
 pub mod shading;
+pub mod thin_dielectric;
 
+pub use beckmann::Beckmann;
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use error::BsdfError;
 pub use fresnel::Reflectance;
 pub use ggx::Ggx;
 pub use lambert::Lambert;
+pub use microfacets::Microfacets;
 pub use mirror::Mirror;
 pub use mixture::Mixture;
 pub use model::{Model, SimpleModel};
 pub use null::Null;
+pub use plastic::Plastic;
 pub use rough_conductor::RoughConductor;
 pub use rough_dielectric::RoughDielectric;
+pub use thin_dielectric::ThinDielectric;
 
 /// Which way a walk goes: what is at its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,7 +1,8 @@
 //! The models of this crate behind one type, without indirection.
 
 use super::{
-    Bsdf, BsdfSample, Conductor, Dielectric, DiracValue, Lambert, Lobes, Mirror, Mixture, Null, RoughConductor, RoughDielectric, Walk,
+    Bsdf, BsdfSample, Conductor, Dielectric, DiracValue, Lambert, Lobes, Mirror, Mixture, Null, Plastic, RoughConductor, RoughDielectric,
+    ThinDielectric, Walk,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -21,6 +22,10 @@ pub enum SimpleModel {
     Conductor(Conductor),
     /// Clear glass.
     Dielectric(Dielectric),
+    /// A pane of clear glass.
+    ThinDielectric(ThinDielectric),
+    /// A diffuse body under a clear coat.
+    Plastic(Plastic),
     /// Rough metal.
     RoughConductor(RoughConductor),
     /// Frosted glass.
@@ -32,6 +37,8 @@ pub enum SimpleModel {
 pub enum Model {
     /// One model.
     Simple(SimpleModel),
+    /// One model in a colour.
+    Tinted(Mixture<SimpleModel, 1>),
     /// A weighted sum of two.
     Mixture(Mixture<SimpleModel, 2>),
 }
@@ -46,6 +53,8 @@ macro_rules! dispatch {
             Self::Mirror($bsdf) => $scatters,
             Self::Conductor($bsdf) => $scatters,
             Self::Dielectric($bsdf) => $scatters,
+            Self::ThinDielectric($bsdf) => $scatters,
+            Self::Plastic($bsdf) => $scatters,
             Self::RoughConductor($bsdf) => $scatters,
             Self::RoughDielectric($bsdf) => $scatters,
         }
@@ -84,6 +93,7 @@ impl Bsdf for Model {
     fn lobes(&self) -> Lobes {
         match self {
             Self::Simple(bsdf) => bsdf.lobes(),
+            Self::Tinted(bsdf) => bsdf.lobes(),
             Self::Mixture(bsdf) => bsdf.lobes(),
         }
     }
@@ -92,6 +102,7 @@ impl Bsdf for Model {
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
         match self {
             Self::Simple(bsdf) => bsdf.eval(to_light, to_camera),
+            Self::Tinted(bsdf) => bsdf.eval(to_light, to_camera),
             Self::Mixture(bsdf) => bsdf.eval(to_light, to_camera),
         }
     }
@@ -100,6 +111,7 @@ impl Bsdf for Model {
     fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
         match self {
             Self::Simple(bsdf) => bsdf.pdf(fixed, next, walk),
+            Self::Tinted(bsdf) => bsdf.pdf(fixed, next, walk),
             Self::Mixture(bsdf) => bsdf.pdf(fixed, next, walk),
         }
     }
@@ -108,6 +120,7 @@ impl Bsdf for Model {
     fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         match self {
             Self::Simple(bsdf) => bsdf.sample(fixed, walk, u1, u2),
+            Self::Tinted(bsdf) => bsdf.sample(fixed, walk, u1, u2),
             Self::Mixture(bsdf) => bsdf.sample(fixed, walk, u1, u2),
         }
     }
@@ -116,6 +129,7 @@ impl Bsdf for Model {
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         match self {
             Self::Simple(bsdf) => bsdf.eval_dirac(to_light, to_camera),
+            Self::Tinted(bsdf) => bsdf.eval_dirac(to_light, to_camera),
             Self::Mixture(bsdf) => bsdf.eval_dirac(to_light, to_camera),
         }
     }
@@ -142,11 +156,17 @@ macro_rules! from_model {
     )*};
 }
 
-from_model!(Null, Lambert, Mirror, Conductor, Dielectric, RoughConductor, RoughDielectric);
+from_model!(Null, Lambert, Mirror, Conductor, Dielectric, ThinDielectric, Plastic, RoughConductor, RoughDielectric);
 
 impl From<SimpleModel> for Model {
     fn from(model: SimpleModel) -> Self {
         Self::Simple(model)
+    }
+}
+
+impl From<Mixture<SimpleModel, 1>> for Model {
+    fn from(tinted: Mixture<SimpleModel, 1>) -> Self {
+        Self::Tinted(tinted)
     }
 }
 

@@ -38,11 +38,16 @@ impl Bsdf for Null {
 
     #[inline]
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        let straight = (to_light + to_camera).truncate().length_squared() < DIRAC_TOLERANCE * DIRAC_TOLERANCE;
-        if straight && opposite_sides(to_light, to_camera) {
+        if is_straight(to_light, to_camera) {
             DiracValue { value: Rgb::WHITE, pdf_to_light: PerProjected(1.0), pdf_to_camera: PerProjected(1.0) }
         } else {
             DiracValue::default()
         }
     }
+}
+
+/// Whether the directions are opposite, up to rounding.
+#[inline]
+pub(super) fn is_straight(a: DVec3, b: DVec3) -> bool {
+    opposite_sides(a, b) && (a + b).truncate().length_squared() < DIRAC_TOLERANCE * DIRAC_TOLERANCE
 }

@@ -1,26 +1,26 @@
-//! The rough conductor: a GGX micro-surface of mirrors (Walter et al. 2007, eq. 20), `f = R D G2 / (4 o_z i_z)`.
+//! The rough conductor: a micro-surface of mirrors (Walter et al. 2007, eq. 20), `f = R D G2 / (4 o_z i_z)`.
 
 use super::fresnel::Reflectance;
-use super::ggx::{Ggx, LEAST_COSINE};
+use super::ggx::LEAST_COSINE;
 use super::mirror::{eval_mirror, sample_mirror};
-use super::{Bsdf, BsdfSample, DiracValue, Lobes, Walk};
+use super::{Bsdf, BsdfSample, DiracValue, Lobes, Microfacets, Walk};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
 /// Glossy reflection on both sides of the surface, single scattering: what hits the micro-surface twice is lost.
 ///
-/// A distribution that [is smooth](Ggx::is_smooth) makes it the Dirac mirror.
+/// A distribution that [is smooth](Microfacets::is_smooth) makes it the Dirac mirror.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughConductor {
     reflectance: Reflectance,
-    distribution: Ggx,
+    distribution: Microfacets,
 }
 
 impl RoughConductor {
     /// A rough mirror; the ingredients have been validated by their own constructors.
     #[must_use]
-    pub const fn new(reflectance: Reflectance, distribution: Ggx) -> Self {
-        Self { reflectance, distribution }
+    pub fn new(reflectance: Reflectance, distribution: impl Into<Microfacets>) -> Self {
+        Self { reflectance, distribution: distribution.into() }
     }
 
     /// The pair seen from `fixed`'s side with its half vector; `None` where there is no finite reflection.
@@ -101,13 +101,13 @@ impl Pair {
 
     /// `D G2 / (4 o_z i_z)`
     #[inline]
-    pub fn value(&self, distribution: &Ggx) -> f64 {
+    pub fn value(&self, distribution: &Microfacets) -> f64 {
         0.5 * distribution.density(self.h) * distribution.correlation(self.o, self.i)
     }
 
     /// `D_o(h) / (4 (o·h)) / i_z`: the density of visible normals, the Jacobian of mirroring, and the local cosine.
     #[inline]
-    pub fn pdf(&self, distribution: &Ggx) -> PerProjected {
+    pub fn pdf(&self, distribution: &Microfacets) -> PerProjected {
         PerProjected(0.25 * distribution.visible_density_over_cosine(self.o, self.h) / self.i.z)
     }
 }
@@ -125,7 +125,7 @@ pub(super) fn is_above(direction: DVec3) -> bool {
 }
 
 /// `fixed` mirrored in a visible normal.
-fn sample_reflection(distribution: &Ggx, fixed: DVec3, u: DVec2) -> Option<DVec3> {
+fn sample_reflection(distribution: &Microfacets, fixed: DVec3, u: DVec2) -> Option<DVec3> {
     let o = upwards(fixed, fixed);
     if !is_above(o) {
         return None;

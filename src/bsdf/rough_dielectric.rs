@@ -1,4 +1,4 @@
-//! The rough dielectric (frosted glass): a GGX micro-surface of smooth interfaces (Walter et al. 2007, eqs. 20 and 21).
+//! The rough dielectric (frosted glass): a micro-surface of smooth interfaces (Walter et al. 2007, eqs. 20 and 21).
 //!
 //! With `m = n_o o + n_i i` along the normal h that refracts o into i,
 //!
@@ -9,9 +9,8 @@
 //!
 //! so `f / n_c²` is symmetric, and a sampled normal's density `D_o(h)` becomes `D_o(h) T n_i² |i·h| / |m|²` of the refracted direction.
 
-use super::ggx::Ggx;
 use super::rough_conductor::{Pair, is_above, reflect, upwards};
-use super::{Bsdf, BsdfError, BsdfSample, Dielectric, DiracValue, Lobes, Walk, fresnel};
+use super::{Bsdf, BsdfError, BsdfSample, Dielectric, DiracValue, Lobes, Microfacets, Walk, fresnel};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -20,13 +19,13 @@ const INDEX_MATCHED: f64 = 1e-6;
 
 /// Glossy reflection and refraction, single scattering: what hits the micro-surface twice is lost.
 ///
-/// It is the smooth [`Dielectric`] if the distribution [is smooth](Ggx::is_smooth), and if the index is within 1e-6 of 1, where light passes
+/// It is the smooth [`Dielectric`] if the distribution [is smooth](Microfacets::is_smooth), and if the index is within 1e-6 of 1, where light passes
 /// straight through. At this point the model is discontinuous, as single scattering is: it counts a ray that meets two facets
 /// as lost even if neither bends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughDielectric {
     interface: Dielectric,
-    distribution: Ggx,
+    distribution: Microfacets,
     dirac: bool,
 }
 
@@ -35,7 +34,8 @@ impl RoughDielectric {
     ///
     /// # Errors
     /// If `relative_ior` is not in [1e-6, 1e6].
-    pub fn new(relative_ior: f64, distribution: Ggx) -> Result<Self, BsdfError> {
+    pub fn new(relative_ior: f64, distribution: impl Into<Microfacets>) -> Result<Self, BsdfError> {
+        let distribution = distribution.into();
         let interface = Dielectric::new(relative_ior)?;
         let dirac = distribution.is_smooth() || (relative_ior - 1.0).abs() < INDEX_MATCHED;
         Ok(Self { interface, distribution, dirac })
@@ -115,7 +115,7 @@ enum Scattering {
 impl Scattering {
     /// f if the first direction is `to_camera`.
     #[inline]
-    fn value(&self, distribution: &Ggx) -> f64 {
+    fn value(&self, distribution: &Microfacets) -> f64 {
         match self {
             Self::Reflection { pair, reflectance } => reflectance * pair.value(distribution),
             Self::Refraction(refraction) => refraction.value(distribution),
@@ -123,7 +123,7 @@ impl Scattering {
     }
 
     #[inline]
-    fn pdf(&self, distribution: &Ggx) -> PerProjected {
+    fn pdf(&self, distribution: &Microfacets) -> PerProjected {
         match self {
             Self::Reflection { pair, reflectance } => pair.pdf(distribution) * *reflectance,
             Self::Refraction(refraction) => refraction.pdf(distribution),
@@ -178,13 +178,13 @@ impl Refraction {
 
     /// f with `to_camera` = o, where n_c = n_o = 1 in these units.
     #[inline]
-    fn value(&self, distribution: &Ggx) -> f64 {
+    fn value(&self, distribution: &Microfacets) -> f64 {
         let jacobian = self.cosine_o * self.cosine_i / self.m_squared;
         2.0 * self.transmittance * jacobian * distribution.density(self.h) * distribution.correlation(self.o, self.i)
     }
 
     #[inline]
-    fn pdf(&self, distribution: &Ggx) -> PerProjected {
+    fn pdf(&self, distribution: &Microfacets) -> PerProjected {
         let jacobian = self.eta * self.eta * self.cosine_o * self.cosine_i / self.m_squared;
         PerProjected(self.transmittance * jacobian * distribution.visible_density_over_cosine(self.o, self.h) / self.i.z)
     }

@@ -1,15 +1,16 @@
 //! Lambertian emission from surfaces.
 
 use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check, sphere_cone};
-use crate::geometry::{Disk, Frame, Place, Shape, Sphere, SurfacePoint};
+use crate::geometry::{Disk, Frame, Place, Shape, Sphere, SurfacePoint, interpolated};
 use crate::math::distribution::AliasTable;
 use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_cosine_hemisphere};
+use crate::texture::Texture;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, PI};
 
 const OBJECT: &str = "area light";
 
-/// Shapes that emit the same radiance from every point into every direction of their front side, or of both sides.
+/// Shapes that emit the same radiance into every direction of their front side, or of both sides. A texture may vary it from point to point.
 ///
 /// Points are uniform on the total area, except that a receiver outside of a whole sphere samples the cone of directions under which it
 /// sees the sphere. The front side is that of the *geometric* normal.
@@ -20,9 +21,16 @@ pub struct AreaLight {
     area: f64,
     first_primitive: u32,
     surface: u32,
-    radiance: Rgb,
+    radiance: Texture,
+    /// Texture coordinates of the corners of shapes that are triangles of a mesh.
+    uvs: Option<Vec<[DVec2; 3]>>,
+    /// `∫ L dA`.
+    radiance_integral: Rgb,
     two_sided: bool,
 }
+
+/// Points at which a texture is looked up, all shapes together, to find the power.
+const POWER_LOOKUPS: usize = 1 << 18;
 
 impl AreaLight {
     /// A light of the given radiance (W/(m² sr)).
@@ -34,7 +42,28 @@ impl AreaLight {
     /// If the radiance is negative or not finite, if a shape's area is not finite or its radius negative, if the total area is zero, or if primitive numbers
     /// overflow.
     pub fn new(shapes: Vec<Shape>, first_primitive: u32, surface: u32, radiance: Rgb, two_sided: bool) -> Result<Self, EndpointError> {
-        let radiance = check::emission(OBJECT, "radiance", radiance)?;
+        Self::textured(shapes, None, first_primitive, surface, radiance.into(), two_sided)
+    }
+
+    /// A light whose radiance (W/(m² sr)) is looked up at the uv of its points: those of the shapes, or, for triangles whose scene gives their corners
+    /// texture coordinates, interpolated from `corner_uvs`.
+    ///
+    /// # Errors
+    /// As for [`AreaLight::new`], and if there are texture coordinates for another number of shapes.
+    pub fn textured(
+        shapes: Vec<Shape>,
+        corner_uvs: Option<Vec<[DVec2; 3]>>,
+        first_primitive: u32,
+        surface: u32,
+        radiance: Texture,
+        two_sided: bool,
+    ) -> Result<Self, EndpointError> {
+        for bound in radiance.range() {
+            check::emission(OBJECT, "radiance", bound)?;
+        }
+        if let Some(uvs) = corner_uvs.as_ref().filter(|uvs| uvs.len() != shapes.len()) {
+            return Err(EndpointError::TextureCoordinates { shapes: shapes.len(), triangles: uvs.len() });
+        }
         let areas: Vec<f64> = shapes.iter().map(Shape::area).collect();
         let is_valid = |shape: &Shape| match shape {
             Shape::Sphere(Sphere { radius, .. }) | Shape::Disk(Disk { radius, .. }) => *radius >= 0.0,
@@ -48,7 +77,24 @@ impl AreaLight {
             return Err(EndpointError::TooManyShapes { shapes: shapes.len() });
         }
         let by_area = AliasTable::new(&areas).ok_or(EndpointError::NoArea { shapes: shapes.len() })?;
-        Ok(Self { area: areas.iter().sum(), by_area, shapes, first_primitive, surface, radiance, two_sided })
+        let area = areas.iter().sum();
+        let light =
+            Self { area, by_area, shapes, first_primitive, surface, radiance, uvs: corner_uvs, radiance_integral: Rgb::BLACK, two_sided };
+        Ok(Self { radiance_integral: light.integrate(&areas), ..light })
+    }
+
+    /// `∫ L dA`, by the midpoint rule in the unit square that each shape is sampled from.
+    fn integrate(&self, areas: &[f64]) -> Rgb {
+        if let Some(radiance) = self.radiance.as_constant() {
+            return radiance * self.area;
+        }
+        let n = ((POWER_LOOKUPS / self.shapes.len().max(1)) as f64).sqrt().max(1.0) as usize;
+        let at = |i: usize| (i as f64 + 0.5) / n as f64;
+        let shape_mean = |index: usize| -> Rgb {
+            let cells = (0..n * n).map(|cell| DVec2::new(at(cell % n), at(cell / n)));
+            cells.map(|u| self.radiance.at(self.point_on(index, u).uv)).sum::<Rgb>() / (n * n) as f64
+        };
+        areas.iter().enumerate().filter(|(_, area)| **area > 0.0).map(|(index, &area)| shape_mean(index) * area).sum()
     }
 
     /// Total area of the shapes.
@@ -59,8 +105,8 @@ impl AreaLight {
 
     /// Emitted radiance.
     #[must_use]
-    pub fn radiance(&self) -> Rgb {
-        self.radiance
+    pub fn radiance(&self) -> &Texture {
+        &self.radiance
     }
 
     /// Whether both sides emit.
@@ -87,6 +133,15 @@ impl AreaLight {
         cosine > 0.0 || (self.two_sided && cosine < 0.0)
     }
 
+    /// A point of a shape, uniform by area, as the scene reports it.
+    fn point_on(&self, index: usize, u: DVec2) -> SurfacePoint {
+        let mut point = self.with_ids(index, self.shapes[index].sample_area(u));
+        if let Some(uvs) = &self.uvs {
+            point.uv = interpolated(uvs[index], point.uv);
+        }
+        point
+    }
+
     fn with_ids(&self, index: usize, point: SurfacePoint) -> SurfacePoint {
         SurfacePoint { primitive: self.first_primitive + index as u32, surface: self.surface, ..point }
     }
@@ -104,7 +159,7 @@ impl AreaLight {
 impl Endpoint for AreaLight {
     fn sample_point(&self, u1: f64, u2: DVec2) -> Option<PointSample> {
         let (index, _) = self.by_area.sample(u1);
-        let point = self.with_ids(index, self.shapes[index].sample_area(u2));
+        let point = self.point_on(index, u2);
         Some(PointSample { point, pdf: self.point_pdf(&point) })
     }
 
@@ -122,7 +177,7 @@ impl Endpoint for AreaLight {
         let direction = Frame::from_normal(point.geometric_normal * side).to_world(local);
         let pdf = self.direction_pdf(point, direction);
         // A direction in the tangent plane may round to either side.
-        (pdf.value() > 0.0).then(|| DirectionSample { from: *point, direction, pdf, weight: self.radiance / pdf.value() })
+        (pdf.value() > 0.0).then(|| DirectionSample { from: *point, direction, pdf, weight: self.radiance.at(point.uv) / pdf.value() })
     }
 
     fn direction_pdf(&self, point: &SurfacePoint, direction: DVec3) -> PerProjected {
@@ -131,7 +186,7 @@ impl Endpoint for AreaLight {
     }
 
     fn emit(&self, point: &SurfacePoint, direction: DVec3) -> Rgb {
-        if self.emits(point, direction) { self.radiance } else { Rgb::BLACK }
+        if self.emits(point, direction) { self.radiance.at(point.uv) } else { Rgb::BLACK }
     }
 
     fn sample_from(&self, receiver: &SurfacePoint, u1: f64, u2: DVec2) -> Option<PointSample> {
@@ -153,7 +208,7 @@ impl Endpoint for AreaLight {
 
 impl Light for AreaLight {
     fn power(&self) -> Rgb {
-        self.radiance * (PI * self.area * if self.two_sided { 2.0 } else { 1.0 })
+        self.radiance_integral * (PI * if self.two_sided { 2.0 } else { 1.0 })
     }
 
     fn can_be_hit(&self) -> bool {

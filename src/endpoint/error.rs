@@ -91,6 +91,13 @@ pub enum EndpointError {
         /// How many shapes the light has.
         shapes: usize,
     },
+    /// An area light has texture coordinates for another number of triangles than it has shapes.
+    TextureCoordinates {
+        /// How many shapes it has.
+        shapes: usize,
+        /// How many triangles have texture coordinates.
+        triangles: usize,
+    },
     /// The number of pixels is not the product of width and height, or is zero.
     PixelCount {
         /// Width of the map.
@@ -137,6 +144,9 @@ impl fmt::Display for EndpointError {
                 write!(f, "area light: shape {index} has a negative radius, or an area that is infinite or not a number")
             }
             Self::TooManyShapes { shapes } => write!(f, "area light: {shapes} shapes are more than there are primitive numbers left"),
+            Self::TextureCoordinates { shapes, triangles } => {
+                write!(f, "area light: texture coordinates for {triangles} triangles, but {shapes} shapes")
+            }
             Self::PixelCount { width, height, pixels } => {
                 write!(f, "environment map: {pixels} pixels given for a map of {width} x {height}, which must have at least one")
             }

@@ -11,5 +11,5 @@ pub use bounds::Bounds;
 pub use frame::Frame;
 pub use intersect::{Contact, Intersection, Ray};
 pub use point::{Place, SurfacePoint};
-pub(crate) use shape::gamma;
 pub use shape::{Disk, Quad, Shape, Sphere, Triangle};
+pub(crate) use shape::{gamma, interpolated};

@@ -73,6 +73,13 @@ pub enum Shape {
     Disk(Disk),
 }
 
+/// Texture coordinates at the barycentric coordinates `1 - u - v, u, v` of a triangle, from those of its corners.
+#[must_use]
+pub(crate) fn interpolated(corners: [DVec2; 3], barycentric: DVec2) -> DVec2 {
+    let [a, b, c] = corners;
+    a * (1.0 - barycentric.x - barycentric.y) + b * barycentric.x + c * barycentric.y
+}
+
 impl Triangle {
     /// Twice the area times the unit normal, from the two shortest edges: their cross product cancels least.
     #[must_use]

@@ -5,11 +5,12 @@ use super::error::{SceneError, check, check_point, check_radiance};
 use super::lights::{self, BoxedLight};
 use super::material::Material;
 use super::mesh::{Attributes, Mesh};
+use super::scattering::Scattering;
 use super::world::World;
-use crate::bsdf::Model;
 use crate::endpoint::{AreaLight, Light, LightId};
 use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
 use crate::math::Rgb;
+use crate::texture::Texture;
 use glam::DAffine3;
 use std::collections::{HashMap, HashSet};
 
@@ -35,7 +36,8 @@ pub struct Emission {
 pub(crate) struct Surface {
     pub name: String,
     pub material: MaterialId,
-    pub emission: Option<Emission>,
+    /// Radiance, and whether the back emits, too.
+    pub emission: Option<(Texture, bool)>,
     pub light: Option<LightId>,
     pub first_primitive: u32,
     pub primitives: u32,
@@ -64,7 +66,7 @@ pub(crate) struct Surface {
 /// ```
 #[derive(Default)]
 pub struct WorldBuilder {
-    materials: Vec<Model>,
+    materials: Vec<Scattering>,
     material_ids: HashMap<String, MaterialId>,
     names: HashSet<String>,
     surfaces: Vec<Surface>,
@@ -88,12 +90,12 @@ impl WorldBuilder {
     /// The name is taken, or a parameter is outside its range.
     pub fn add_material(&mut self, name: impl Into<String>, material: Material) -> Result<MaterialId, SceneError> {
         let name = name.into();
-        let model = material.model().map_err(|reason| SceneError::Material { name: name.clone(), reason })?;
+        let scattering = material.scattering().map_err(|reason| SceneError::Material { name: name.clone(), reason })?;
         if self.material_ids.contains_key(&name) {
             return Err(SceneError::DuplicateName { name });
         }
         let id = MaterialId(self.materials.len() as u32);
-        self.materials.push(model);
+        self.materials.push(scattering);
         self.material_ids.insert(name, id);
         Ok(id)
     }
@@ -171,15 +173,25 @@ impl WorldBuilder {
     /// # Errors
     /// The surface is missing or has no area, or the radiance is negative or not finite.
     pub fn set_emission(&mut self, surface: SurfaceId, emission: Emission) -> Result<(), SceneError> {
+        self.set_textured_emission(surface, emission.radiance.into(), emission.two_sided)
+    }
+
+    /// Makes a surface a light whose radiance (W/(m² sr)) varies over it. Otherwise like [`WorldBuilder::set_emission`].
+    ///
+    /// # Errors
+    /// The surface is missing or has no area, or the radiance is negative or not finite.
+    pub fn set_textured_emission(&mut self, surface: SurfaceId, radiance: Texture, two_sided: bool) -> Result<(), SceneError> {
         let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
         let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
-        check_radiance(&surface.name, emission.radiance)?;
+        let [least, greatest] = radiance.range();
+        check_radiance(&surface.name, least)?;
+        check_radiance(&surface.name, greatest)?;
         let first = surface.first_primitive as usize;
         let area: f64 = self.shapes[first..first + surface.primitives as usize].iter().map(Shape::area).sum();
         if area.is_nan() || area <= 0.0 {
             return Err(SceneError::LightWithoutArea { object: surface.name.clone() });
         }
-        surface.emission = (!emission.radiance.is_black()).then_some(emission);
+        surface.emission = (!greatest.is_black()).then_some((radiance, two_sided));
         Ok(())
     }
 
@@ -220,11 +232,12 @@ impl WorldBuilder {
         }
         let mut lights: Vec<(String, BoxedLight)> = Vec::new();
         for (id, surface) in self.surfaces.iter_mut().enumerate() {
-            let Some(Emission { radiance, two_sided }) = surface.emission else { continue };
+            let Some((radiance, two_sided)) = surface.emission.clone() else { continue };
             let first = surface.first_primitive as usize;
             let shapes = self.shapes[first..first + surface.primitives as usize].to_vec();
             surface.light = Some(LightId(lights.len() as u32));
-            let light = AreaLight::new(shapes, surface.first_primitive, id as u32, radiance, two_sided)
+            let uvs = surface.attributes.as_ref().and_then(Attributes::corner_uvs).filter(|_| radiance.as_constant().is_none());
+            let light = AreaLight::textured(shapes, uvs, surface.first_primitive, id as u32, radiance, two_sided)
                 .map_err(|reason| SceneError::Light { name: surface.name.clone(), reason })?;
             lights.push((surface.name.clone(), Box::new(light)));
         }

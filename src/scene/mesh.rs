@@ -1,7 +1,7 @@
 //! Triangle meshes: what a user hands in, and the vertex attributes that a scene keeps.
 
 use super::error::SceneError;
-use crate::geometry::{Shape, SurfacePoint, Triangle};
+use crate::geometry::{Shape, SurfacePoint, Triangle, interpolated};
 use glam::{DAffine3, DVec2, DVec3};
 use std::collections::HashMap;
 
@@ -154,6 +154,12 @@ impl Attributes {
         self.normals.is_some()
     }
 
+    /// The texture coordinates of each triangle's corners, if there are any.
+    pub fn corner_uvs(&self) -> Option<Vec<[DVec2; 3]>> {
+        let uvs = self.uvs.as_ref()?;
+        Some(self.indices.iter().map(|corners| corners.map(|i| uvs[i as usize])).collect())
+    }
+
     /// Replaces shading normal, texture coordinates and tangent of a point, whose uv are barycentric, on a triangle of this surface.
     ///
     /// A shading normal on the back of its triangle is negated, so that both normals always agree about the side.
@@ -168,7 +174,7 @@ impl Attributes {
             x.shading_normal = if normal.dot(x.geometric_normal) < 0.0 { -normal } else { normal };
         }
         if let Some(uv) = &self.uvs {
-            x.uv = uv[a] * w + uv[b] * u + uv[c] * v;
+            x.uv = interpolated([uv[a], uv[b], uv[c]], x.uv);
             let [p, q, r] = shape.vertices;
             let (d1, d2) = (uv[b] - uv[a], uv[c] - uv[a]);
             // Solves for dp/du; only its direction matters, so the determinant's sign is enough.

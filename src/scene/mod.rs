@@ -8,6 +8,7 @@ mod lights;
 mod material;
 mod mesh;
 mod needs;
+mod scattering;
 mod world;
 
 pub use builder::{Emission, MaterialId, SurfaceId, WorldBuilder};
@@ -15,6 +16,7 @@ pub use error::SceneError;
 pub use material::Material;
 pub use mesh::Mesh;
 pub use needs::Needs;
+pub use scattering::SurfaceBsdf;
 pub use world::World;
 
 use crate::bsdf::Bsdf;

@@ -21,8 +21,10 @@ impl Needs {
     pub const ENVIRONMENT: Self = Self(32);
     /// Shading normals that differ from the geometric ones.
     pub const SMOOTH_NORMALS: Self = Self(64);
+    /// Materials or area lights that differ from point to point.
+    pub const TEXTURES: Self = Self(128);
     /// Everything: the safe answer of a scene that does not know.
-    pub const ALL: Self = Self(127);
+    pub const ALL: Self = Self(255);
 
     /// Both sets together.
     #[must_use]

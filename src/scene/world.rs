@@ -3,8 +3,9 @@
 use super::builder::{MaterialId, Surface, SurfaceId};
 use super::bvh::{Bvh, Ends, unit};
 use super::lights::{BoxedLight, Choice};
+use super::scattering::{Scattering, SurfaceBsdf};
 use super::{Needs, Scene, SurfaceArea};
-use crate::bsdf::{Bsdf, Lobes, Model};
+use crate::bsdf::Lobes;
 use crate::endpoint::{Light, LightId};
 use crate::geometry::{Bounds, Place, Shape, SurfacePoint};
 use glam::{DVec2, DVec3};
@@ -16,7 +17,7 @@ use glam::{DVec2, DVec3};
 pub struct World {
     bvh: Bvh,
     bounds: Bounds,
-    materials: Vec<Model>,
+    materials: Vec<Scattering>,
     surfaces: Vec<Surface>,
     /// The surface of each primitive.
     surface_of: Vec<u32>,
@@ -34,7 +35,7 @@ impl World {
     pub(super) fn assemble(
         bvh: Bvh,
         bounds: Bounds,
-        materials: Vec<Model>,
+        materials: Vec<Scattering>,
         surfaces: Vec<Surface>,
         lights: Vec<(String, BoxedLight)>,
         environment: Option<LightId>,
@@ -118,11 +119,11 @@ impl World {
         self.surfaces.get(x.surface as usize).map(|s| s.name.as_str())
     }
 
-    /// The material of the surface that a point lies on, as the model that it became.
+    /// The material of the surface that a point lies on, and how it scatters there.
     #[must_use]
-    pub fn material_at(&self, x: &SurfacePoint) -> Option<(MaterialId, &Model)> {
+    pub fn material_at(&self, x: &SurfacePoint) -> Option<(MaterialId, SurfaceBsdf<'_>)> {
         let id = self.surfaces.get(x.surface as usize)?.material;
-        self.materials.get(id.0 as usize).map(|material| (id, material))
+        self.materials.get(id.0 as usize).map(|material| (id, SurfaceBsdf::new(material, x.uv)))
     }
 
     /// The shape of a primitive.
@@ -155,7 +156,7 @@ impl World {
 }
 
 impl Scene for World {
-    type Bsdf<'a> = &'a Model;
+    type Bsdf<'a> = SurfaceBsdf<'a>;
     type Light = dyn Light;
 
     #[inline]
@@ -203,8 +204,8 @@ impl Scene for World {
     }
 
     #[inline]
-    fn bsdf(&self, x: &SurfacePoint) -> &Model {
-        self.material_at(x).map_or(&Model::BLACK, |(_, model)| model)
+    fn bsdf(&self, x: &SurfacePoint) -> SurfaceBsdf<'_> {
+        self.material_at(x).map_or(SurfaceBsdf::new(&Scattering::BLACK, DVec2::ZERO), |(_, bsdf)| bsdf)
     }
 
     #[inline]
@@ -255,11 +256,16 @@ fn contact(x: &SurfacePoint) -> u32 {
     if x.place == Place::Area { x.primitive } else { SurfacePoint::NONE }
 }
 
-fn needs(materials: &[Model], surfaces: &[Surface], lights: &[(String, BoxedLight)], environment: Option<LightId>) -> Needs {
+fn needs(materials: &[Scattering], surfaces: &[Surface], lights: &[(String, BoxedLight)], environment: Option<LightId>) -> Needs {
     let when = |condition: bool, need: Needs| if condition { need } else { Needs::NONE };
     let lobes = surfaces.iter().fold(Lobes::NONE, |lobes, s| lobes | materials[s.material.0 as usize].lobes());
     let smooth = surfaces.iter().any(|s| s.attributes.as_ref().is_some_and(|a| a.is_smooth()));
-    when(lights.iter().any(|(_, light)| light.can_be_hit()), Needs::HITTABLE_LIGHTS)
+    let is_textured = |s: &Surface| {
+        let emits_pattern = s.emission.as_ref().is_some_and(|(radiance, _)| radiance.as_constant().is_none());
+        emits_pattern || materials[s.material.0 as usize].is_textured()
+    };
+    when(surfaces.iter().any(is_textured), Needs::TEXTURES)
+        | when(lights.iter().any(|(_, light)| light.can_be_hit()), Needs::HITTABLE_LIGHTS)
         | when(lights.iter().any(|(_, light)| light.can_be_connected()), Needs::CONNECTIBLE_LIGHTS)
         | when(lobes.intersects(Lobes::FINITE), Needs::FINITE_LOBES)
         | when(lobes.intersects(Lobes::DIRAC), Needs::DIRAC_LOBES)
@@ -372,7 +378,7 @@ mod tests {
         assert!(world.intersect(&a, DVec3::X).is_none());
         assert!(world.visible(&a, &b));
         assert_eq!((world.pick_light(0.5), world.total_area()), (None, 0.0));
-        assert_eq!(world.bsdf(&world.sample_surface(0.5, DVec2::ZERO)), &Model::BLACK);
+        assert_eq!(world.bsdf(&world.sample_surface(0.5, DVec2::ZERO)).model(true), crate::bsdf::Model::BLACK);
         Ok(())
     }
 

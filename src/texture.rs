@@ -1,0 +1,248 @@
+//! Colours that vary over a surface: functions of its parameters uv.
+//!
+//! A texture is looked up at `to_uv · (u, v)`, u to the right and v downwards in an image whose upper left corner is at (0, 0) and whose lower right corner is
+//! at (1, 1). Values are linear RGB; what they mean (a reflectance, a radiance, a weight) is up to the user.
+
+use crate::film::Image;
+use crate::math::Rgb;
+use glam::{DAffine2, DVec2};
+use std::fmt;
+use std::sync::Arc;
+
+/// A colour as a function of uv; cheap to clone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    pattern: Pattern,
+    to_uv: DAffine2,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Pattern {
+    Constant(Rgb),
+    Checkerboard([Rgb; 2]),
+    Bitmap { image: Arc<Image>, interpolation: Interpolation, wrap: [Wrap; 2] },
+}
+
+/// How an image is looked up between the centres of its pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Interpolation {
+    /// The nearest pixel.
+    Nearest,
+    /// Linear along both axes.
+    #[default]
+    Bilinear,
+}
+
+/// How an image continues beyond its border along an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// Again and again.
+    #[default]
+    Repeat,
+    /// Again and again, every other time mirrored.
+    Mirror,
+    /// With its outermost pixels.
+    Clamp,
+}
+
+/// Why a texture could not be made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum TextureError {
+    /// The image has no pixels.
+    Empty,
+    /// A colour is infinite or not a number.
+    NotFinite,
+    /// The transform of uv is infinite or not a number.
+    Transform,
+}
+
+impl fmt::Display for TextureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => write!(f, "the image has no pixels"),
+            Self::NotFinite => write!(f, "a colour of the texture is infinite or not a number"),
+            Self::Transform => write!(f, "the transform of texture coordinates is infinite or not a number"),
+        }
+    }
+}
+
+impl std::error::Error for TextureError {}
+
+impl From<Rgb> for Texture {
+    fn from(colour: Rgb) -> Self {
+        Self { pattern: Pattern::Constant(colour), to_uv: DAffine2::IDENTITY }
+    }
+}
+
+impl Texture {
+    /// Two colours in the squares of a board, four squares per unit square: the first where u and v are both in the first or both in the second half.
+    #[must_use]
+    pub fn checkerboard(first: Rgb, second: Rgb) -> Self {
+        Self { pattern: Pattern::Checkerboard([first, second]), to_uv: DAffine2::IDENTITY }
+    }
+
+    /// An image; `wrap` along u and along v.
+    ///
+    /// # Errors
+    /// If the image has no pixels, or one that is infinite or not a number.
+    pub fn bitmap(image: impl Into<Arc<Image>>, interpolation: Interpolation, wrap: [Wrap; 2]) -> Result<Self, TextureError> {
+        let image = image.into();
+        if image.pixels().is_empty() {
+            return Err(TextureError::Empty);
+        }
+        if !image.pixels().iter().all(|pixel| pixel.is_finite()) {
+            return Err(TextureError::NotFinite);
+        }
+        Ok(Self { pattern: Pattern::Bitmap { image, interpolation, wrap }, to_uv: DAffine2::IDENTITY })
+    }
+
+    /// The same texture, with another transform applied to texture coordinates before all others.
+    ///
+    /// # Errors
+    /// If the transform is not finite.
+    pub fn with_transform(mut self, to_uv: DAffine2) -> Result<Self, TextureError> {
+        self.to_uv = self.to_uv * to_uv;
+        if self.to_uv.is_finite() { Ok(self) } else { Err(TextureError::Transform) }
+    }
+
+    /// The colour, if it is the same everywhere.
+    #[must_use]
+    pub fn as_constant(&self) -> Option<Rgb> {
+        if let Pattern::Constant(colour) = self.pattern { Some(colour) } else { None }
+    }
+
+    /// The colour at a point of the surface.
+    #[must_use]
+    pub fn at(&self, uv: DVec2) -> Rgb {
+        if let Pattern::Constant(colour) = self.pattern {
+            return colour;
+        }
+        let uv = self.to_uv.transform_point2(uv);
+        match &self.pattern {
+            Pattern::Constant(colour) => *colour,
+            Pattern::Checkerboard(colours) => {
+                let half = |x: f64| x - x.floor() >= 0.5;
+                colours[usize::from(half(uv.x) != half(uv.y))]
+            }
+            Pattern::Bitmap { image, interpolation, wrap } => {
+                let size = [image.width() as usize, image.height() as usize];
+                let pixel = |x: i64, y: i64| image.pixels()[wrap[1].index(y, size[1]) * size[0] + wrap[0].index(x, size[0])];
+                let p = uv * DVec2::new(size[0] as f64, size[1] as f64);
+                match interpolation {
+                    Interpolation::Nearest => pixel(p.x.floor() as i64, p.y.floor() as i64),
+                    Interpolation::Bilinear => {
+                        let corner = (p - 0.5).floor();
+                        let f = p - 0.5 - corner;
+                        let (x, y) = (corner.x as i64, corner.y as i64);
+                        let across = |y: i64| pixel(x, y) * (1.0 - f.x) + pixel(x.saturating_add(1), y) * f.x;
+                        across(y) * (1.0 - f.y) + across(y.saturating_add(1)) * f.y
+                    }
+                }
+            }
+        }
+    }
+
+    /// Every value is between two colours, channel by channel: these.
+    #[must_use]
+    pub fn range(&self) -> [Rgb; 2] {
+        let hull = |colours: &[Rgb]| {
+            let channel = |c: usize, f: fn(f64, f64) -> f64| colours.iter().map(|rgb| rgb[c]).reduce(f).unwrap_or(0.0);
+            let of = |f: fn(f64, f64) -> f64| Rgb::new(channel(0, f), channel(1, f), channel(2, f));
+            [of(f64::min), of(f64::max)]
+        };
+        match &self.pattern {
+            Pattern::Constant(colour) => [*colour; 2],
+            Pattern::Checkerboard(colours) => hull(colours),
+            Pattern::Bitmap { image, .. } => hull(image.pixels()),
+        }
+    }
+
+    /// Whether all colours are finite and in a range, channel by channel.
+    #[must_use]
+    pub fn is_within(&self, least: f64, greatest: f64) -> bool {
+        let valid = |colour: &Rgb| colour.0.iter().all(|c| c.is_finite() && (least..=greatest).contains(c));
+        match &self.pattern {
+            Pattern::Checkerboard(colours) => colours.iter().all(valid),
+            _ => self.range().iter().all(valid),
+        }
+    }
+}
+
+impl Wrap {
+    /// The pixel that stands at an index beyond the border.
+    fn index(self, i: i64, size: usize) -> usize {
+        let n = size as i64;
+        let wrapped = match self {
+            Self::Repeat => i.rem_euclid(n),
+            Self::Clamp => i.clamp(0, n - 1),
+            Self::Mirror => {
+                let j = i.rem_euclid(2 * n);
+                if j < n { j } else { 2 * n - 1 - j }
+            }
+        };
+        wrapped as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn grey(values: &[f64]) -> Arc<Image> {
+        Arc::new(Image::new(values.len() as u32, 1, values.iter().map(|v| Rgb::splat(*v)).collect()).expect("a row"))
+    }
+
+    #[test]
+    fn images_continue_beyond_their_border() {
+        let image = grey(&[1.0, 2.0, 3.0]);
+        let row = |wrap, interpolation, offset: f64| -> Vec<f64> {
+            let texture = Texture::bitmap(Arc::clone(&image), interpolation, [wrap, Wrap::Clamp]).expect("valid");
+            (-4..8).map(|i| texture.at(DVec2::new((f64::from(i) + offset) / 3.0, 7.3)).r()).collect()
+        };
+        let expected = [
+            (Wrap::Repeat, [3.0, 1.0, 2.0, 3.0, 1.0, 2.0, 3.0, 1.0, 2.0, 3.0, 1.0, 2.0]),
+            (Wrap::Mirror, [3.0, 3.0, 2.0, 1.0, 1.0, 2.0, 3.0, 3.0, 2.0, 1.0, 1.0, 2.0]),
+            (Wrap::Clamp, [1.0, 1.0, 1.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0, 3.0, 3.0]),
+        ];
+        for (wrap, expected) in expected {
+            assert_eq!(row(wrap, Interpolation::Nearest, 0.25), expected);
+            let between = row(wrap, Interpolation::Bilinear, 0.75);
+            for (i, value) in between.iter().enumerate().take(11) {
+                assert_relative_eq!(*value, 0.75 * expected[i] + 0.25 * expected[i + 1], max_relative = 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn rows_run_downwards() {
+        let image = Image::from_fn(2, 2, |x, y| Rgb::new(f64::from(x), f64::from(y), 0.0));
+        let texture = Texture::bitmap(image, Interpolation::Nearest, [Wrap::Clamp; 2]).expect("valid");
+        assert_eq!(texture.at(DVec2::new(0.9, 0.1)), Rgb::new(1.0, 0.0, 0.0));
+        assert_eq!(texture.at(DVec2::new(0.1, 0.9)), Rgb::new(0.0, 1.0, 0.0));
+        let flipped = texture.with_transform(DAffine2::from_cols(DVec2::X, DVec2::NEG_Y, DVec2::Y)).expect("finite");
+        assert_eq!(flipped.at(DVec2::new(0.9, 0.1)), Rgb::new(1.0, 1.0, 0.0));
+        assert_eq!(flipped.range(), [Rgb::BLACK, Rgb::new(1.0, 1.0, 0.0)]);
+    }
+
+    #[test]
+    fn boards_have_four_squares() {
+        let board = Texture::checkerboard(Rgb::WHITE, Rgb::BLACK).with_transform(DAffine2::from_scale(DVec2::splat(0.5))).expect("finite");
+        for (u, v, expected) in [(0.5, 0.5, 1.0), (1.5, 0.5, 0.0), (0.5, 1.5, 0.0), (1.5, 1.5, 1.0), (-0.5, 0.5, 0.0), (2.5, 0.5, 1.0)] {
+            assert_eq!(board.at(DVec2::new(u, v)), Rgb::splat(expected), "{u} {v}");
+        }
+    }
+
+    #[test]
+    fn bad_values_are_refused_and_bad_coordinates_survive() {
+        assert_eq!(Texture::bitmap(grey(&[]), Interpolation::Nearest, [Wrap::Clamp; 2]), Err(TextureError::Empty));
+        assert_eq!(Texture::bitmap(grey(&[f64::NAN]), Interpolation::Nearest, [Wrap::Clamp; 2]), Err(TextureError::NotFinite));
+        let texture = Texture::bitmap(grey(&[1.0, 2.0]), Interpolation::Bilinear, [Wrap::Mirror; 2]).expect("valid");
+        assert!(texture.clone().with_transform(DAffine2::from_scale(DVec2::NAN)).is_err());
+        for x in [1e300, -1e300] {
+            assert!(texture.at(DVec2::new(x, -x)).is_finite());
+        }
+        assert!(texture.is_within(1.0, 2.0) && !texture.is_within(0.0, 1.5) && !Texture::from(Rgb::splat(f64::NAN)).is_within(0.0, 1.0));
+    }
+}
