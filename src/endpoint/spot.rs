@@ -11,9 +11,9 @@ const OBJECT: &str = "spot light";
 
 /// A point that emits full intensity into a cone and falls off smoothly to zero in a wider one around it.
 ///
-/// Between the cones the intensity is `3t² - 2t³` with t linear in `cos θ`, from 0 at the outer cone to 1 at the inner one. Its
-/// integral over solid angle is half that of the full shell, so power is known in closed form and directions are sampled exactly in
-/// proportion to intensity.
+/// Between the cones the intensity is `3t² - 2t³`, or [t²](SpotLight::with_squared_falloff), with t linear in `cos θ`, from 0 at the outer cone to 1 at the inner
+/// one. Its integral over solid angle is half, or a third, of that of the full shell, so power is known in closed form and directions are sampled
+/// exactly in proportion to intensity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpotLight {
     position: DVec3,
@@ -27,6 +27,7 @@ pub struct SpotLight {
 struct Falloff {
     inner: f64,
     outer: f64,
+    squared: bool,
 }
 
 impl SpotLight {
@@ -49,9 +50,15 @@ impl SpotLight {
             return Err(EndpointError::AngleOutOfRange { object: OBJECT, quantity: "inner angle", degrees: inner_degrees, range });
         }
         let one_minus_cosine = |degrees: f64| 2.0 * (0.5 * degrees.to_radians()).sin().powi(2);
-        let falloff = Falloff { inner: one_minus_cosine(inner_degrees), outer: one_minus_cosine(outer_degrees) };
+        let falloff = Falloff { inner: one_minus_cosine(inner_degrees), outer: one_minus_cosine(outer_degrees), squared: false };
         check::positive(OBJECT, "solid angle", falloff.solid_angle())?;
         Ok(Self { position, intensity, frame, falloff })
+    }
+
+    /// The same light with the falloff t² between the cones, that of glTF, which begins abruptly at the inner one.
+    #[must_use]
+    pub fn with_squared_falloff(self) -> Self {
+        Self { falloff: Falloff { squared: true, ..self.falloff }, ..self }
     }
 
     fn relative_intensity(&self, direction: DVec3) -> f64 {
@@ -66,7 +73,7 @@ impl Falloff {
             1.0
         } else if v < self.outer {
             let t = (self.outer - v) / (self.outer - self.inner);
-            t * t * (3.0 - 2.0 * t)
+            if self.squared { t * t } else { t * t * (3.0 - 2.0 * t) }
         } else {
             0.0
         }
@@ -74,7 +81,8 @@ impl Falloff {
 
     /// The integral over solid angle.
     fn solid_angle(&self) -> f64 {
-        2.0 * PI * (self.inner + 0.5 * (self.outer - self.inner))
+        let share = if self.squared { 1.0 / 3.0 } else { 0.5 };
+        2.0 * PI * (self.inner + share * (self.outer - self.inner))
     }
 
     /// `v` with density in proportion to the falloff.
@@ -84,7 +92,8 @@ impl Falloff {
             self.inner * (u / inner_share)
         } else {
             let rest = ((u - inner_share) / (1.0 - inner_share)).clamp(0.0, 1.0);
-            self.outer - square_to_smoothstep(rest) * (self.outer - self.inner)
+            let t = if self.squared { rest.cbrt() } else { square_to_smoothstep(rest) };
+            self.outer - t * (self.outer - self.inner)
         }
     }
 }
