@@ -4,7 +4,7 @@
 mod common;
 
 use clap::Parser;
-use common::{NamedScene, scene_list, scene_or_file};
+use common::{FileOptions, NamedScene, scene_list, scene_or_file};
 use pathspace::film::{FilmSample, Technique};
 use pathspace::geometry::Place;
 use pathspace::glam::{DVec2, DVec3, UVec2};
@@ -70,7 +70,7 @@ fn run(options: &Options) -> Result<bool, Box<dyn std::error::Error>> {
             format!("technique {s},{t} draws paths with s + t - 2 = {} bounces, not {}", i32::from(s + t) - 2, options.bounces).into()
         );
     }
-    let scene = scene_or_file(&options.scene, UVec2::splat(256))?;
+    let scene = scene_or_file(&options.scene, UVec2::splat(256), &FileOptions::default())?;
     let size = scene.camera.0.film().resolution;
     if let Some((x, y)) = options.pixel
         && (u32::from(x) >= size.x || u32::from(y) >= size.y)

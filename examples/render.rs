@@ -3,6 +3,7 @@
 //! ```text
 //! cargo run --release --example render -- --scene cornell-box --integrator bidirectional --samples 256 --out target/box.png
 //! cargo run --release --example render -- --scene model.obj --time 30s
+//! cargo run --release --example render -- --scene scene.xml -D resx=256 -D resy=256 --strict
 //! cargo run --release --example render -- --scene list
 //! ```
 
@@ -10,7 +11,7 @@ mod common;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
-use common::{AnyIntegrator, FilterName, NamedScene, SamplerName};
+use common::{AnyIntegrator, FileOptions, FilterName, NamedScene, SamplerName};
 use pathspace::glam::UVec2;
 use pathspace::math::Rgb;
 use pathspace::render::{Budget, Rendering, Settings};
@@ -23,9 +24,11 @@ use std::time::Duration;
 #[derive(Debug, Parser)]
 #[command(name = "render", version, about)]
 struct Arguments {
-    /// A scene of the gallery, a Wavefront OBJ file, or `list` for the names of the gallery
+    /// A scene of the gallery, a Wavefront OBJ or Mitsuba XML file, or `list` for the names of the gallery
     #[arg(long, default_value = "cornell-box", value_name = "NAME|FILE")]
     scene: String,
+    #[command(flatten)]
+    file: FileOptions,
     /// How to draw paths
     #[arg(long, value_enum, default_value_t = AnyIntegrator::PathTracing)]
     integrator: AnyIntegrator,
@@ -47,15 +50,15 @@ struct Arguments {
     /// Leave out paths with fewer scattering events
     #[arg(long, default_value_t = 0)]
     min_bounces: u32,
-    /// Image size in pixels
+    /// Image size in pixels; Mitsuba files bring their own
     #[arg(long, default_value = "256x256", value_parser = common::parse_size, value_name = "WxH")]
     size: UVec2,
     /// Where random numbers come from
     #[arg(long, value_enum, default_value_t)]
     sampler: SamplerName,
-    /// Pixel filter
-    #[arg(long, value_enum, default_value_t)]
-    filter: FilterName,
+    /// Pixel filter [default: the scene's own, or the box]
+    #[arg(long, value_enum)]
+    filter: Option<FilterName>,
     /// Stops by which a PNG is made brighter; HDR and EXR keep radiance
     #[arg(long, default_value = "0", value_parser = common::parse_exposure, allow_hyphen_values = true)]
     exposure: f64,
@@ -70,7 +73,7 @@ fn main() -> ExitCode {
         print!("{}", common::scene_list());
         return ExitCode::SUCCESS;
     }
-    let scene = match common::scene_or_file(&arguments.scene, arguments.size) {
+    let scene = match common::scene_or_file(&arguments.scene, arguments.size, &arguments.file) {
         Ok(scene) => scene,
         Err(error) => refuse(&format!("--scene: {error}")),
     };
@@ -110,7 +113,7 @@ fn run(arguments: &Arguments, scene: &NamedScene, max_bounces: Option<u32>) -> R
         },
         seed: arguments.seed,
         threads: arguments.threads.map(usize::from),
-        filter: arguments.filter.into(),
+        filter: arguments.filter.map_or(scene.filter, Into::into),
         sampler: arguments.sampler.into(),
     };
     let integrator = arguments.integrator.build(arguments.min_bounces, max_bounces);

@@ -5,6 +5,7 @@
 
 mod arguments;
 mod integrators;
+mod mitsuba;
 mod obj;
 mod progress;
 mod scenes;
@@ -12,4 +13,4 @@ mod scenes;
 pub use arguments::{FilterName, SamplerName, parse_duration, parse_exposure, parse_image_path, parse_size};
 pub use integrators::AnyIntegrator;
 pub use progress::{STEPS, progress_bar, show};
-pub use scenes::{NamedScene, scene_list, scene_or_file};
+pub use scenes::{FileOptions, NamedScene, scene_list, scene_or_file};

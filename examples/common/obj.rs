@@ -6,6 +6,7 @@
 
 use super::scenes::{AnyCamera, NamedScene};
 use pathspace::endpoint::{ConstantEnvironment, PinholeCamera};
+use pathspace::film::Filter;
 use pathspace::geometry::Bounds;
 use pathspace::glam::{DAffine3, DVec3, UVec2};
 use pathspace::math::Rgb;
@@ -80,6 +81,7 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
         camera,
         max_bounces: None,
         claims: Claims { uniform_area: emits && !has_glass, light_tracing: !has_glass, ..Claims::ALL },
+        filter: Filter::Box,
     })
 }
 

@@ -1,7 +1,9 @@
 //! A scene by its name in the gallery, or from a file.
 
-use super::obj;
+use super::{mitsuba, obj};
+use clap::Args;
 use pathspace::endpoint::Camera;
+use pathspace::film::Filter;
 use pathspace::glam::UVec2;
 use pathspace::scene::World;
 use pathspace::scene::gallery::{self, Claims, GalleryScene};
@@ -23,6 +25,24 @@ pub struct NamedScene {
     pub max_bounces: Option<u32>,
     /// Which integrators see every path.
     pub claims: Claims,
+    /// The pixel filter to render with unless the user wants another.
+    pub filter: Filter,
+}
+
+/// How to read scene files.
+#[derive(Args, Clone, Debug, Default)]
+pub struct FileOptions {
+    /// Refuse scene files that ask for what is not supported, instead of warning
+    #[arg(long)]
+    pub strict: bool,
+    /// Set a parameter of a Mitsuba scene, such as spp=16; may be given several times
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_definition)]
+    pub define: Vec<(String, String)>,
+}
+
+fn parse_definition(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("a parameter looks like name=value")?;
+    Ok((name.to_owned(), value.to_owned()))
 }
 
 /// A camera of any kind.
@@ -43,21 +63,23 @@ impl From<GalleryScene> for NamedScene {
             camera: AnyCamera(scene.camera),
             max_bounces: scene.max_bounces,
             claims: scene.claims,
+            filter: Filter::Box,
         }
     }
 }
 
-/// The scene of the gallery with this name, or the one in the Wavefront OBJ file at this path.
-pub fn scene_or_file(name_or_path: &str, resolution: UVec2) -> Result<NamedScene, Box<dyn Error>> {
+/// The scene of the gallery with this name, or the one in the file at this path: Wavefront OBJ or Mitsuba XML, which brings its own film.
+pub fn scene_or_file(name_or_path: &str, resolution: UVec2, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
     let path = Path::new(name_or_path);
-    let is_obj = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj"));
-    if is_obj {
-        return obj::load(path, resolution);
+    let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+    match extension.as_ref().and_then(|extension| extension.to_str()) {
+        Some("obj") => obj::load(path, resolution),
+        Some("xml") => mitsuba::load(path, options),
+        _ if path.exists() && !gallery::NAMES.contains(&name_or_path) => {
+            Err(format!("{name_or_path}: only Wavefront OBJ (.obj) and Mitsuba (.xml) files can be read").into())
+        }
+        _ => Ok(gallery::build(name_or_path, resolution)?.into()),
     }
-    if path.exists() && !gallery::NAMES.contains(&name_or_path) {
-        return Err(format!("{name_or_path}: only Wavefront OBJ files (.obj) can be read").into());
-    }
-    Ok(gallery::build(name_or_path, resolution)?.into())
 }
 
 /// The gallery as text, a line for each scene.

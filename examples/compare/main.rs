@@ -12,7 +12,7 @@ mod picture;
 mod table;
 
 use clap::Parser;
-use common::{AnyIntegrator, NamedScene, parse_duration, parse_size, progress_bar, scene_list, scene_or_file};
+use common::{AnyIntegrator, FileOptions, NamedScene, parse_duration, parse_size, progress_bar, scene_list, scene_or_file};
 use indicatif::ProgressBar;
 use pathspace::film::ImageFile;
 use pathspace::glam::UVec2;
@@ -35,6 +35,8 @@ struct Options {
     /// Name of a scene in the gallery, a scene file, or `all` for the whole gallery
     #[arg(long, default_value = "cornell-box")]
     scene: String,
+    #[command(flatten)]
+    file: FileOptions,
     /// Time for each integrator, such as 500ms, 10s or 2m
     #[arg(long, default_value = "10s", value_parser = parse_duration)]
     time: Duration,
@@ -47,7 +49,7 @@ struct Options {
     /// Integrators to compare, separated by commas; the first that sees every path is the baseline of speed-ups
     #[arg(long, value_delimiter = ',', default_value = "path-tracing,light-tracing,uniform-area,bidirectional")]
     integrators: Vec<AnyIntegrator>,
-    /// Width and height of the images in pixels
+    /// Width and height of the images in pixels; Mitsuba files bring their own
     #[arg(long, default_value = "256x256", value_parser = parse_size)]
     size: UVec2,
     /// Largest number of scattering events; the default depends on the scene
@@ -110,7 +112,7 @@ fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Erro
     let names = if options.scene == "all" { gallery::NAMES.to_vec() } else { vec![options.scene.as_str()] };
     let mut suspicious = Vec::new();
     for name in &names {
-        let scene = scene_or_file(name, options.size)?;
+        let scene = scene_or_file(name, options.size, &options.file)?;
         let directory = options.out.join(&scene.name);
         if !compare(options, &scene, &directory, interrupted)? {
             suspicious.push(scene.name);
@@ -145,7 +147,8 @@ fn compare(options: &Options, scene: &NamedScene, directory: &Path, interrupted:
         })
         .collect();
 
-    let settings = Settings { seed: options.seed, threads: options.threads.map(|n| n as usize), ..Settings::default() };
+    let settings =
+        Settings { seed: options.seed, threads: options.threads.map(|n| n as usize), filter: scene.filter, ..Settings::default() };
     let reference = reference(options, scene, depth, &settings, interrupted)?;
     println!("reference: {}", reference.origin());
     let plan = Plan {

@@ -28,6 +28,15 @@ impl PinholeCamera {
         Ok(Self { view: View::new(OBJECT, [position, target, up], height, resolution)? })
     }
 
+    /// The same camera with a film that is displaced in its plane (a shifted lens): the view's axis meets it at this point, in pixels of the full film from its
+    /// upper left corner. By default that is its centre.
+    ///
+    /// # Errors
+    /// If a number is not finite.
+    pub fn with_principal_point(self, pixel: DVec2) -> Result<Self, EndpointError> {
+        Ok(Self { view: self.view.with_principal_point(pixel)? })
+    }
+
     /// The same camera, rendering only the pixels from `min` up to but without `max`.
     ///
     /// # Errors

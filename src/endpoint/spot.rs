@@ -11,9 +11,10 @@ const OBJECT: &str = "spot light";
 
 /// A point that emits full intensity into a cone and falls off smoothly to zero in a wider one around it.
 ///
-/// Between the cones the intensity is `3t² - 2t³`, or [t²](SpotLight::with_squared_falloff), with t linear in `cos θ`, from 0 at the outer cone to 1 at the inner
-/// one. Its integral over solid angle is half, or a third, of that of the full shell, so power is known in closed form and directions are sampled
-/// exactly in proportion to intensity.
+/// Between the cones the intensity is `3t² - 2t³` with t linear in `cos θ`, from 0 at the outer cone to 1 at the inner one. Its
+/// integral over solid angle is half that of the full shell, so power is known in closed form and directions are sampled exactly in
+/// proportion to intensity. With [squared falloff](SpotLight::with_squared_falloff) it is t², whose integral is a third. With [linear
+/// falloff](SpotLight::with_linear_falloff) it is linear in θ instead; directions are then uniform in the shell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpotLight {
     position: DVec3,
@@ -27,7 +28,18 @@ pub struct SpotLight {
 struct Falloff {
     inner: f64,
     outer: f64,
-    squared: bool,
+    shape: FalloffShape,
+}
+
+/// The intensity between the cones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum FalloffShape {
+    /// `3t² - 2t³`
+    Smooth,
+    /// `t²`
+    Squared,
+    /// Linear in the angle; the angles of the cones in radians.
+    Linear([f64; 2]),
 }
 
 impl SpotLight {
@@ -50,50 +62,99 @@ impl SpotLight {
             return Err(EndpointError::AngleOutOfRange { object: OBJECT, quantity: "inner angle", degrees: inner_degrees, range });
         }
         let one_minus_cosine = |degrees: f64| 2.0 * (0.5 * degrees.to_radians()).sin().powi(2);
-        let falloff = Falloff { inner: one_minus_cosine(inner_degrees), outer: one_minus_cosine(outer_degrees), squared: false };
+        let falloff = Falloff { inner: one_minus_cosine(inner_degrees), outer: one_minus_cosine(outer_degrees), shape: FalloffShape::Smooth };
         check::positive(OBJECT, "solid angle", falloff.solid_angle())?;
         Ok(Self { position, intensity, frame, falloff })
     }
 
-    /// The same light with the falloff t² between the cones, that of glTF, which begins abruptly at the inner one.
+    /// The same light with an intensity between the cones that is linear in the angle from the axis.
     #[must_use]
-    pub fn with_squared_falloff(self) -> Self {
-        Self { falloff: Falloff { squared: true, ..self.falloff }, ..self }
+    pub fn with_linear_falloff(mut self) -> Self {
+        let angle = |v: f64| 2.0 * (0.5 * v).sqrt().asin();
+        self.falloff.shape = FalloffShape::Linear([angle(self.falloff.inner), angle(self.falloff.outer)]);
+        self
+    }
+
+    /// The same light with the intensity t² between the cones, t linear in the cosine: that of glTF, which has a kink at the inner cone.
+    #[must_use]
+    pub fn with_squared_falloff(mut self) -> Self {
+        self.falloff.shape = FalloffShape::Squared;
+        self
     }
 
     fn relative_intensity(&self, direction: DVec3) -> f64 {
+        self.falloff.at(self.one_minus_cosine(direction))
+    }
+
+    fn one_minus_cosine(&self, direction: DVec3) -> f64 {
         // |w - a|² = 2 (1 - cos θ), without cancellation in narrow cones.
-        self.falloff.at(0.5 * (direction - self.frame.z).length_squared())
+        0.5 * (direction - self.frame.z).length_squared()
     }
 }
 
 impl Falloff {
     fn at(&self, v: f64) -> f64 {
         if v <= self.inner {
-            1.0
-        } else if v < self.outer {
-            let t = (self.outer - v) / (self.outer - self.inner);
-            if self.squared { t * t } else { t * t * (3.0 - 2.0 * t) }
-        } else {
-            0.0
+            return 1.0;
+        } else if v >= self.outer {
+            return 0.0;
+        }
+        let t = (self.outer - v) / (self.outer - self.inner);
+        match self.shape {
+            FalloffShape::Smooth => t * t * (3.0 - 2.0 * t),
+            FalloffShape::Squared => t * t,
+            FalloffShape::Linear([inner, outer]) => ((outer - 2.0 * (0.5 * v).sqrt().asin()) / (outer - inner)).clamp(0.0, 1.0),
         }
     }
 
     /// The integral over solid angle.
     fn solid_angle(&self) -> f64 {
-        let share = if self.squared { 1.0 / 3.0 } else { 0.5 };
-        2.0 * PI * (self.inner + share * (self.outer - self.inner))
+        2.0 * PI * (self.inner + self.shell())
     }
 
-    /// `v` with density in proportion to the falloff.
+    /// The integral over the shell in units of `1 - cos θ`: `cos a - (sin b - sin a)/(b - a)` for a falloff that is linear in the angle from a to b, here by its
+    /// halved angles, which do not cancel.
+    fn shell(&self) -> f64 {
+        match self.shape {
+            FalloffShape::Squared => (self.outer - self.inner) / 3.0,
+            FalloffShape::Linear([a, b]) if b > a => {
+                let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+                let sinc = if half > 1e-4 { half.sin() / half } else { 1.0 - half * half / 6.0 };
+                // cos a - cos m + cos m (1 - sinc)
+                2.0 * (0.5 * (a + middle)).sin() * (0.5 * half).sin() + middle.cos() * (1.0 - sinc)
+            }
+            _ => 0.5 * (self.outer - self.inner),
+        }
+    }
+
+    /// Samples `v`, uniform in the inner cone; in the shell in proportion to the falloff, or uniform if that is linear in the angle. The inner cone's
+    /// share is its share of the whole integral.
     fn sample(&self, u: f64) -> f64 {
-        let inner_share = 2.0 * PI * self.inner / self.solid_angle();
+        let inner_share = self.inner_share();
         if u < inner_share {
-            self.inner * (u / inner_share)
+            return self.inner * (u / inner_share);
+        }
+        let rest = ((u - inner_share) / (1.0 - inner_share)).clamp(0.0, 1.0);
+        let t = match self.shape {
+            FalloffShape::Smooth => square_to_smoothstep(rest),
+            FalloffShape::Squared => rest.cbrt(),
+            FalloffShape::Linear(_) => rest,
+        };
+        self.outer - t * (self.outer - self.inner)
+    }
+
+    fn inner_share(&self) -> f64 {
+        self.inner / (self.inner + self.shell())
+    }
+
+    /// Density of `sample` per solid angle.
+    fn pdf(&self, v: f64) -> f64 {
+        if v <= self.inner || !matches!(self.shape, FalloffShape::Linear(_)) {
+            self.at(v) / self.solid_angle()
+        } else if v < self.outer {
+            (1.0 - self.inner_share()) / (2.0 * PI * (self.outer - self.inner))
         } else {
-            let rest = ((u - inner_share) / (1.0 - inner_share)).clamp(0.0, 1.0);
-            let t = if self.squared { rest.cbrt() } else { square_to_smoothstep(rest) };
-            self.outer - t * (self.outer - self.inner)
+            0.0
         }
     }
 }
@@ -111,11 +172,11 @@ impl Endpoint for SpotLight {
         let direction = self.frame.to_world(direction_from_one_minus_cosine(self.falloff.sample(u.x), u.y));
         let pdf = self.direction_pdf(point, direction);
         // At the rim, where intensity vanishes, rounding may step out of the cone.
-        (pdf.value() > 0.0).then(|| DirectionSample { from: *point, direction, pdf, weight: self.power() })
+        (pdf.value() > 0.0).then(|| DirectionSample { from: *point, direction, pdf, weight: self.emit(point, direction) / pdf.value() })
     }
 
     fn direction_pdf(&self, _point: &SurfacePoint, direction: DVec3) -> PerProjected {
-        PerProjected(self.relative_intensity(direction) / self.falloff.solid_angle())
+        PerProjected(self.falloff.pdf(self.one_minus_cosine(direction)))
     }
 
     fn emit(&self, _point: &SurfacePoint, direction: DVec3) -> Rgb {

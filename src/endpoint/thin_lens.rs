@@ -43,6 +43,15 @@ impl ThinLensCamera {
         Ok(Self { view, lens, focus_distance: check::positive(OBJECT, "focus distance", focus_distance)? })
     }
 
+    /// The same camera with a film that is displaced in its plane (a shifted lens): the view's axis meets it at this point, in pixels of the full film from its
+    /// upper left corner. By default that is its centre.
+    ///
+    /// # Errors
+    /// If a number is not finite.
+    pub fn with_principal_point(self, pixel: DVec2) -> Result<Self, EndpointError> {
+        Ok(Self { view: self.view.with_principal_point(pixel)?, ..self })
+    }
+
     /// The same camera, rendering only the pixels from `min` up to but without `max`.
     ///
     /// # Errors

@@ -15,6 +15,8 @@ pub(super) struct View {
     pub(super) film: FilmRegion,
     /// Side of a pixel on the film plane.
     pitch: f64,
+    /// Where the view's axis meets the film, in pixels of the full film.
+    principal_point: DVec2,
 }
 
 impl View {
@@ -42,7 +44,16 @@ impl View {
             return Err(EndpointError::FilmSize { object, resolution });
         }
         let pitch = check::positive(object, "pixel size", film_height / f64::from(resolution.y))?;
-        Ok(Self { object, position, right, up: right.cross(forward), forward, film: FilmRegion::full(resolution), pitch })
+        Ok(Self {
+            object,
+            position,
+            right,
+            up: right.cross(forward),
+            forward,
+            film: FilmRegion::full(resolution),
+            pitch,
+            principal_point: 0.5 * resolution.as_dvec2(),
+        })
     }
 
     /// The same view with only the pixels from `min` up to but without `max`.
@@ -54,6 +65,12 @@ impl View {
         Ok(Self { film: FilmRegion { resolution, window_min: min, window_max: max }, ..self })
     }
 
+    /// The same view through a film that is displaced in its plane.
+    pub(super) fn with_principal_point(self, pixel: DVec2) -> Result<Self, EndpointError> {
+        let principal_point = check::position(self.object, "principal point", pixel.extend(0.0))?.truncate();
+        Ok(Self { principal_point, ..self })
+    }
+
     /// Area of the window on the film plane.
     pub(super) fn window_area(&self) -> f64 {
         f64::from(self.film.pixels()) * self.pitch * self.pitch
@@ -61,13 +78,13 @@ impl View {
 
     /// From window coordinates to the film plane, x to the right and y up.
     pub(super) fn plane_at(&self, u: DVec2) -> DVec2 {
-        let from_center = self.film.from_window(u) - 0.5 * self.film.resolution.as_dvec2();
+        let from_center = self.film.from_window(u) - self.principal_point;
         DVec2::new(from_center.x, -from_center.y) * self.pitch
     }
 
     /// From the film plane to pixels of the full film.
     pub(super) fn raster_at(&self, plane: DVec2) -> DVec2 {
-        DVec2::new(plane.x, -plane.y) / self.pitch + 0.5 * self.film.resolution.as_dvec2()
+        DVec2::new(plane.x, -plane.y) / self.pitch + self.principal_point
     }
 
     /// The components of a vector to the right and up.

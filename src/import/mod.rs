@@ -3,6 +3,7 @@
 //! What a file asks for and the crate lacks is never replaced silently: it is a [`Warning`], or an [`Error`] where nothing sensible is left to render; [strict](Options)
 //! readers make every warning an error. Files are not trusted: their size, the number of what they hold, and where they refer to are [limited](Limits).
 
+mod files;
 #[cfg(feature = "gltf")]
 pub mod gltf;
 #[cfg(feature = "mitsuba")]
@@ -72,8 +73,8 @@ pub struct Options {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Limits {
-    /// Bytes in one file, also after decompression.
-    pub file_bytes: u64,
+    /// Bytes of all files together, each time one is read, also after decompression.
+    pub bytes: u64,
     /// Elements of all files together, each time one is included.
     pub elements: u64,
     /// Files that include each other in a chain, and references to references.
@@ -82,7 +83,7 @@ pub struct Limits {
     pub triangles: u64,
     /// Pixels of all images together, and of a film.
     pub pixels: u64,
-    /// Characters in one value after parameters have been put in.
+    /// Characters of all values together that parameters have been put into.
     pub expansion: u64,
     /// Whether a file may refer to files that are not below the directory of the scene.
     pub outside_files: bool,
@@ -91,12 +92,12 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            file_bytes: 1 << 31,
+            bytes: 1 << 32,
             elements: 1_000_000,
             depth: 16,
             triangles: 100_000_000,
             pixels: 1 << 28,
-            expansion: 1 << 20,
+            expansion: 1 << 24,
             outside_files: false,
         }
     }

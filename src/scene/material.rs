@@ -100,7 +100,7 @@ pub enum Material {
         /// The factor, 0 to 1.
         tint: Texture,
     },
-    /// Two materials, one for the front and one for the back. Neither transmits light.
+    /// Two materials, one for the front and one for the back, each showing its own front. Neither transmits light.
     Sided {
         /// Seen from the side that the normal points to.
         front: Box<Material>,
@@ -181,7 +181,8 @@ impl Material {
                 Ok(stack)
             }
             Self::Sided { front: outer, back: inner } => {
-                let stacks = [outer.side(true)?, inner.side(false)?];
+                // Each shows its own front.
+                let stacks = [outer.side(true)?, inner.side(true)?];
                 let transmits = |stack: &Stack| stack.layers.iter().any(|layer| layer.model.lobes().intersects(Lobes::TRANSMISSION));
                 if stacks.iter().any(transmits) {
                     return Err(BsdfError::SidedTransmission);

@@ -1,12 +1,11 @@
 //! The container, its JSON and the files it refers to: nothing is believed before it has been checked.
 
+use crate::import::files::Files;
 use crate::import::{Error, Limits, Location, Options, Warnings};
 use data_url::DataUrl;
 use gltf::json::validation::{Checked, Validate};
 use gltf::json::{Root, mesh::Semantic};
 use percent_encoding::percent_decode_str;
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -26,6 +25,7 @@ pub(super) struct Document {
     path: PathBuf,
     pub root: Root,
     pub buffers: Vec<Arc<[u8]>>,
+    files: Files,
     pub limits: Limits,
     pub warnings: Warnings,
 }
@@ -34,7 +34,8 @@ impl Document {
     pub fn open(path: &Path, options: &Options) -> Result<Self, Error> {
         let limits = options.limits;
         let whole = Location { file: path.to_owned(), ..Location::default() };
-        let bytes = read_file(path, &limits, &whole)?;
+        let mut files = Files::new(path, &limits)?;
+        let bytes = files.read_path(path, whole.clone())?;
         let (json, binary) = split(&bytes).map_err(|reason| Error::new(whole.clone(), reason))?;
         let mut root = Root::from_slice(json).map_err(|error| Error::caused(whole.clone(), error))?;
         let mut warnings = Warnings::new(options.strict);
@@ -46,7 +47,7 @@ impl Document {
             return Err(Error::new(whole, format!("{elements} nodes, primitives, materials and accessors; the limit is {}", limits.elements)));
         }
         let binary = binary.map(Arc::from);
-        let mut document = Self { path: path.to_owned(), root, buffers: Vec::new(), limits, warnings };
+        let mut document = Self { path: path.to_owned(), root, buffers: Vec::new(), files, limits, warnings };
         document.read_buffers(binary)?;
         if !document.root.animations.is_empty() {
             document.warnings.warn(document.location("animations", None), "animations are left out: the scene is shown at rest")?;
@@ -60,30 +61,15 @@ impl Document {
     }
 
     fn read_buffers(&mut self, binary: Option<Arc<[u8]>>) -> Result<(), Error> {
-        let mut read: Vec<(String, Arc<[u8]>)> = Vec::new();
-        let mut total = 0;
         for index in 0..self.root.buffers.len() {
             let buffer = &self.root.buffers[index];
+            let (uri, length) = (buffer.uri.clone(), buffer.byte_length.0);
             let location = self.location(format!("buffer {index}"), buffer.name.as_ref());
-            let bytes = match (&buffer.uri, &binary) {
-                (Some(uri), _) => match read.iter().find(|(known, _)| known == uri) {
-                    Some((_, bytes)) => Arc::clone(bytes),
-                    None => {
-                        let bytes: Arc<[u8]> = self.fetch(uri, &location)?.into();
-                        total += bytes.len() as u64;
-                        if total > self.limits.file_bytes {
-                            return Err(Error::new(location, format!("all buffers together exceed the limit of {} bytes", self.limits.file_bytes)));
-                        }
-                        if read.len() < 64 {
-                            read.push((uri.clone(), Arc::clone(&bytes)));
-                        }
-                        bytes
-                    }
-                },
+            let bytes: Arc<[u8]> = match (uri, &binary) {
+                (Some(uri), _) => self.fetch(&uri, &location)?.into(),
                 (None, Some(binary)) if index == 0 => Arc::clone(binary),
                 (None, _) => return Err(Error::new(location, "it has no uri, and the file no binary part for it")),
             };
-            let length = buffer.byte_length.0;
             if (bytes.len() as u64) < length {
                 return Err(Error::new(location, format!("it should have {length} bytes, but there are {}", bytes.len())));
             }
@@ -93,27 +79,19 @@ impl Document {
     }
 
     /// The bytes that a URI stands for.
-    pub fn fetch(&self, uri: &str, location: &Location) -> Result<Vec<u8>, Error> {
+    pub fn fetch(&mut self, uri: &str, location: &Location) -> Result<Vec<u8>, Error> {
         let refuse = |reason: String| Error::new(location.clone(), reason);
         if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
-            let data = DataUrl::process(uri).map_err(|error| refuse(format!("data URI: {error:?}")))?;
-            return data.decode_to_vec().map(|(bytes, _)| bytes).map_err(|error| refuse(format!("data URI: {error:?}")));
+            let data = DataUrl::process(uri).map_err(|error| refuse(format!("data URI: {error}")))?;
+            let (bytes, _) = data.decode_to_vec().map_err(|error| refuse(format!("data URI: {error}")))?;
+            self.files.spend(bytes.len() as u64, location.clone())?;
+            return Ok(bytes);
         }
         let name = percent_decode_str(uri).decode_utf8().map_err(|error| Error::caused(location.clone(), error))?;
-        let scheme = name.split_once(':').is_some_and(|(scheme, _)| scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c)));
-        if scheme || name.is_empty() || name.contains('\0') {
-            return Err(refuse(format!("\"{name}\" is not the name of a file: only files and data URIs can be read")));
+        if name.split_once(':').is_some_and(|(scheme, _)| scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c))) {
+            return Err(refuse(format!("{name} is not the name of a file: only files and data URIs can be read")));
         }
-        let directory = self.path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let path = directory.join(&*name);
-        let io_error = |error: std::io::Error| refuse(format!("{}: {error}", path.display()));
-        if !self.limits.outside_files {
-            let inside = path.canonicalize().map_err(io_error)?.starts_with(directory.canonicalize().map_err(io_error)?);
-            if !inside {
-                return Err(refuse(format!("{} is not below the directory of the scene; the limits do not allow that", path.display())));
-            }
-        }
-        read_file(&path, &self.limits, location)
+        self.files.read(&name, location.clone()).map(|(_, bytes)| bytes)
     }
 
     /// The bytes of a part of a buffer.
@@ -127,22 +105,6 @@ impl Document {
             Error::new(location.clone(), format!("buffer view {index} has {length} bytes from {start} of buffer {buffer}, which has {available}"))
         })
     }
-}
-
-/// A file up to the limit. Only regular files: others may never end.
-fn read_file(path: &Path, limits: &Limits, location: &Location) -> Result<Vec<u8>, Error> {
-    let refuse = |reason: String| Error::new(location.clone(), reason);
-    let io_error = |error: std::io::Error| refuse(format!("{}: {error}", path.display()));
-    let is_file = std::fs::metadata(path).map_err(io_error)?.is_file();
-    if !is_file {
-        return Err(refuse(format!("{} is not a file", path.display())));
-    }
-    let mut bytes = Vec::new();
-    File::open(path).map_err(io_error)?.take(limits.file_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(io_error)?;
-    if bytes.len() as u64 > limits.file_bytes {
-        return Err(refuse(format!("{} has more than {} bytes, which is the limit", path.display(), limits.file_bytes)));
-    }
-    Ok(bytes)
 }
 
 /// JSON and binary part of a file.

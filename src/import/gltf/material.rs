@@ -144,7 +144,7 @@ fn glass(
 
 /// How much of the surface is there; `None` if all of it.
 fn visibility(
-    document: &Document,
+    document: &mut Document,
     textures: &mut Textures,
     source: &json::Material,
     opacity: f64,

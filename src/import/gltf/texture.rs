@@ -36,9 +36,10 @@ impl Textures {
     }
 
     /// A texture of a material, times a factor.
-    pub fn texture(&mut self, document: &Document, info: &Info, meaning: Meaning, factor: Rgb, at: &Location) -> Result<Texture, Error> {
+    pub fn texture(&mut self, document: &mut Document, info: &Info, meaning: Meaning, factor: Rgb, at: &Location) -> Result<Texture, Error> {
+        let source = document.root.textures[info.index.value()].source.value();
+        let image = self.image(document, source, meaning)?;
         let texture = &document.root.textures[info.index.value()];
-        let image = self.image(document, texture.source.value(), meaning)?;
         let sampler = texture.sampler.map(|index| &document.root.samplers[index.value()]);
         let nearest = sampler.is_some_and(|sampler| sampler.mag_filter == Some(Checked::Valid(MagFilter::Nearest)));
         let interpolation = if nearest { Interpolation::Nearest } else { Interpolation::Bilinear };
@@ -47,16 +48,16 @@ impl Textures {
         texture.and_then(|texture| texture.scaled(factor)).map_err(|error| Error::caused(at.clone(), error))
     }
 
-    fn image(&mut self, document: &Document, index: usize, meaning: Meaning) -> Result<Arc<Image>, Error> {
+    fn image(&mut self, document: &mut Document, index: usize, meaning: Meaning) -> Result<Arc<Image>, Error> {
         if let Some(image) = self.images.get(&(index, meaning)) {
             return Ok(Arc::clone(image));
         }
         let source = &document.root.images[index];
         let location = document.location(format!("image {index}"), source.name.as_ref());
         let fetched;
-        let bytes = match (&source.uri, source.buffer_view) {
+        let bytes = match (source.uri.clone(), source.buffer_view) {
             (Some(uri), None) => {
-                fetched = document.fetch(uri, &location)?;
+                fetched = document.fetch(&uri, &location)?;
                 &fetched[..]
             }
             (None, Some(view)) => document.view(view.value(), &location)?,

@@ -1,1 +1,230 @@
 //! Scenes of the Mitsuba 3 renderer: XML of scene version 3.
+//!
+//! ```no_run
+//! use pathspace::import::{Options, mitsuba};
+//!
+//! let import = mitsuba::load("scene.xml", &Options::default(), [("spp".to_owned(), "16".to_owned())])?;
+//! for warning in &import.warnings {
+//!     eprintln!("{warning}");
+//! }
+//! let camera = &import.views[0].camera;
+//! # Ok::<(), pathspace::import::Error>(())
+//! ```
+//!
+//! # What is read
+//!
+//! | elements | types |
+//! |---|---|
+//! | documents | `default`, `$parameters`, `include`, `ref`, `alias`, `path` |
+//! | shapes | `obj`, `ply`, `serialized`, `rectangle`, `sphere`, `disk`, `cube`; `to_world`, `flip_normals`, `face_normals`, `flip_tex_coords` |
+//! | bsdfs | `diffuse`, `twosided`, `dielectric`, `thindielectric`, `roughdielectric`, `conductor`, `roughconductor`, `plastic`, `mask`, `null`, `blendbsdf` |
+//! | emitters | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
+//! | sensors | `perspective`, `thinlens`, `orthographic` with film, crop window and reconstruction filter |
+//! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials |
+//! | colours | `rgb`, `float`, `spectrum` as one value or as list of wavelengths and values |
+//!
+//! # Conventions
+//!
+//! - Spectra become linear RGB by the CIE 1931 observer: emission as it is seen, so that a constant spectrum has the colour of the equal-energy illuminant; everything
+//!   else under daylight (D65), so that constant reflectances are grey. Nothing is assumed outside of the listed wavelengths.
+//! - A material that is not `twosided` absorbs on its back, unless it transmits light.
+//! - Which side is the front is decided by the vertex normals of a mesh. Meshes without them get normals weighted by the angles of their triangles,
+//!   unless `face_normals` is set.
+//! - Masking and shadowing of rough materials are height-correlated here, and independent there: rough surfaces are a little brighter here at grazing angles.
+//! - A Gaussian filter has the same standard deviation, but is the pixel's box blurred. Environment maps have their pixels' centres in the middle of pixels.
+//! - `max_depth` counts the edges of a path there and the scattering events here, one less.
+//! - The integrator and the sampler are [hints](super::Hints).
+
+mod conductors;
+mod document;
+mod emitters;
+mod materials;
+mod meshes;
+mod sensors;
+mod shapes;
+mod spectrum;
+mod textures;
+mod values;
+
+use super::files::Files;
+use super::{Error, Hints, Import, ImportedView, Limits, Location, Options, Warnings};
+use crate::scene::{Material, MaterialId, WorldBuilder};
+use crate::texture::Texture;
+use document::{Document, Element};
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::path::Path;
+use values::Object;
+
+/// Reads a scene. `parameters` are the values of `$name`s, which precede the `<default>`s in the file.
+///
+/// # Errors
+/// If a file cannot be read or is malformed, refers to what does not exist or must not be read, asks for more than the limits admit, or describes nothing that
+/// can be rendered; in strict mode also for everything that would be a warning.
+pub fn load(path: impl AsRef<Path>, options: &Options, parameters: impl IntoIterator<Item = (String, String)>) -> Result<Import, Error> {
+    let path = path.as_ref();
+    let parameters: BTreeMap<String, String> = parameters.into_iter().collect();
+    let mut files = Files::new(path, &options.limits)?;
+    let document = document::read(path, &mut files, &options.limits, &parameters)?;
+    let mut loader = Loader::new(&document, files, options)?;
+    for name in &document.unused_parameters {
+        let location = Location { file: path.to_owned(), ..Location::default() };
+        loader.warnings.warn(location, format!("no file asks for the parameter {name}"))?;
+    }
+    loader.scene(path)
+}
+
+/// What is known while a scene is put together.
+struct Loader<'a> {
+    document: &'a Document,
+    ids: HashMap<&'a str, &'a Element>,
+    /// Top-level emitters that a shape refers to.
+    referenced: HashSet<*const Element>,
+    files: Files,
+    limits: Limits,
+    warnings: Warnings,
+    builder: WorldBuilder,
+    names: HashSet<String>,
+    hints: Hints,
+    materials: HashMap<*const Element, (Material, MaterialId)>,
+    textures: HashMap<(*const Element, bool), Texture>,
+    triangles_left: u64,
+    pixels_left: u64,
+}
+
+impl<'a> Loader<'a> {
+    fn new(document: &'a Document, files: Files, options: &Options) -> Result<Self, Error> {
+        let mut loader = Self {
+            document,
+            ids: HashMap::new(),
+            referenced: HashSet::new(),
+            files,
+            limits: options.limits,
+            warnings: Warnings::new(options.strict),
+            builder: WorldBuilder::new(),
+            names: HashSet::new(),
+            hints: Hints::default(),
+            materials: HashMap::new(),
+            textures: HashMap::new(),
+            triangles_left: options.limits.triangles,
+            pixels_left: options.limits.pixels,
+        };
+        loader.find_ids(&document.scene)?;
+        loader.find_references(&document.scene);
+        Ok(loader)
+    }
+
+    fn find_ids(&mut self, elements: &'a [Element]) -> Result<(), Error> {
+        for element in elements {
+            if let Some(id) = element.id().filter(|_| element.tag != "ref")
+                && self.ids.insert(id, element).is_some()
+            {
+                return Err(element.error(format!("the id {id} occurs twice")));
+            }
+            self.find_ids(&element.children)?;
+        }
+        Ok(())
+    }
+
+    fn find_references(&mut self, elements: &'a [Element]) {
+        for element in elements {
+            if let Some(target) = element.id().filter(|_| element.tag == "ref").and_then(|id| self.lookup(id)) {
+                self.referenced.insert(target);
+            }
+            self.find_references(&element.children);
+        }
+    }
+
+    /// The element of an id or of an alias of one.
+    fn lookup(&self, id: &str) -> Option<&'a Element> {
+        let mut id = id;
+        // An alias may stand for an alias.
+        for _ in 0..self.limits.depth {
+            match self.document.aliases.get(id) {
+                Some(other) if !self.ids.contains_key(id) => id = other,
+                _ => break,
+            }
+        }
+        self.ids.get(id).copied()
+    }
+
+    /// The element itself, or what a `<ref>` refers to.
+    fn resolved(&self, element: &'a Element) -> Result<&'a Element, Error> {
+        if element.tag != "ref" {
+            return Ok(element);
+        }
+        let id = element.required("id")?;
+        self.lookup(id).ok_or_else(|| element.error(format!("there is no object with the id {id}")))
+    }
+
+    /// A name that nothing else has: the id, or kind and line.
+    fn name(&mut self, element: &Element) -> String {
+        let base = element.id().map_or_else(|| format!("{} {} in line {}", element.kind(), element.tag, element.line()), str::to_owned);
+        let mut name = base.clone();
+        let mut number = 1;
+        while !self.names.insert(name.clone()) {
+            number += 1;
+            name = format!("{base} ({number})");
+        }
+        name
+    }
+
+    fn warn(&mut self, element: &Element, reason: impl Into<String>) -> Result<(), Error> {
+        self.warnings.warn(element.location(), reason)
+    }
+
+    fn scene(mut self, path: &Path) -> Result<Import, Error> {
+        let mut sensors = Vec::new();
+        for element in &self.document.scene {
+            match element.tag.as_str() {
+                "shape" => self.shape(element)?,
+                "emitter" => self.emitter(element)?,
+                "sensor" => sensors.push(element),
+                "integrator" => self.integrator(element)?,
+                // Read where they are referred to.
+                "bsdf" | "texture" | "spectrum" | "rgb" | "float" => {}
+                "medium" | "phase" | "volume" => self.warn(element, "participating media are not supported, and left out")?,
+                other => self.warn(element, format!("{other} is not known, and left out"))?,
+            }
+        }
+        let whole = || Location { file: path.to_owned(), ..Location::default() };
+        if sensors.is_empty() {
+            return Err(Error::new(whole(), "the scene has no sensor"));
+        }
+        let mut views = Vec::new();
+        let mut clips = Vec::new();
+        for sensor in sensors {
+            let (view, clip) = self.sensor(sensor, views.len())?;
+            views.push(view);
+            clips.push(clip);
+        }
+        let builder = std::mem::take(&mut self.builder);
+        let world = builder.build().map_err(|error| Error::caused(whole(), error))?;
+        for clip in clips {
+            clip.check(world.bounds(), &mut self.warnings)?;
+        }
+        if world.dropped_triangles() > 0 {
+            let reason = format!("{} triangles without area are left out", world.dropped_triangles());
+            // They would have been invisible: no replacement, and no error in strict mode.
+            let mut quiet = Warnings::new(false);
+            quiet.warn(whole(), reason)?;
+            let mut list = self.warnings.into_list();
+            list.append(&mut quiet.into_list());
+            return Ok(Import { world, views, hints: self.hints, warnings: list });
+        }
+        Ok(Import { world, views, hints: self.hints, warnings: self.warnings.into_list() })
+    }
+
+    /// Takes the hints of an integrator.
+    fn integrator(&mut self, element: &'a Element) -> Result<(), Error> {
+        let object = Object::new(element);
+        self.hints.integrator = Some(element.kind().to_owned());
+        // -1 for all; 0 sees nothing, which no integrator here does.
+        if let Some(depth) = object.integer("max_depth")?.filter(|depth| *depth > 0) {
+            self.hints.max_bounces = Some(u32::try_from(depth - 1).unwrap_or(u32::MAX));
+        }
+        if object.boolean("hide_emitters")? == Some(true) {
+            self.warn(element, "hide_emitters is not supported: emitters are visible")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,54 @@
+//! Scenes of the Mitsuba 3 renderer.
+
+use super::scenes::{AnyCamera, FileOptions, NamedScene};
+use pathspace::endpoint::{Light, LightId};
+use pathspace::import::{Options, mitsuba};
+use pathspace::scene::gallery::Claims;
+use pathspace::scene::{Needs, Scene, World};
+use std::error::Error;
+use std::path::Path;
+
+/// Loads a file and prints its warnings; of several cameras the first is taken.
+pub fn load(path: &Path, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
+    let how = Options { strict: options.strict, ..Options::default() };
+    let import = mitsuba::load(path, &how, options.define.iter().cloned())?;
+    for warning in &import.warnings {
+        eprintln!("warning: {warning}");
+    }
+    let cameras = import.views.len();
+    let view = import.views.into_iter().next().ok_or("no camera")?;
+    if cameras > 1 {
+        eprintln!("note: {} is the first of {cameras} cameras", view.name);
+    }
+    let name = path.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    let directory = path.parent().and_then(Path::file_name).map(|directory| directory.to_string_lossy().into_owned());
+    Ok(NamedScene {
+        // Many files are called "scene": their directory tells what they show.
+        name: directory.filter(|_| name == "scene").unwrap_or(name),
+        description: format!(
+            "{} with {} primitives and {} lights.",
+            path.display(),
+            import.world.primitive_count(),
+            import.world.light_count()
+        ),
+        claims: claims(&import.world),
+        world: import.world,
+        camera: AnyCamera(view.camera),
+        max_bounces: import.hints.max_bounces,
+        filter: view.filter,
+    })
+}
+
+/// What integrators certainly see, whatever stands in front of what: a lens counts as a point.
+fn claims(world: &World) -> Claims {
+    let needs = world.needs();
+    let dirac_lobes = needs.contains(Needs::DIRAC_LOBES);
+    let lights = (0..world.light_count() as u32).map(|id| world.light(LightId(id)));
+    let dirac_lights = lights.into_iter().any(|light| !light.can_be_hit());
+    Claims {
+        uniform_area: !dirac_lobes && !dirac_lights && !needs.contains(Needs::ENVIRONMENT),
+        path_tracing: !(dirac_lobes && dirac_lights),
+        light_tracing: !dirac_lobes,
+        bidirectional: !(dirac_lobes && dirac_lights),
+    }
+}

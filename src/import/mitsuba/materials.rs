@@ -1,0 +1,273 @@
+//! How surfaces scatter.
+
+use super::super::Error;
+use super::Loader;
+use super::conductors;
+use super::document::Element;
+use super::spectrum::Illuminant;
+use super::values::{Object, number};
+use crate::math::Rgb;
+use crate::scene::{Material, MaterialId};
+use crate::texture::Texture;
+use glam::DVec2;
+
+/// What is there if the file asks for what the crate lacks.
+fn stand_in() -> Material {
+    Material::Lambert { albedo: Rgb::splat(0.5) }.one_sided()
+}
+
+impl<'a> Loader<'a> {
+    /// The material of a bsdf element, added to the scene once.
+    pub(super) fn material(&mut self, element: &'a Element) -> Result<MaterialId, Error> {
+        let element = self.resolved(element)?;
+        let key = std::ptr::from_ref(element);
+        if let Some((_, id)) = self.materials.get(&key) {
+            return Ok(*id);
+        }
+        let material = self.bsdf(element, 0)?;
+        // The scene's own names of materials are another set.
+        let name = format!("{} {}", self.materials.len(), element.id().unwrap_or(element.kind()));
+        let id = self.builder.add_material(name, material.clone()).map_err(|error| element.caused(error))?;
+        self.materials.insert(key, (material, id));
+        Ok(id)
+    }
+
+    /// The material of shapes that name none: grey and diffuse.
+    pub(super) fn default_material(&mut self, shape: &'a Element) -> Result<MaterialId, Error> {
+        let key = std::ptr::null();
+        if let Some((_, id)) = self.materials.get(&key) {
+            return Ok(*id);
+        }
+        let material = stand_in();
+        let id = self.builder.add_material("default", material.clone()).map_err(|error| shape.caused(error))?;
+        self.materials.insert(key, (material, id));
+        Ok(id)
+    }
+
+    /// A bsdf. What only reflects absorbs on its back, unless it is `twosided`.
+    fn bsdf(&mut self, element: &'a Element, depth: u32) -> Result<Material, Error> {
+        let element = self.resolved(element)?;
+        if depth >= self.limits.depth {
+            return Err(element.error("bsdfs are nested too deeply, or contain each other"));
+        }
+        if element.tag != "bsdf" {
+            return Err(element.error("a bsdf is wanted here"));
+        }
+        let object = Object::new(element);
+        let material = match element.kind() {
+            "diffuse" => self.diffuse(&object)?.one_sided(),
+            "dielectric" => {
+                let relative_ior = relative_ior(&object, "bk7")?;
+                self.transmissive(&object, Material::Dielectric { relative_ior })?
+            }
+            "thindielectric" => {
+                let relative_ior = relative_ior(&object, "bk7")?;
+                self.transmissive(&object, Material::ThinDielectric { relative_ior })?
+            }
+            "roughdielectric" => {
+                let (alpha, beckmann) = self.roughness(&object)?;
+                let glass = Material::RoughDielectric { relative_ior: relative_ior(&object, "bk7")?, alpha };
+                self.transmissive(&object, with_distribution(glass, beckmann))?
+            }
+            "conductor" => {
+                let (eta, k) = self.complex_ior(&object)?;
+                let smooth = if is_perfect(eta, k) { Material::Mirror { reflectance: Rgb::WHITE } } else { Material::Conductor { eta, k } };
+                self.tinted(&object, smooth)?.one_sided()
+            }
+            "roughconductor" => {
+                let (alpha, beckmann) = self.roughness(&object)?;
+                let (eta, k) = self.complex_ior(&object)?;
+                let rough = if is_perfect(eta, k) {
+                    Material::RoughMirror { reflectance: Rgb::WHITE, alpha }
+                } else {
+                    Material::RoughConductor { eta, k, alpha }
+                };
+                self.tinted(&object, with_distribution(rough, beckmann))?.one_sided()
+            }
+            "plastic" => self.plastic(&object)?.one_sided(),
+            "roughplastic" => {
+                object.ignore(&["alpha", "distribution", "sample_visible"]);
+                self.warn(element, "rough plastic is not supported; it is smooth instead")?;
+                self.plastic(&object)?.one_sided()
+            }
+            "null" => Material::Null,
+            "twosided" => match self.nested(&object, depth)?[..] {
+                [ref both] => Material::Sided { front: Box::new(both.clone()), back: Box::new(both.clone()) },
+                [ref front, ref back] => Material::Sided { front: Box::new(front.clone()), back: Box::new(back.clone()) },
+                _ => return Err(element.error("twosided has one bsdf or two")),
+            },
+            "mask" => {
+                let opacity = self.texture(&object, "opacity", Illuminant::D65)?.unwrap_or(Rgb::splat(0.5).into());
+                let [inside] = self.exactly(&object, depth, "mask has one bsdf")?;
+                Material::Blend { components: Box::new([Material::Null, inside]), amount: opacity }
+            }
+            "blendbsdf" => {
+                let amount = self.texture(&object, "weight", Illuminant::D65)?.ok_or_else(|| element.error("the weight is missing"))?;
+                let components: [Material; 2] = self.exactly(&object, depth, "blendbsdf has two bsdfs")?;
+                Material::Blend { components: Box::new(components), amount }
+            }
+            "bumpmap" | "normalmap" => {
+                object.ignore(&["scale"]);
+                let mut inside = None;
+                for child in object.objects() {
+                    if self.resolved(child)?.tag == "bsdf" {
+                        inside = Some(self.bsdf(child, depth + 1)?);
+                    }
+                }
+                self.warn(element, format!("a {} is not supported; the surface is as smooth as its shape", element.kind()))?;
+                object.ignore(&["normalmap", "arbitrary"]);
+                return Ok(inside.unwrap_or_else(stand_in));
+            }
+            other => {
+                self.warn(element, format!("bsdfs of type {other} are not supported; the surface is diffuse and grey instead"))?;
+                return Ok(stand_in());
+            }
+        };
+        object.finish(&mut self.warnings)?;
+        // So that the error names this element, not the outermost one.
+        material.scattering().map_err(|error| element.caused(error))?;
+        Ok(material)
+    }
+
+    fn nested(&mut self, object: &Object<'a>, depth: u32) -> Result<Vec<Material>, Error> {
+        object.objects().into_iter().map(|child| self.bsdf(child, depth + 1)).collect()
+    }
+
+    fn exactly<const N: usize>(&mut self, object: &Object<'a>, depth: u32, reason: &str) -> Result<[Material; N], Error> {
+        self.nested(object, depth)?.try_into().map_err(|_| object.element.error(reason))
+    }
+
+    fn diffuse(&mut self, object: &Object<'a>) -> Result<Material, Error> {
+        let reflectance = self.texture(object, "reflectance", Illuminant::D65)?.unwrap_or(Rgb::splat(0.5).into());
+        Ok(match reflectance.as_constant() {
+            Some(albedo) => Material::Lambert { albedo },
+            None => Material::Lambert { albedo: Rgb::WHITE }.tinted(reflectance),
+        })
+    }
+
+    fn plastic(&mut self, object: &Object<'a>) -> Result<Material, Error> {
+        Ok(Material::Plastic {
+            albedo: self.texture(object, "diffuse_reflectance", Illuminant::D65)?.unwrap_or(Rgb::splat(0.5).into()),
+            specular: self.colour(object, "specular_reflectance", Illuminant::D65)?.unwrap_or(Rgb::WHITE),
+            relative_ior: relative_ior(object, "polypropylene")?,
+            colour_shift: object.boolean("nonlinear")?.unwrap_or(false),
+        })
+    }
+
+    /// Multiplies by `specular_reflectance`.
+    fn tinted(&mut self, object: &Object<'a>, material: Material) -> Result<Material, Error> {
+        Ok(match self.texture(object, "specular_reflectance", Illuminant::D65)? {
+            Some(tint) if tint.as_constant() != Some(Rgb::WHITE) => material.tinted(tint),
+            _ => material,
+        })
+    }
+
+    /// Multiplies by `specular_reflectance` and `specular_transmittance`, if they are the same.
+    fn transmissive(&mut self, object: &Object<'a>, material: Material) -> Result<Material, Error> {
+        let white = || Texture::from(Rgb::WHITE);
+        let reflectance = self.texture(object, "specular_reflectance", Illuminant::D65)?.unwrap_or_else(white);
+        let transmittance = self.texture(object, "specular_transmittance", Illuminant::D65)?.unwrap_or_else(white);
+        if reflectance != transmittance {
+            self.warn(object.element, "specular_reflectance and specular_transmittance differ, which is not supported: both are 1")?;
+            return Ok(material);
+        }
+        Ok(if reflectance == white() { material } else { material.tinted(reflectance) })
+    }
+
+    /// Roughness along u and v, and whether the distribution is Beckmann's.
+    fn roughness(&mut self, object: &Object<'a>) -> Result<(DVec2, bool), Error> {
+        // It concerns sampling only.
+        object.ignore(&["sample_visible"]);
+        let beckmann = match object.string("distribution")? {
+            None | Some("beckmann") => true,
+            Some("ggx") => false,
+            Some(other) => return Err(object.element.error(format!("the distribution \"{other}\" is not known"))),
+        };
+        let mut alpha = |name: &str| -> Result<Option<f64>, Error> {
+            match object.get(name) {
+                None => Ok(None),
+                Some(child) if matches!(child.tag.as_str(), "float" | "integer") => number(child, child.required("value")?).map(Some),
+                Some(child) => {
+                    self.warn(child, "roughness must be a number here; it is 0.1")?;
+                    Ok(Some(0.1))
+                }
+            }
+        };
+        let both = alpha("alpha")?.unwrap_or(0.1);
+        Ok((DVec2::new(alpha("alpha_u")?.unwrap_or(both), alpha("alpha_v")?.unwrap_or(both)), beckmann))
+    }
+
+    fn complex_ior(&mut self, object: &Object<'a>) -> Result<(Rgb, Rgb), Error> {
+        let element = object.element;
+        let name = object.string("material")?;
+        let eta = self.colour(object, "eta", Illuminant::D65)?;
+        let k = self.colour(object, "k", Illuminant::D65)?;
+        match (name, eta, k) {
+            (None, Some(eta), Some(k)) => Ok((eta, k)),
+            (None, None, None) => Ok((Rgb::BLACK, Rgb::WHITE)),
+            (Some(name), None, None) => match conductors::by_name(name) {
+                Some([eta, k]) => Ok((eta, k)),
+                None => {
+                    self.warn(element, format!("the metal {name} is not known (Ag, Al, Au, Cu are); it is a perfect mirror instead"))?;
+                    Ok((Rgb::BLACK, Rgb::WHITE))
+                }
+            },
+            _ => Err(element.error("a conductor has either a material or both eta and k")),
+        }
+    }
+}
+
+/// An index of 0 + i mirrors everything.
+fn is_perfect(eta: Rgb, k: Rgb) -> bool {
+    eta == Rgb::BLACK && !k.0.contains(&0.0)
+}
+
+fn with_distribution(rough: Material, beckmann: bool) -> Material {
+    if beckmann { Material::Beckmann { rough: Box::new(rough) } } else { rough }
+}
+
+/// n inside over n outside, each a number or a name.
+fn relative_ior(object: &Object<'_>, inside: &str) -> Result<f64, Error> {
+    let index = |name: &str, default: &str| -> Result<f64, Error> {
+        let Some(child) = object.get(name) else { return Ok(named_ior(default).unwrap_or(1.0)) };
+        let value = child.required("value")?;
+        match child.tag.as_str() {
+            "string" => {
+                named_ior(value).ok_or_else(|| child.error(format!("the material {value} is not known; give its index as a number")))
+            }
+            "float" | "integer" => number(child, value),
+            _ => Err(child.error("must be a number or the name of a material")),
+        }
+    };
+    let (inside, outside) = (index("int_ior", inside)?, index("ext_ior", "air")?);
+    Ok(inside / outside)
+}
+
+/// Indices of refraction of common materials for the sodium D line.
+fn named_ior(name: &str) -> Option<f64> {
+    Some(match name {
+        "vacuum" => 1.0,
+        "helium" => 1.000_036,
+        "hydrogen" => 1.000_132,
+        "air" => 1.000_277,
+        "carbon dioxide" => 1.000_45,
+        "water ice" => 1.31,
+        "water" => 1.333,
+        "acetone" => 1.36,
+        "ethanol" => 1.361,
+        "fused quartz" => 1.458,
+        "carbon tetrachloride" => 1.461,
+        "pyrex" => 1.47,
+        "glycerol" => 1.4729,
+        "acrylic glass" | "polypropylene" => 1.49,
+        "benzene" => 1.501,
+        "bk7" => 1.5046,
+        "silicone oil" => 1.520_45,
+        "sodium chloride" => 1.544,
+        "amber" => 1.55,
+        "pet" => 1.575,
+        "bromine" => 1.661,
+        "diamond" => 2.419,
+        _ => return None,
+    })
+}

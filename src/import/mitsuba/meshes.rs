@@ -1,0 +1,331 @@
+//! Meshes from files: Wavefront OBJ, PLY, and Mitsuba's compressed format.
+
+use super::super::Error;
+use super::Loader;
+use super::document::Element;
+use super::values::Object;
+use crate::scene::Mesh;
+use flate2::read::ZlibDecoder;
+use glam::{DAffine3, DVec2, DVec3};
+use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
+use std::io::{Cursor, Read};
+
+impl<'a> Loader<'a> {
+    /// The mesh of a shape, in world space.
+    pub(super) fn mesh_file(&mut self, object: &Object<'a>, to_world: &DAffine3, flip: bool) -> Result<Mesh, Error> {
+        let element = object.element;
+        let kind = element.kind();
+        let face_normals = object.boolean("face_normals")?.unwrap_or(false);
+        let flip_uvs = object.boolean("flip_tex_coords")?.unwrap_or(kind == "obj");
+        let name = object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
+        let (path, bytes) = self.files.read(name, element.location())?;
+        let parsed = match kind {
+            "obj" => obj(&bytes),
+            "ply" => ply(&bytes, self.triangles_left),
+            _ => {
+                let index = object.integer("shape_index")?.unwrap_or(0);
+                serialized(&bytes, index, self.files.bytes_left()).and_then(|(mesh, read)| {
+                    self.files.spend(read, element.location()).map_err(|error| error.reason)?;
+                    Ok(mesh)
+                })
+            }
+        };
+        let mut mesh = parsed.map_err(|reason| element.error(format!("{}: {reason}", path.display())))?;
+        let left = self.triangles_left.checked_sub(mesh.indices.len() as u64);
+        self.triangles_left = left.ok_or_else(|| element.error("the meshes have more triangles than the limit admits"))?;
+        check(element, &mesh)?;
+        if face_normals {
+            mesh.normals = None;
+        }
+        if flip_uvs {
+            mesh.uvs.iter_mut().flatten().for_each(|uv| uv.y = 1.0 - uv.y);
+        }
+        let mut mesh = placed(mesh, to_world, flip);
+        if !face_normals && mesh.normals.is_none() {
+            mesh.normals = Some(smooth_normals(&mesh));
+        }
+        Ok(mesh)
+    }
+}
+
+/// Checks indices, before they are used.
+fn check(element: &Element, mesh: &Mesh) -> Result<(), Error> {
+    let count = mesh.positions.len();
+    match mesh.indices.iter().flatten().find(|&&index| index as usize >= count) {
+        Some(index) => Err(element.error(format!("a triangle refers to vertex {index} of {count}"))),
+        None => Ok(()),
+    }
+}
+
+/// The mesh in world space. Triangles are turned so that their front is where their normals point; without normals the winding is kept, so that a mirroring
+/// transform turns the mesh inside out.
+pub(super) fn placed(mesh: Mesh, to_world: &DAffine3, flip: bool) -> Mesh {
+    let Mesh { mut positions, mut normals, uvs, mut indices } = mesh;
+    positions.iter_mut().for_each(|p| *p = to_world.transform_point3(*p));
+    let matrix = to_world.matrix3;
+    // The cofactors: the inverse transpose times the determinant.
+    let [x, y, z] = [matrix.y_axis.cross(matrix.z_axis), matrix.z_axis.cross(matrix.x_axis), matrix.x_axis.cross(matrix.y_axis)];
+    let sign = if (matrix.determinant() < 0.0) != flip { -1.0 } else { 1.0 };
+    normals.iter_mut().flatten().for_each(|n| *n = (x * n.x + y * n.y + z * n.z) * sign);
+    for triangle in &mut indices {
+        let [a, b, c] = triangle.map(|i| i as usize);
+        let outside = match &normals {
+            Some(normals) => {
+                let cross = (positions[b] - positions[a]).cross(positions[c] - positions[a]);
+                (normals[a] + normals[b] + normals[c]).dot(cross) >= 0.0
+            }
+            None => !flip,
+        };
+        if !outside {
+            triangle.swap(1, 2);
+        }
+    }
+    Mesh { positions, normals, uvs, indices }
+}
+
+/// Normals of vertices: those of their triangles, weighted by the triangles' angles there (Thürmer and Wüthrich 1998).
+fn smooth_normals(mesh: &Mesh) -> Vec<DVec3> {
+    let mut normals = vec![DVec3::ZERO; mesh.positions.len()];
+    for triangle in &mesh.indices {
+        let p = triangle.map(|i| mesh.positions[i as usize]);
+        let Some(normal) = (p[1] - p[0]).cross(p[2] - p[0]).try_normalize() else { continue };
+        for i in 0..3 {
+            let (a, b) = (p[(i + 1) % 3] - p[i], p[(i + 2) % 3] - p[i]);
+            normals[triangle[i] as usize] += normal * a.angle_between(b);
+        }
+    }
+    // A vertex of no triangle, or of two that cancel, is never interpolated to something useful; any direction will do.
+    normals.iter_mut().for_each(|normal| *normal = normal.try_normalize().unwrap_or(DVec3::Z));
+    normals
+}
+
+fn vectors<const N: usize>(values: &[f32]) -> Vec<[f64; N]> {
+    values.as_chunks::<N>().0.iter().map(|v| v.map(f64::from)).collect()
+}
+
+fn obj(bytes: &[u8]) -> Result<Mesh, String> {
+    let options = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
+    let (models, _) =
+        tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Ok((Vec::new(), Default::default()))).map_err(|e| e.to_string())?;
+    let mut mesh = Mesh::default();
+    let all = |has: fn(&tobj::Mesh) -> bool| models.iter().filter(|model| !model.mesh.indices.is_empty()).all(|model| has(&model.mesh));
+    let mut normals = all(|mesh| !mesh.normals.is_empty()).then(Vec::new);
+    let mut uvs = all(|mesh| !mesh.texcoords.is_empty()).then(Vec::new);
+    for model in models.iter().filter(|model| !model.mesh.indices.is_empty()) {
+        let part = &model.mesh;
+        let first = u32::try_from(mesh.positions.len()).map_err(|_| "there are too many vertices")?;
+        mesh.positions.extend(vectors(&part.positions).into_iter().map(DVec3::from_array));
+        if let Some(normals) = &mut normals {
+            normals.extend(vectors(&part.normals).into_iter().map(DVec3::from_array));
+        }
+        if let Some(uvs) = &mut uvs {
+            uvs.extend(vectors(&part.texcoords).into_iter().map(DVec2::from_array));
+        }
+        for triangle in part.indices.as_chunks::<3>().0 {
+            let shifted = triangle.map(|i| i.checked_add(first));
+            let [Some(a), Some(b), Some(c)] = shifted else { return Err("there are too many vertices".to_owned()) };
+            mesh.indices.push([a, b, c]);
+        }
+    }
+    let count = mesh.positions.len();
+    Ok(Mesh { normals: normals.filter(|n| n.len() == count && count > 0), uvs: uvs.filter(|uv| uv.len() == count && count > 0), ..mesh })
+}
+
+/// What a PLY file says about a vertex: x, y, z, nx, ny, nz, u, v, and which of them it has said.
+#[derive(Default)]
+struct PlyVertex {
+    values: [f64; 8],
+    known: u8,
+}
+
+#[derive(Default)]
+struct PlyFace {
+    vertices: Vec<u32>,
+}
+
+struct Skipped;
+
+impl PropertyAccess for PlyVertex {
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let index = match name {
+            "x" => 0,
+            "y" => 1,
+            "z" => 2,
+            "nx" => 3,
+            "ny" => 4,
+            "nz" => 5,
+            "u" | "s" | "texture_u" | "texture_s" => 6,
+            "v" | "t" | "texture_v" | "texture_t" => 7,
+            _ => return PropertyAccessResult::Ignored,
+        };
+        let value = match property {
+            Property::Float(value) => f64::from(value),
+            Property::Double(value) => value,
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        self.values[index] = value;
+        self.known |= 1 << index;
+        PropertyAccessResult::Set
+    }
+}
+
+impl PropertyAccess for PlyFace {
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if !matches!(name, "vertex_indices" | "vertex_index") {
+            return PropertyAccessResult::Ignored;
+        }
+        match property.to_u32_list() {
+            Some(vertices) => {
+                self.vertices = vertices;
+                PropertyAccessResult::Set
+            }
+            None => PropertyAccessResult::UnsupportedType,
+        }
+    }
+}
+
+impl PropertyAccess for Skipped {
+    fn new() -> Self {
+        Self
+    }
+}
+
+fn ply(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
+    let mut reader = Reader::new(Cursor::new(bytes));
+    let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(|e| e.to_string())?;
+    let mut mesh = Mesh::default();
+    let (mut normals, mut uvs) = (Vec::new(), Vec::new());
+    let (mut with_normals, mut with_uvs) = (true, true);
+    for (name, definition) in &header.elements {
+        // Each element takes a byte at least; more of them, or elements of nothing, would never end.
+        if definition.count > bytes.len() || (definition.properties.is_empty() && definition.count > 0) {
+            return Err(format!("{} elements {name} do not fit into the file", definition.count));
+        }
+        match name.as_str() {
+            "vertex" => {
+                for vertex in
+                    Parser::<PlyVertex>::new().read_payload_for_element(&mut reader, definition, &header).map_err(|e| e.to_string())?
+                {
+                    let [x, y, z, nx, ny, nz, u, v] = vertex.values;
+                    if vertex.known & 7 != 7 {
+                        return Err("a vertex lacks x, y or z".to_owned());
+                    }
+                    mesh.positions.push(DVec3::new(x, y, z));
+                    with_normals &= vertex.known & 0b11_1000 == 0b11_1000;
+                    with_uvs &= vertex.known & 0b1100_0000 == 0b1100_0000;
+                    normals.push(DVec3::new(nx, ny, nz));
+                    uvs.push(DVec2::new(u, v));
+                }
+            }
+            "face" => {
+                for face in
+                    Parser::<PlyFace>::new().read_payload_for_element(&mut reader, definition, &header).map_err(|e| e.to_string())?
+                {
+                    let [first, rest @ ..] = &face.vertices[..] else { return Err("a face has no vertices".to_owned()) };
+                    mesh.indices.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+                    if mesh.indices.len() as u64 > most_triangles {
+                        return Err("the meshes have more triangles than the limit admits".to_owned());
+                    }
+                }
+            }
+            _ => {
+                Parser::<Skipped>::new().read_payload_for_element(&mut reader, definition, &header).map_err(|e| e.to_string())?;
+            }
+        }
+    }
+    let any = !mesh.positions.is_empty();
+    Ok(Mesh { normals: (any && with_normals).then_some(normals), uvs: (any && with_uvs).then_some(uvs), ..mesh })
+}
+
+/// Magic number of Mitsuba's format.
+const SERIALIZED: u16 = 0x041C;
+
+/// One mesh of a file in Mitsuba's format, versions 3 and 4, and how many bytes were decompressed.
+///
+/// Each mesh is a header and a zlib stream; at the file's end are the offsets of the meshes and their number.
+fn serialized(bytes: &[u8], index: i64, most_bytes: u64) -> Result<(Mesh, u64), String> {
+    let end = || "the file ends too early".to_owned();
+    let at = |offset: usize, length: usize| bytes.get(offset..).and_then(|rest| rest.get(..length)).ok_or_else(end);
+    let short = |offset: usize| at(offset, 2).map(|b| u16::from_le_bytes([b[0], b[1]]));
+    let number = |offset: usize, length: usize| at(offset, length).map(|b| b.iter().rev().fold(0u64, |n, byte| n << 8 | u64::from(*byte)));
+    let (magic, version) = (short(0)?, short(2)?);
+    if magic != SERIALIZED || !matches!(version, 3 | 4) {
+        return Err("this is not a serialized mesh of version 3 or 4".to_owned());
+    }
+    let count = number(bytes.len().checked_sub(4).ok_or_else(end)?, 4)?;
+    let index =
+        u64::try_from(index).ok().filter(|index| *index < count).ok_or_else(|| format!("there is no shape {index}; there are {count}"))?;
+    let width = if version == 4 { 8 } else { 4 };
+    let from_end = 4 + (count - index).saturating_mul(width);
+    let entry = (bytes.len() as u64).checked_sub(from_end).ok_or_else(end)?;
+    let offset = usize::try_from(number(entry as usize, width as usize)?).map_err(|_| end())?;
+    if short(offset)? != SERIALIZED {
+        return Err(format!("there is no mesh at the place of shape {index}"));
+    }
+    let stream = bytes.get(offset.saturating_add(4)..).ok_or_else(end)?;
+    let mut data = Stream { reader: ZlibDecoder::new(stream).take(most_bytes), double: false };
+    let mesh = data.mesh(version)?;
+    Ok((mesh, most_bytes - data.reader.limit()))
+}
+
+/// A decompressed mesh.
+struct Stream<'a> {
+    reader: std::io::Take<ZlibDecoder<&'a [u8]>>,
+    double: bool,
+}
+
+impl Stream<'_> {
+    fn mesh(&mut self, version: u16) -> Result<Mesh, String> {
+        let flags = u32::from_le_bytes(self.bytes()?);
+        self.double = flags & 0x2000 != 0;
+        if self.double == (flags & 0x1000 != 0) {
+            return Err("the numbers are neither of single nor of double precision".to_owned());
+        }
+        // The name.
+        while version == 4 && self.bytes::<1>()? != [0] {}
+        let (vertices, triangles) = (u64::from_le_bytes(self.bytes()?), u64::from_le_bytes(self.bytes()?));
+        let positions = self.vectors::<3>(vertices)?.into_iter().map(DVec3::from_array).collect();
+        let normals = if flags & 1 != 0 { Some(self.vectors::<3>(vertices)?.into_iter().map(DVec3::from_array).collect()) } else { None };
+        let uvs = if flags & 2 != 0 { Some(self.vectors::<2>(vertices)?.into_iter().map(DVec2::from_array).collect()) } else { None };
+        if flags & 8 != 0 {
+            self.vectors::<3>(vertices)?;
+        }
+        if vertices > u64::from(u32::MAX) {
+            return Err("there are too many vertices".to_owned());
+        }
+        let mut indices = Vec::new();
+        for _ in 0..triangles {
+            let triangle = [self.bytes()?, self.bytes()?, self.bytes()?];
+            indices.push(triangle.map(u32::from_le_bytes));
+        }
+        Ok(Mesh { positions, normals, uvs, indices })
+    }
+
+    /// Grows with what is read: the count alone takes no memory.
+    fn vectors<const N: usize>(&mut self, count: u64) -> Result<Vec<[f64; N]>, String> {
+        let mut vectors = Vec::new();
+        for _ in 0..count {
+            let mut vector = [0.0; N];
+            for value in &mut vector {
+                *value = if self.double { f64::from_le_bytes(self.bytes()?) } else { f64::from(f32::from_le_bytes(self.bytes()?)) };
+            }
+            vectors.push(vector);
+        }
+        Ok(vectors)
+    }
+
+    fn bytes<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        let mut bytes = [0; N];
+        self.reader.read_exact(&mut bytes).map_err(|error| format!("the mesh ends too early: {error}"))?;
+        Ok(bytes)
+    }
+}

@@ -1,0 +1,103 @@
+//! Textures, and colours in their place.
+
+use super::super::Error;
+use super::Loader;
+use super::document::Element;
+use super::spectrum::Illuminant;
+use super::values::{Object, colour};
+use crate::film::{Image, linear_from_srgb};
+use crate::math::Rgb;
+use crate::texture::{Interpolation, Texture, Wrap};
+use glam::{DAffine2, DMat2, DVec2};
+use image::ImageReader;
+use std::io::Cursor;
+
+impl<'a> Loader<'a> {
+    /// The colour or texture of a name; `None` if there is none.
+    pub(super) fn texture(&mut self, object: &Object<'a>, name: &str, illuminant: Illuminant) -> Result<Option<Texture>, Error> {
+        object.get(name).map(|element| self.texture_of(element, illuminant)).transpose()
+    }
+
+    /// The colour of a name, which must not vary; `None` if there is none.
+    pub(super) fn colour(&mut self, object: &Object<'a>, name: &str, illuminant: Illuminant) -> Result<Option<Rgb>, Error> {
+        let Some(element) = object.get(name) else { return Ok(None) };
+        let texture = self.texture_of(element, illuminant)?;
+        texture.as_constant().map(Some).ok_or_else(|| element.error("must not be a texture here"))
+    }
+
+    fn texture_of(&mut self, element: &'a Element, illuminant: Illuminant) -> Result<Texture, Error> {
+        let element = self.resolved(element)?;
+        if element.tag != "texture" {
+            return colour(element, illuminant, &mut self.warnings).map(Texture::from);
+        }
+        let key = (std::ptr::from_ref(element), illuminant == Illuminant::Equal);
+        if let Some(texture) = self.textures.get(&key) {
+            return Ok(texture.clone());
+        }
+        let object = Object::new(element);
+        let texture = match element.kind() {
+            "bitmap" => self.bitmap(&object)?,
+            "checkerboard" => {
+                let mut square = |name: &str, default: f64| -> Result<Rgb, Error> {
+                    Ok(self.colour(&object, name, illuminant)?.unwrap_or(Rgb::splat(default)))
+                };
+                Texture::checkerboard(square("color0", 0.4)?, square("color1", 0.2)?)
+            }
+            other => {
+                self.warn(element, format!("textures of type {other} are not supported; it is 0.5 everywhere"))?;
+                return Ok(Rgb::splat(0.5).into());
+            }
+        };
+        let texture = texture.with_transform(to_uv(&object)?).map_err(|error| element.caused(error))?;
+        object.finish(&mut self.warnings)?;
+        self.textures.insert(key, texture.clone());
+        Ok(texture)
+    }
+
+    fn bitmap(&mut self, object: &Object<'a>) -> Result<Texture, Error> {
+        let element = object.element;
+        let interpolation = match object.string("filter_type")? {
+            None | Some("bilinear") => Interpolation::Bilinear,
+            Some("nearest") => Interpolation::Nearest,
+            Some(other) => return Err(element.error(format!("the filter_type \"{other}\" is not known"))),
+        };
+        let wrap = match object.string("wrap_mode")? {
+            None | Some("repeat") => Wrap::Repeat,
+            Some("mirror") => Wrap::Mirror,
+            Some("clamp") => Wrap::Clamp,
+            Some(other) => return Err(element.error(format!("the wrap_mode \"{other}\" is not known"))),
+        };
+        let raw = object.boolean("raw")?.unwrap_or(false);
+        object.ignore(&["format", "accel"]);
+        let name = object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
+        let image = self.image(name, element, raw)?;
+        Texture::bitmap(image, interpolation, [wrap; 2]).map_err(|error| element.caused(error))
+    }
+
+    /// Reads an image file as linear RGB, or, if `raw`, as the numbers that it holds.
+    pub(super) fn image(&mut self, name: &str, element: &Element, raw: bool) -> Result<Image, Error> {
+        let (path, bytes) = self.files.read(name, element.location())?;
+        let fail = |error: image::ImageError| Error { reason: format!("{}: {error}", path.display()), ..element.caused(error) };
+        let reader = || ImageReader::new(Cursor::new(&bytes)).with_guessed_format();
+        let (width, height) = reader().map_err(|error| element.caused(error))?.into_dimensions().map_err(fail)?;
+        let pixels = u64::from(width) * u64::from(height);
+        let left = self.pixels_left.checked_sub(pixels);
+        self.pixels_left = left.ok_or_else(|| element.error("the images have more pixels than the limit admits"))?;
+        let mut decoder = reader().map_err(|error| element.caused(error))?;
+        let mut limits = image::Limits::default();
+        limits.max_alloc = Some(pixels.saturating_mul(32).saturating_add(1 << 20));
+        decoder.limits(limits);
+        let decoded = decoder.decode().map_err(fail)?;
+        let is_linear = matches!(decoded, image::DynamicImage::ImageRgb32F(_) | image::DynamicImage::ImageRgba32F(_));
+        let linear = |c: f32| if raw || is_linear { f64::from(c) } else { linear_from_srgb(f64::from(c)) };
+        let pixels = decoded.into_rgb32f().pixels().map(|pixel| Rgb(pixel.0.map(linear))).collect();
+        Image::new(width, height, pixels).ok_or_else(|| element.error("the image has another size than it says"))
+    }
+}
+
+/// The transform of texture coordinates: rows and columns x, y and translation of the one in space.
+fn to_uv(object: &Object<'_>) -> Result<DAffine2, Error> {
+    let t = object.transform("to_uv")?;
+    let linear = DMat2::from_cols(t.matrix3.x_axis.truncate(), t.matrix3.y_axis.truncate());
+    Ok(DAffine2::from_mat2_translation(linear, DVec2::new(t.translation.x, t.translation.y)))
+}
