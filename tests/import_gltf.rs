@@ -65,7 +65,11 @@ fn cube() -> Mesh {
 }
 
 fn surface(color: [f64; 3], metalness: f64, roughness: f64, relative_ior: f64) -> Material {
-    Material::MetallicRoughness { base_color: Rgb(color).into(), metallic_roughness: Rgb::new(0.0, roughness, metalness).into(), relative_ior }
+    Material::MetallicRoughness {
+        base_color: Rgb(color).into(),
+        metallic_roughness: Rgb::new(0.0, roughness, metalness).into(),
+        relative_ior,
+    }
 }
 
 /// The number as a file in single precision holds it.
@@ -96,7 +100,12 @@ fn box_by_hand() -> (World, PinholeCamera) {
             surface([0.875, 0.625, 0.25], 1.0, 0.5, 1.5),
             placed([-0.375, -0.5, -0.25], [0.0, 0.25, 0.0, 0.968_245_836_551_854_2], [0.25, 0.5, 0.25]),
         ),
-        ("plastic block", cube(), surface([0.125, 0.25, 0.75], 0.25, 0.375, 1.75), placed([0.375, -0.75, 0.125], none, [-0.25, 0.25, 0.25])),
+        (
+            "plastic block",
+            cube(),
+            surface([0.125, 0.25, 0.75], 0.25, 0.375, 1.75),
+            placed([0.375, -0.75, 0.125], none, [-0.25, 0.25, 0.25]),
+        ),
     ];
     for (name, mesh, material, transform) in objects {
         let material = builder.add_material(name, material).expect("valid");
@@ -182,7 +191,8 @@ fn materials_are_those_built_by_hand() {
     let film = import.views[0].camera.film().resolution;
     assert_eq!(film, UVec2::new(88, 8), "16.5 to 1.5");
     let white = |metalness, roughness| surface([1.0; 3], metalness, roughness, 1.5);
-    let blend = |front: Material, amount: f64| Material::Blend { components: Box::new([Material::Null, front]), amount: Rgb::splat(amount).into() };
+    let blend =
+        |front: Material, amount: f64| Material::Blend { components: Box::new([Material::Null, front]), amount: Rgb::splat(amount).into() };
     let glass = Material::Dielectric { relative_ior: 1.5 };
     // 1/4 of it is glass, and 1/2 of the whole, 2/3 of the rest, metal
     let partly = Material::Mixture { components: Box::new([white(0.5 / 0.75, 0.0), glass]), weights: [0.75, 0.25] };
@@ -439,8 +449,18 @@ fn what_is_left_out_is_named_and_strict_readers_refuse_it() {
     use serde_json::json;
     let cases = [
         ("box.gltf", "/extensionsUsed", json!(["KHR_materials_sheen"]), "extension \"KHR_materials_sheen\": it is not supported"),
-        ("box.gltf", "/materials/0/extensions", json!({"KHR_materials_unlit": {}}), "material 0 \"white\": the extension KHR_materials_unlit"),
-        ("box.gltf", "/nodes/1/extensions", json!({"EXT_mesh_gpu_instancing": {}}), "node 1 \"back\": the extension EXT_mesh_gpu_instancing"),
+        (
+            "box.gltf",
+            "/materials/0/extensions",
+            json!({"KHR_materials_unlit": {}}),
+            "material 0 \"white\": the extension KHR_materials_unlit",
+        ),
+        (
+            "box.gltf",
+            "/nodes/1/extensions",
+            json!({"EXT_mesh_gpu_instancing": {}}),
+            "node 1 \"back\": the extension EXT_mesh_gpu_instancing",
+        ),
         ("box.gltf", "/nodes/1/weights", json!([0.5]), "morph targets"),
         ("box.gltf", "/nodes/9/scale", json!([-1, 1, 1]), "mirroring of a camera"),
         ("box.gltf", "/meshes/0/primitives/0/mode", json!(1), "points and lines"),

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! Both terms are symmetric in o and i: `o·h = i·h`. The reflection is that of the specification, where Schlick's linearity in f0 makes the mix of both parts
-//! one term. The diffuse part is not: the specification's example weighs it by `1 - F_d(o·h)`, whose sum with the reflection exceeds 1 (1.9 at
-//! grazing angles under a white body). It is weighed here as Kelemen and Szirmay-Kalos (2001) do, by what the coat lets in and out at either end, with
+//! one term. The diffuse part is not: the specification's example weighs it by `1 - F_d(o·h)`, whose sum with the reflection exceeds 1 (it is 1.89 at
+//! μ = 0.01 under a white body). It is weighed here as Kelemen and Szirmay-Kalos (2001) do, by what the coat lets in and out at either end, with
 //! the coat's albedo taken to be its reflectance if it were smooth. That makes the albedo of a smooth coat over a white body exactly κ (1 - F_d) + F_d; on
 //! rough coats the reflection exceeds F_d by at most 0.26 % of `1 - F_d` (at α = 0.15), which κ = 0.997 makes room for.
 
@@ -114,7 +114,8 @@ impl Bsdf for MetallicRoughness {
         if !same_side(to_light, to_camera) {
             return Rgb::BLACK;
         }
-        let glossy = self.glossy_pair(to_camera, to_light).map_or(Rgb::BLACK, |pair| self.fresnel(pair.cosine) * pair.value(&self.distribution));
+        let glossy =
+            self.glossy_pair(to_camera, to_light).map_or(Rgb::BLACK, |pair| self.fresnel(pair.cosine) * pair.value(&self.distribution));
         glossy + self.diffuse(to_light, to_camera)
     }
 

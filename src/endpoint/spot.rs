@@ -62,7 +62,8 @@ impl SpotLight {
             return Err(EndpointError::AngleOutOfRange { object: OBJECT, quantity: "inner angle", degrees: inner_degrees, range });
         }
         let one_minus_cosine = |degrees: f64| 2.0 * (0.5 * degrees.to_radians()).sin().powi(2);
-        let falloff = Falloff { inner: one_minus_cosine(inner_degrees), outer: one_minus_cosine(outer_degrees), shape: FalloffShape::Smooth };
+        let falloff =
+            Falloff { inner: one_minus_cosine(inner_degrees), outer: one_minus_cosine(outer_degrees), shape: FalloffShape::Smooth };
         check::positive(OBJECT, "solid angle", falloff.solid_angle())?;
         Ok(Self { position, intensity, frame, falloff })
     }

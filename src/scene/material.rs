@@ -2,8 +2,8 @@
 
 use super::scattering::{Layer, LayerModel, Mix, Scattering, Stack};
 use crate::bsdf::{
-    Beckmann, BsdfError, Conductor, Dielectric, Ggx, Lambert, Lobes, MetallicRoughness, Microfacets, Mirror, Mixture, Model, Null, Plastic, Reflectance,
-    RoughConductor, RoughDielectric, SimpleModel, ThinDielectric,
+    Beckmann, BsdfError, Conductor, Dielectric, Ggx, Lambert, Lobes, MetallicRoughness, Microfacets, Mirror, Mixture, Model, Null, Plastic,
+    Reflectance, RoughConductor, RoughDielectric, SimpleModel, ThinDielectric,
 };
 use crate::math::Rgb;
 use crate::texture::Texture;

@@ -51,7 +51,9 @@ impl Document {
             }
         };
         if let Some(sparse) = &accessor.sparse {
-            let Checked::Valid(kind) = sparse.indices.component_type else { return Err(refuse("unknown type of sparse indices".to_owned())) };
+            let Checked::Valid(kind) = sparse.indices.component_type else {
+                return Err(refuse("unknown type of sparse indices".to_owned()));
+            };
             if sparse.count.0 > count {
                 return Err(refuse(format!("{} sparse values for {count} elements", sparse.count.0)));
             }

@@ -41,10 +41,14 @@ impl Document {
         let mut warnings = Warnings::new(options.strict);
         check_extensions(&mut root, &mut warnings, &whole)?;
         check_indices(&root).map_err(|reason| Error::new(whole.clone(), reason))?;
-        let elements = [root.nodes.len(), root.meshes.iter().map(|mesh| mesh.primitives.len()).sum(), root.materials.len(), root.accessors.len()];
+        let elements =
+            [root.nodes.len(), root.meshes.iter().map(|mesh| mesh.primitives.len()).sum(), root.materials.len(), root.accessors.len()];
         let elements: u64 = elements.iter().map(|&n| n as u64).sum();
         if elements > limits.elements {
-            return Err(Error::new(whole, format!("{elements} nodes, primitives, materials and accessors; the limit is {}", limits.elements)));
+            return Err(Error::new(
+                whole,
+                format!("{elements} nodes, primitives, materials and accessors; the limit is {}", limits.elements),
+            ));
         }
         let binary = binary.map(Arc::from);
         let mut document = Self { path: path.to_owned(), root, buffers: Vec::new(), files, limits, warnings };
@@ -102,7 +106,10 @@ impl Document {
         let available = self.root.buffers[buffer].byte_length.0;
         let end = start.checked_add(length).filter(|end| *end <= available);
         end.and_then(|end| self.buffers[buffer].get(start as usize..end as usize)).ok_or_else(|| {
-            Error::new(location.clone(), format!("buffer view {index} has {length} bytes from {start} of buffer {buffer}, which has {available}"))
+            Error::new(
+                location.clone(),
+                format!("buffer view {index} has {length} bytes from {start} of buffer {buffer}, which has {available}"),
+            )
         })
     }
 }

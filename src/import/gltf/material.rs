@@ -25,11 +25,8 @@ pub(super) struct Look {
 impl Look {
     /// Where the file gives no material: white, rough metal, as the format wants it.
     pub fn default_look() -> Self {
-        let material = Material::MetallicRoughness {
-            base_color: Rgb::WHITE.into(),
-            metallic_roughness: Rgb::WHITE.into(),
-            relative_ior: DEFAULT_IOR,
-        };
+        let material =
+            Material::MetallicRoughness { base_color: Rgb::WHITE.into(), metallic_roughness: Rgb::WHITE.into(), relative_ior: DEFAULT_IOR };
         Self { material, emission: None, double_sided: false, coordinates: None }
     }
 }
@@ -177,7 +174,9 @@ fn common_coordinates(document: &mut Document, source: &json::Material, location
     let mut sets = infos.into_iter().flatten().map(coordinate_set);
     let first = sets.next();
     if sets.any(|set| Some(set) != first) {
-        document.warnings.warn(location.clone(), "its textures use several sets of texture coordinates: the first one's is used for all")?;
+        document
+            .warnings
+            .warn(location.clone(), "its textures use several sets of texture coordinates: the first one's is used for all")?;
     }
     Ok(first)
 }

@@ -75,7 +75,8 @@ impl<'a> SceneReader<'a> {
         let roots: Vec<usize> = match scene {
             Some(scene) => root.scenes[scene].nodes.iter().map(Index::value).collect(),
             None => {
-                let children: HashSet<usize> = root.nodes.iter().flat_map(|node| node.children.iter().flatten()).map(Index::value).collect();
+                let children: HashSet<usize> =
+                    root.nodes.iter().flat_map(|node| node.children.iter().flatten()).map(Index::value).collect();
                 (0..root.nodes.len()).filter(|node| !children.contains(node)).collect()
             }
         };

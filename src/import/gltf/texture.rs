@@ -36,7 +36,14 @@ impl Textures {
     }
 
     /// A texture of a material, times a factor.
-    pub fn texture(&mut self, document: &mut Document, info: &Info, meaning: Meaning, factor: Rgb, at: &Location) -> Result<Texture, Error> {
+    pub fn texture(
+        &mut self,
+        document: &mut Document,
+        info: &Info,
+        meaning: Meaning,
+        factor: Rgb,
+        at: &Location,
+    ) -> Result<Texture, Error> {
         let source = document.root.textures[info.index.value()].source.value();
         let image = self.image(document, source, meaning)?;
         let texture = &document.root.textures[info.index.value()];
