@@ -15,7 +15,7 @@ pub struct Texture {
     pattern: Pattern,
     to_uv: DAffine2,
     factor: Rgb,
-    /// The least luminance that counts as white; everything else is black.
+    /// Where no channel reaches this it is black, elsewhere white.
     cutoff: Option<f64>,
 }
 
@@ -132,7 +132,7 @@ impl Texture {
         Ok(self)
     }
 
-    /// White where the luminance is at least `cutoff`, black elsewhere.
+    /// White where a channel is at least `cutoff`, black elsewhere.
     #[must_use]
     pub fn cut(self, cutoff: f64) -> Self {
         Self { cutoff: Some(cutoff), ..self }
@@ -149,7 +149,7 @@ impl Texture {
         let colour = colour * self.factor;
         match self.cutoff {
             None => colour,
-            Some(cutoff) if colour.luminance() >= cutoff => Rgb::WHITE,
+            Some(cutoff) if colour.max_component() >= cutoff => Rgb::WHITE,
             Some(_) => Rgb::BLACK,
         }
     }

@@ -224,7 +224,12 @@ fn materials_are_those_built_by_hand() {
 
 #[test]
 fn textures_are_decoded_where_they_are_looked_up() {
-    let import = load("textures.gltf", SQUARE);
+    let import = gltf::load(data("textures.gltf"), SQUARE, &Options::default()).expect("valid");
+    let warnings: Vec<String> = import.warnings.iter().map(ToString::to_string).collect();
+    assert!(
+        warnings.len() == 1 && warnings[0].ends_with("material 0 \"painted\": its emission is not reduced by its alpha"),
+        "{warnings:?}"
+    );
     let world = &import.world;
     let decoded = pathspace::film::linear_from_srgb(188.0 / 255.0);
     // upper left, upper right, lower left, lower right; u also decides roughness and metalness

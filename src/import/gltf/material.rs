@@ -92,6 +92,9 @@ pub(super) fn look(document: &mut Document, textures: &mut Textures, index: usiz
         Some(info) => Some(textures.texture(document, info, Meaning::Colour, factor, &location)?),
         None => Some(factor.into()),
     };
+    if emission.is_some() && matches!(material, Material::Null | Material::Blend { .. }) {
+        document.warnings.warn(location, "its emission is not reduced by its alpha")?;
+    }
     Ok(Look { material, emission, double_sided: source.double_sided, coordinates })
 }
 

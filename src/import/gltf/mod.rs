@@ -23,6 +23,7 @@
 
 mod accessor;
 mod document;
+mod ends;
 mod material;
 mod scene;
 mod texture;

@@ -1,25 +1,20 @@
-//! Nodes, meshes, lights and cameras.
+//! Nodes and meshes, and what the scene is in the end.
 
 use super::accessor::Budget;
 use super::document::Document;
+use super::ends::framing;
 use super::material::{self, Look};
 use super::texture::Textures;
-use crate::endpoint::{Camera, ConstantEnvironment, DirectionalLight, OrthographicCamera, PinholeCamera, PointLight, SpotLight};
+use crate::endpoint::ConstantEnvironment;
 use crate::film::Filter;
-use crate::geometry::Bounds;
 use crate::import::{Error, Hints, Import, ImportedView, Location};
 use crate::math::Rgb;
 use crate::scene::{MaterialId, Mesh, WorldBuilder};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, UVec2};
-use gltf::json::camera::Type as CameraType;
-use gltf::json::extensions::scene::khr_lights_punctual::Type as LightType;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Node};
 use std::collections::{HashMap, HashSet};
-
-/// Field of view of the camera of a file that has none.
-const FIELD_OF_VIEW: f64 = 40.0;
 
 /// Builds the world and the views of a document.
 pub(super) fn build(document: &mut Document, resolution: UVec2) -> Result<Import, Error> {
@@ -30,10 +25,10 @@ pub(super) fn build(document: &mut Document, resolution: UVec2) -> Result<Import
     scene.finish()
 }
 
-struct SceneReader<'a> {
-    document: &'a mut Document,
-    resolution: UVec2,
-    builder: WorldBuilder,
+pub(super) struct SceneReader<'a> {
+    pub document: &'a mut Document,
+    pub resolution: UVec2,
+    pub builder: WorldBuilder,
     names: HashSet<String>,
     materials: Vec<Option<(MaterialId, Look)>>,
     fallback: Option<(MaterialId, Look)>,
@@ -41,8 +36,8 @@ struct SceneReader<'a> {
     meshes: HashMap<(usize, usize), Option<Mesh>>,
     budget: Budget,
     triangles: u64,
-    emits: bool,
-    views: Vec<ImportedView>,
+    pub emits: bool,
+    pub views: Vec<ImportedView>,
 }
 
 impl<'a> SceneReader<'a> {
@@ -140,9 +135,10 @@ impl<'a> SceneReader<'a> {
             }
             let material = self.document.root.meshes[mesh].primitives[primitive].material.map(|material| material.value());
             let (id, look) = self.material(material)?;
-            let name = self.surface_name(name.as_deref(), node, (primitives > 1).then_some(primitive));
+            let name = self.unique_name(name.as_deref(), node, (primitives > 1).then_some(primitive));
             let Some(Some(geometry)) = self.meshes.get(&(mesh, primitive)) else { continue };
-            let triangles = geometry.indices.len() as u64;
+            // Vertices that no triangle uses are copied, too, for every instance.
+            let triangles = geometry.indices.len().max(geometry.positions.len() / 3) as u64;
             self.triangles = self.triangles.checked_sub(triangles).ok_or_else(|| {
                 Error::new(location.clone(), format!("more than {} triangles, which is the limit", self.document.limits.triangles))
             })?;
@@ -227,84 +223,12 @@ impl<'a> SceneReader<'a> {
     }
 
     /// The file's name for an object, or one that no other object has.
-    fn surface_name(&mut self, name: Option<&str>, node: usize, part: Option<usize>) -> String {
+    pub fn unique_name(&mut self, name: Option<&str>, node: usize, part: Option<usize>) -> String {
         let part = part.map_or(String::new(), |part| format!("/{part}"));
         let wanted = name.map_or_else(|| format!("node {node}{part}"), |name| format!("{name}{part}"));
         let free = if self.names.contains(&wanted) { format!("{wanted} (node {node})") } else { wanted };
         self.names.insert(free.clone());
         free
-    }
-
-    fn add_light(&mut self, node: usize, index: usize, transform: &DAffine3, location: &Location) -> Result<(), Error> {
-        let extensions = self.document.root.extensions.as_ref();
-        let Some(light) = extensions.and_then(|extensions| extensions.khr_lights_punctual.as_ref()?.lights.get(index)).cloned() else {
-            return Err(Error::new(location.clone(), format!("there is no light {index}")));
-        };
-        if light.range.is_some() {
-            let reason = format!("the range of light {index} is left out: light follows the inverse square law to any distance");
-            self.document.warnings.warn(location.clone(), reason)?;
-        }
-        let intensity = Rgb(light.color.map(f64::from)) * f64::from(light.intensity);
-        let name = self.surface_name(location.id.as_deref().or(light.name.as_deref()), node, None);
-        let (position, forward) = (transform.translation, -transform.matrix3.z_axis);
-        let refuse = |error| Error::caused(location.clone(), error);
-        let added = match light.type_ {
-            Checked::Valid(LightType::Point) => self.builder.add_light(name, PointLight::new(position, intensity).map_err(refuse)?),
-            Checked::Valid(LightType::Directional) => {
-                self.builder.add_light(name, DirectionalLight::new(forward, intensity).map_err(refuse)?)
-            }
-            Checked::Valid(LightType::Spot) => {
-                let angles = light.spot.map_or([0.0, f64::from(std::f32::consts::FRAC_PI_4)], |spot| {
-                    [spot.inner_cone_angle, spot.outer_cone_angle].map(f64::from)
-                });
-                let [inner, outer] = angles.map(f64::to_degrees);
-                let spot = SpotLight::new(position, forward, intensity, inner, outer).map_err(refuse)?;
-                self.builder.add_light(name, spot.with_squared_falloff())
-            }
-            Checked::Invalid => return Err(Error::new(location.clone(), format!("light {index} is of an unknown type"))),
-        };
-        self.emits |= !intensity.is_black();
-        added.map_err(|error| Error::caused(location.clone(), error))
-    }
-
-    fn add_camera(&mut self, node: usize, index: usize, transform: &DAffine3, location: &Location) -> Result<(), Error> {
-        let camera = self.document.root.cameras[index].clone();
-        let DAffine3 { matrix3, translation: position } = *transform;
-        if matrix3.determinant() < 0.0 {
-            self.document.warnings.warn(location.clone(), "the mirroring of a camera is left out")?;
-        }
-        let (target, up) = (position - matrix3.z_axis.normalize_or_zero(), matrix3.y_axis);
-        let refuse = |error| Error::caused(location.clone(), error);
-        let missing = || Error::new(location.clone(), format!("camera {index} lacks the properties of its type"));
-        let camera_box: Box<dyn Camera + Send> = match camera.type_ {
-            Checked::Valid(CameraType::Perspective) => {
-                let lens = camera.perspective.ok_or_else(missing)?;
-                let film = self.film(lens.aspect_ratio.map(f64::from), location)?;
-                Box::new(PinholeCamera::new(position, target, up, f64::from(lens.yfov).to_degrees(), film).map_err(refuse)?)
-            }
-            Checked::Valid(CameraType::Orthographic) => {
-                let lens = camera.orthographic.ok_or_else(missing)?;
-                let (width, height) = (2.0 * f64::from(lens.xmag), 2.0 * f64::from(lens.ymag));
-                let film = self.film(Some(width / height), location)?;
-                Box::new(OrthographicCamera::new(position, target, up, height, film).map_err(refuse)?)
-            }
-            Checked::Invalid => return Err(missing()),
-        };
-        let name = location.id.clone().or(camera.name).unwrap_or_else(|| format!("camera {node}"));
-        self.views.push(ImportedView { name, camera: camera_box, filter: Filter::default() });
-        Ok(())
-    }
-
-    /// The largest film of an aspect ratio within the resolution that was asked for.
-    fn film(&self, aspect_ratio: Option<f64>, location: &Location) -> Result<UVec2, Error> {
-        let whole = self.resolution.as_dvec2();
-        let Some(ratio) = aspect_ratio else { return Ok(self.resolution) };
-        if !(ratio > 0.0 && ratio.is_finite()) {
-            return Err(Error::new(location.clone(), format!("the aspect ratio of its camera must be positive, but is {ratio}")));
-        }
-        let height = whole.y.min(whole.x / ratio);
-        let film = DVec2::new((height * ratio).min(whole.x), height).round().max(DVec2::ONE);
-        Ok(film.as_uvec2())
     }
 
     fn finish(mut self) -> Result<Import, Error> {
@@ -313,7 +237,7 @@ impl<'a> SceneReader<'a> {
         if !self.emits {
             self.document.warnings.warn(whole.clone(), "it has no light: it is shown in a white environment")?;
             let environment = ConstantEnvironment::new(Rgb::WHITE).map_err(|error| caused(&error))?;
-            let name = self.surface_name(Some("environment"), usize::MAX, None);
+            let name = self.unique_name(Some("environment"), usize::MAX, None);
             self.builder.set_environment(name, environment).map_err(|error| caused(&error))?;
         }
         let world = self.builder.build().map_err(|error| caused(&error))?;
@@ -364,13 +288,4 @@ fn triangles(corners: &[u32], mode: Mode) -> Vec<[u32; 3]> {
         Mode::TriangleFan => corners.windows(2).skip(1).map(|w| [w[0], w[1], corners[0]]).collect(),
         _ => corners.as_chunks::<3>().0.to_vec(),
     }
-}
-
-/// A camera that sees everything, from the front, which is +z, a little from the right and above.
-fn framing(bounds: Bounds, resolution: UVec2) -> Result<PinholeCamera, crate::endpoint::EndpointError> {
-    let (center, radius) = (bounds.center(), bounds.radius().max(1e-9));
-    let narrower = (f64::from(resolution.x) / f64::from(resolution.y)).min(1.0);
-    let half_angle = (narrower * (0.5 * FIELD_OF_VIEW.to_radians()).tan()).atan();
-    let position = center + DVec3::new(0.35, 0.25, 1.0).normalize() * (radius / half_angle.sin());
-    PinholeCamera::new(position, center, DVec3::Y, FIELD_OF_VIEW, resolution)
 }
