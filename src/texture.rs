@@ -14,6 +14,9 @@ use std::sync::Arc;
 pub struct Texture {
     pattern: Pattern,
     to_uv: DAffine2,
+    factor: Rgb,
+    /// Where no channel reaches this it is black, elsewhere white.
+    cutoff: Option<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +58,8 @@ pub enum TextureError {
     NotFinite,
     /// The transform of uv is infinite or not a number.
     Transform,
+    /// A texture that has been cut to black and white cannot be scaled.
+    Cut,
 }
 
 impl fmt::Display for TextureError {
@@ -62,6 +67,7 @@ impl fmt::Display for TextureError {
         match self {
             Self::Empty => write!(f, "the image has no pixels"),
             Self::NotFinite => write!(f, "a colour of the texture is infinite or not a number"),
+            Self::Cut => write!(f, "a texture that has been cut to black and white cannot be scaled"),
             Self::Transform => write!(f, "the transform of texture coordinates is infinite or not a number"),
         }
     }
@@ -71,15 +77,19 @@ impl std::error::Error for TextureError {}
 
 impl From<Rgb> for Texture {
     fn from(colour: Rgb) -> Self {
-        Self { pattern: Pattern::Constant(colour), to_uv: DAffine2::IDENTITY }
+        Self::of(Pattern::Constant(colour))
     }
 }
 
 impl Texture {
+    const fn of(pattern: Pattern) -> Self {
+        Self { pattern, to_uv: DAffine2::IDENTITY, factor: Rgb::WHITE, cutoff: None }
+    }
+
     /// Two colours in the squares of a board, four squares per unit square: the first where u and v are both in the first or both in the second half.
     #[must_use]
     pub fn checkerboard(first: Rgb, second: Rgb) -> Self {
-        Self { pattern: Pattern::Checkerboard([first, second]), to_uv: DAffine2::IDENTITY }
+        Self::of(Pattern::Checkerboard([first, second]))
     }
 
     /// An image; `wrap` along u and along v.
@@ -94,7 +104,7 @@ impl Texture {
         if !image.pixels().iter().all(|pixel| pixel.is_finite()) {
             return Err(TextureError::NotFinite);
         }
-        Ok(Self { pattern: Pattern::Bitmap { image, interpolation, wrap }, to_uv: DAffine2::IDENTITY })
+        Ok(Self::of(Pattern::Bitmap { image, interpolation, wrap }))
     }
 
     /// The same texture, with another transform applied to texture coordinates before all others.
@@ -106,15 +116,51 @@ impl Texture {
         if self.to_uv.is_finite() { Ok(self) } else { Err(TextureError::Transform) }
     }
 
+    /// The same texture with every colour multiplied.
+    ///
+    /// # Errors
+    /// If the factor is not finite.
+    pub fn scaled(mut self, factor: Rgb) -> Result<Self, TextureError> {
+        if !factor.is_finite() {
+            return Err(TextureError::NotFinite);
+        }
+        match self.cutoff {
+            // What was cut is black or white.
+            Some(_) => return Err(TextureError::Cut),
+            None => self.factor *= factor,
+        }
+        Ok(self)
+    }
+
+    /// White where a channel is at least `cutoff`, black elsewhere.
+    #[must_use]
+    pub fn cut(self, cutoff: f64) -> Self {
+        Self { cutoff: Some(cutoff), ..self }
+    }
+
     /// The colour, if it is the same everywhere.
     #[must_use]
     pub fn as_constant(&self) -> Option<Rgb> {
-        if let Pattern::Constant(colour) = self.pattern { Some(colour) } else { None }
+        if let Pattern::Constant(colour) = self.pattern { Some(self.finish(colour)) } else { None }
+    }
+
+    /// What the factor and the cutoff make of a colour of the pattern.
+    fn finish(&self, colour: Rgb) -> Rgb {
+        let colour = colour * self.factor;
+        match self.cutoff {
+            None => colour,
+            Some(cutoff) if colour.max_component() >= cutoff => Rgb::WHITE,
+            Some(_) => Rgb::BLACK,
+        }
     }
 
     /// The colour at a point of the surface.
     #[must_use]
     pub fn at(&self, uv: DVec2) -> Rgb {
+        self.finish(self.look_up(uv))
+    }
+
+    fn look_up(&self, uv: DVec2) -> Rgb {
         if let Pattern::Constant(colour) = self.pattern {
             return colour;
         }
@@ -151,11 +197,16 @@ impl Texture {
             let of = |f: fn(f64, f64) -> f64| Rgb::new(channel(0, f), channel(1, f), channel(2, f));
             [of(f64::min), of(f64::max)]
         };
-        match &self.pattern {
+        if self.cutoff.is_some() {
+            return self.as_constant().map_or([Rgb::BLACK, Rgb::WHITE], |colour| [colour; 2]);
+        }
+        let [least, greatest] = match &self.pattern {
             Pattern::Constant(colour) => [*colour; 2],
             Pattern::Checkerboard(colours) => hull(colours),
             Pattern::Bitmap { image, .. } => hull(image.pixels()),
-        }
+        };
+        // A negative factor swaps them.
+        hull(&[least * self.factor, greatest * self.factor])
     }
 
     /// Whether all colours are finite and in a range, channel by channel.
@@ -163,7 +214,7 @@ impl Texture {
     pub fn is_within(&self, least: f64, greatest: f64) -> bool {
         let valid = |colour: &Rgb| colour.0.iter().all(|c| c.is_finite() && (least..=greatest).contains(c));
         match &self.pattern {
-            Pattern::Checkerboard(colours) => colours.iter().all(valid),
+            Pattern::Checkerboard(colours) => colours.iter().all(|colour| valid(&self.finish(*colour))),
             _ => self.range().iter().all(valid),
         }
     }
@@ -224,6 +275,20 @@ mod tests {
         let flipped = texture.with_transform(DAffine2::from_cols(DVec2::X, DVec2::NEG_Y, DVec2::Y)).expect("finite");
         assert_eq!(flipped.at(DVec2::new(0.9, 0.1)), Rgb::new(1.0, 1.0, 0.0));
         assert_eq!(flipped.range(), [Rgb::BLACK, Rgb::new(1.0, 1.0, 0.0)]);
+    }
+
+    #[test]
+    fn factors_and_cutoffs_come_after_interpolation() {
+        let texture = Texture::bitmap(grey(&[0.0, 1.0]), Interpolation::Bilinear, [Wrap::Clamp; 2]).expect("valid");
+        let scaled = texture.scaled(Rgb::new(0.5, 2.0, 0.5)).expect("finite");
+        assert_eq!(scaled.at(DVec2::splat(0.5)), Rgb::new(0.25, 1.0, 0.25));
+        assert_eq!(scaled.range(), [Rgb::BLACK, Rgb::new(0.5, 2.0, 0.5)]);
+        let grey = scaled.scaled(Rgb::new(1.0, 0.25, 1.0)).expect("finite").cut(0.25);
+        assert_eq!([0.45, 0.55].map(|u| grey.at(DVec2::splat(u))), [Rgb::BLACK, Rgb::WHITE]);
+        assert_eq!(grey.range(), [Rgb::BLACK, Rgb::WHITE]);
+        assert_eq!(grey.scaled(Rgb::WHITE), Err(TextureError::Cut));
+        assert_eq!(Texture::from(Rgb::splat(0.2)).cut(0.3).as_constant(), Some(Rgb::BLACK));
+        assert_eq!(Texture::from(Rgb::splat(0.2)).scaled(Rgb::splat(f64::INFINITY)), Err(TextureError::NotFinite));
     }
 
     #[test]

@@ -61,6 +61,10 @@ fn plastic(specular: Rgb, colour_shift: bool) -> SimpleModel {
     Plastic::new(Rgb::new(0.2, 0.5, 0.9), specular, 1.5, colour_shift).unwrap().into()
 }
 
+fn metallic_roughness(metalness: f64, roughness: f64) -> SimpleModel {
+    MetallicRoughness::new(Rgb::new(0.2, 0.5, 0.9), metalness, roughness, 1.5).unwrap().into()
+}
+
 fn pane() -> SimpleModel {
     ThinDielectric::new(1.5).unwrap().into()
 }
@@ -81,6 +85,9 @@ fn smooth_models() -> Vec<(String, Model)> {
         ("null", Null.into()),
         ("black", Model::BLACK),
         ("pane", pane().into()),
+        ("smooth metallic-roughness", metallic_roughness(0.3, 0.0).into()),
+        ("smooth metallic-roughness metal", metallic_roughness(1.0, 0.005).into()),
+        ("smooth metallic-roughness + mirror", mixture([metallic_roughness(0.3, 0.0), mirror], [0.5, 0.5]).into()),
         ("plastic", plastic(Rgb::WHITE, false).into()),
         ("saturated plastic", plastic(Rgb::new(0.5, 1.0, 0.0), true).into()),
         ("plastic + pane", mixture([plastic(Rgb::WHITE, true), pane()], [0.5, 0.5]).into()),
@@ -104,6 +111,11 @@ fn rough_models() -> Vec<(String, Model)> {
         models.push((format!("Beckmann conductor {alpha:?}"), SimpleModel::from(RoughConductor::new(gold(), beckmann(alpha))).into()));
         let glass = RoughDielectric::new(1.5, beckmann(alpha)).unwrap();
         models.push((format!("Beckmann glass {alpha:?}"), SimpleModel::from(glass).into()));
+        if alpha.0 == alpha.1 {
+            for metalness in [0.0, 0.4, 1.0] {
+                models.push((format!("metallic-roughness {metalness} {alpha:?}"), metallic_roughness(metalness, alpha.0.sqrt()).into()));
+            }
+        }
         // from both sides, so that the inverse indices are covered
         for relative_ior in [1.5, 1.05] {
             models.push((format!("rough glass {relative_ior} {alpha:?}"), rough_glass(relative_ior, alpha).into()));

@@ -288,8 +288,10 @@ fn emission_carries_the_power() {
             assert!((f64::from(*count) / 1e5 - p).abs() < 4.0 * (p * (1.0 - p) / 1e5).sqrt());
         }
     }
-    for (inner, outer) in [(0.0, 30.0), (20.0, 25.0), (40.0, 40.0), (1e-3, 2e-3), (0.0, 180.0)] {
+    let cones = [(0.0, 30.0), (20.0, 25.0), (40.0, 40.0), (1e-3, 2e-3), (0.0, 180.0)];
+    for ((inner, outer), squared) in cones.into_iter().flat_map(|cone| [(cone, false), (cone, true)]) {
         let light = SpotLight::new(DVec3::ONE, DVec3::new(1.0, 2.0, 3.0), Rgb::splat(2.0), inner, outer).unwrap();
+        let light = if squared { light.with_squared_falloff() } else { light };
         assert_mean("spot flux", flux(&light, 10_000), light.power().mean(), 1e-6);
         // Power by quadrature of the emitted intensity in v = 1 - cos θ.
         let frame = Frame::from_normal(DVec3::new(1.0, 2.0, 3.0).normalize());
@@ -308,6 +310,11 @@ fn emission_carries_the_power() {
 #[test]
 fn spot_directions_follow_the_intensity() {
     let light = SpotLight::new(DVec3::ZERO, DVec3::Z, Rgb::splat(1.0), 20.0, 40.0).unwrap();
+    check_spot_directions(&light);
+    check_spot_directions(&light.with_squared_falloff());
+}
+
+fn check_spot_directions(light: &SpotLight) {
     let (p, mut rng) = (SurfacePoint::dirac(DVec3::ZERO), Random::new(10));
     let edge = 1.0 - 40f64.to_radians().cos();
     let (bins, n, fine) = (40usize, 1_000_000, 200);

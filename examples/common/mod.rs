@@ -4,8 +4,8 @@
 #![allow(dead_code, unused_imports)]
 
 mod arguments;
+mod imported;
 mod integrators;
-mod mitsuba;
 mod obj;
 mod progress;
 mod scenes;

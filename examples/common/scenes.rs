@@ -1,6 +1,6 @@
 //! A scene by its name in the gallery, or from a file.
 
-use super::{mitsuba, obj};
+use super::{imported, obj};
 use clap::Args;
 use pathspace::endpoint::Camera;
 use pathspace::film::Filter;
@@ -68,7 +68,7 @@ impl From<GalleryScene> for NamedScene {
     }
 }
 
-/// The scene of the gallery with this name, or the one in the file at this path: Wavefront OBJ or Mitsuba XML, which brings its own film. Tells
+/// The scene of the gallery with this name, or the one in the file at this path: Wavefront OBJ, glTF or Mitsuba XML, which brings its own film. Tells
 /// what building it warns of.
 pub fn scene_or_file(name_or_path: &str, resolution: UVec2, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
     let scene = load(name_or_path, resolution, options)?;
@@ -81,9 +81,10 @@ fn load(name_or_path: &str, resolution: UVec2, options: &FileOptions) -> Result<
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
     match extension.as_ref().and_then(|extension| extension.to_str()) {
         Some("obj") => obj::load(path, resolution),
-        Some("xml") => mitsuba::load(path, options),
+        Some("gltf" | "glb") => imported::load_gltf(path, resolution, options),
+        Some("xml") => imported::load_mitsuba(path, options),
         _ if path.exists() && !gallery::NAMES.contains(&name_or_path) => {
-            Err(format!("{name_or_path}: only Wavefront OBJ (.obj) and Mitsuba (.xml) files can be read").into())
+            Err(format!("{name_or_path}: only Wavefront OBJ (.obj), glTF (.gltf, .glb) and Mitsuba (.xml) files can be read").into())
         }
         _ => Ok(gallery::build(name_or_path, resolution)?.into()),
     }

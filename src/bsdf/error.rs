@@ -15,6 +15,8 @@ pub enum BsdfError {
     ComplexIor(Rgb, Rgb),
     /// A roughness is not in [0, 10].
     Roughness(f64, f64),
+    /// A metalness or roughness of the metallic-roughness model is not in [0, 1].
+    MetallicRoughness(f64, f64),
     /// A mixture's weights or probabilities are negative, not finite, all zero, or a weighted component can never be chosen.
     MixtureWeight(f64),
     /// A component of a mixture is a mixture.
@@ -34,6 +36,9 @@ impl fmt::Display for BsdfError {
                 write!(f, "complex index of refraction must be in [0, 1e6] per channel, but eta is {:?} and k is {:?}", eta.0, k.0)
             }
             Self::Roughness(x, y) => write!(f, "roughness alpha must be in [0, 10], but is ({x}, {y})"),
+            Self::MetallicRoughness(metalness, roughness) => {
+                write!(f, "metalness and roughness must be in [0, 1], but are {metalness} and {roughness}")
+            }
             Self::MixtureWeight(value) => write!(
                 f,
                 "weights and probabilities of a mixture must be finite, not negative and not all zero, \

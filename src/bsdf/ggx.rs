@@ -44,6 +44,12 @@ impl Ggx {
         Ok(Self { alpha_x, alpha_y, smooth })
     }
 
+    /// A roughness in all directions that is known to be valid.
+    pub(super) const fn of_valid(alpha: f64) -> Self {
+        let raised = alpha.max(LEAST_ALPHA);
+        Self { alpha_x: raised, alpha_y: raised, smooth: alpha < LEAST_ALPHA }
+    }
+
     /// The same roughness in all directions.
     ///
     /// # Errors

@@ -1,8 +1,8 @@
 //! The models of this crate behind one type, without indirection.
 
 use super::{
-    Bsdf, BsdfSample, Conductor, Dielectric, DiracValue, Lambert, Lobes, Mirror, Mixture, Null, Plastic, RoughConductor, RoughDielectric,
-    ThinDielectric, Walk,
+    Bsdf, BsdfSample, Conductor, Dielectric, DiracValue, Lambert, Lobes, MetallicRoughness, Mirror, Mixture, Null, Plastic, RoughConductor,
+    RoughDielectric, ThinDielectric, Walk,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -26,6 +26,8 @@ pub enum SimpleModel {
     ThinDielectric(ThinDielectric),
     /// A diffuse body under a clear coat.
     Plastic(Plastic),
+    /// Metal, or a diffuse body under a dielectric coat.
+    MetallicRoughness(MetallicRoughness),
     /// Rough metal.
     RoughConductor(RoughConductor),
     /// Frosted glass.
@@ -55,6 +57,7 @@ macro_rules! dispatch {
             Self::Dielectric($bsdf) => $scatters,
             Self::ThinDielectric($bsdf) => $scatters,
             Self::Plastic($bsdf) => $scatters,
+            Self::MetallicRoughness($bsdf) => $scatters,
             Self::RoughConductor($bsdf) => $scatters,
             Self::RoughDielectric($bsdf) => $scatters,
         }
@@ -156,7 +159,7 @@ macro_rules! from_model {
     )*};
 }
 
-from_model!(Null, Lambert, Mirror, Conductor, Dielectric, ThinDielectric, Plastic, RoughConductor, RoughDielectric);
+from_model!(Null, Lambert, Mirror, Conductor, Dielectric, ThinDielectric, Plastic, MetallicRoughness, RoughConductor, RoughDielectric);
 
 impl From<SimpleModel> for Model {
     fn from(model: SimpleModel) -> Self {

@@ -125,7 +125,7 @@ pub(super) fn is_above(direction: DVec3) -> bool {
 }
 
 /// `fixed` mirrored in a visible normal.
-fn sample_reflection(distribution: &Microfacets, fixed: DVec3, u: DVec2) -> Option<DVec3> {
+pub(super) fn sample_reflection(distribution: &Microfacets, fixed: DVec3, u: DVec2) -> Option<DVec3> {
     let o = upwards(fixed, fixed);
     if !is_above(o) {
         return None;

@@ -13,7 +13,8 @@ const OBJECT: &str = "spot light";
 ///
 /// Between the cones the intensity is `3t² - 2t³` with t linear in `cos θ`, from 0 at the outer cone to 1 at the inner one. Its
 /// integral over solid angle is half that of the full shell, so power is known in closed form and directions are sampled exactly in
-/// proportion to intensity. With [linear falloff](SpotLight::with_linear_falloff) it is linear in θ instead; directions are then uniform in the shell.
+/// proportion to intensity. With [squared falloff](SpotLight::with_squared_falloff) it is t², whose integral is a third. With [linear
+/// falloff](SpotLight::with_linear_falloff) it is linear in θ instead; directions are then uniform in the shell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpotLight {
     position: DVec3,
@@ -27,8 +28,18 @@ pub struct SpotLight {
 struct Falloff {
     inner: f64,
     outer: f64,
-    /// The angles of the cones in radians, if the intensity between them is linear in the angle.
-    linear: Option<[f64; 2]>,
+    shape: FalloffShape,
+}
+
+/// The intensity between the cones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum FalloffShape {
+    /// `3t² - 2t³`
+    Smooth,
+    /// `t²`
+    Squared,
+    /// Linear in the angle; the angles of the cones in radians.
+    Linear([f64; 2]),
 }
 
 impl SpotLight {
@@ -51,7 +62,8 @@ impl SpotLight {
             return Err(EndpointError::AngleOutOfRange { object: OBJECT, quantity: "inner angle", degrees: inner_degrees, range });
         }
         let one_minus_cosine = |degrees: f64| 2.0 * (0.5 * degrees.to_radians()).sin().powi(2);
-        let falloff = Falloff { inner: one_minus_cosine(inner_degrees), outer: one_minus_cosine(outer_degrees), linear: None };
+        let falloff =
+            Falloff { inner: one_minus_cosine(inner_degrees), outer: one_minus_cosine(outer_degrees), shape: FalloffShape::Smooth };
         check::positive(OBJECT, "solid angle", falloff.solid_angle())?;
         Ok(Self { position, intensity, frame, falloff })
     }
@@ -60,7 +72,14 @@ impl SpotLight {
     #[must_use]
     pub fn with_linear_falloff(mut self) -> Self {
         let angle = |v: f64| 2.0 * (0.5 * v).sqrt().asin();
-        self.falloff.linear = Some([angle(self.falloff.inner), angle(self.falloff.outer)]);
+        self.falloff.shape = FalloffShape::Linear([angle(self.falloff.inner), angle(self.falloff.outer)]);
+        self
+    }
+
+    /// The same light with the intensity t² between the cones, t linear in the cosine: that of glTF, which has a kink at the inner cone.
+    #[must_use]
+    pub fn with_squared_falloff(mut self) -> Self {
+        self.falloff.shape = FalloffShape::Squared;
         self
     }
 
@@ -81,12 +100,11 @@ impl Falloff {
         } else if v >= self.outer {
             return 0.0;
         }
-        match self.linear {
-            Some([inner, outer]) => ((outer - 2.0 * (0.5 * v).sqrt().asin()) / (outer - inner)).clamp(0.0, 1.0),
-            None => {
-                let t = (self.outer - v) / (self.outer - self.inner);
-                t * t * (3.0 - 2.0 * t)
-            }
+        let t = (self.outer - v) / (self.outer - self.inner);
+        match self.shape {
+            FalloffShape::Smooth => t * t * (3.0 - 2.0 * t),
+            FalloffShape::Squared => t * t,
+            FalloffShape::Linear([inner, outer]) => ((outer - 2.0 * (0.5 * v).sqrt().asin()) / (outer - inner)).clamp(0.0, 1.0),
         }
     }
 
@@ -98,8 +116,9 @@ impl Falloff {
     /// The integral over the shell in units of `1 - cos θ`: `cos a - (sin b - sin a)/(b - a)` for a falloff that is linear in the angle from a to b, here by its
     /// halved angles, which do not cancel.
     fn shell(&self) -> f64 {
-        match self.linear {
-            Some([a, b]) if b > a => {
+        match self.shape {
+            FalloffShape::Squared => (self.outer - self.inner) / 3.0,
+            FalloffShape::Linear([a, b]) if b > a => {
                 let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
                 let sinc = if half > 1e-4 { half.sin() / half } else { 1.0 - half * half / 6.0 };
                 // cos a - cos m + cos m (1 - sinc)
@@ -117,7 +136,11 @@ impl Falloff {
             return self.inner * (u / inner_share);
         }
         let rest = ((u - inner_share) / (1.0 - inner_share)).clamp(0.0, 1.0);
-        let t = if self.linear.is_some() { rest } else { square_to_smoothstep(rest) };
+        let t = match self.shape {
+            FalloffShape::Smooth => square_to_smoothstep(rest),
+            FalloffShape::Squared => rest.cbrt(),
+            FalloffShape::Linear(_) => rest,
+        };
         self.outer - t * (self.outer - self.inner)
     }
 
@@ -127,7 +150,7 @@ impl Falloff {
 
     /// Density of `sample` per solid angle.
     fn pdf(&self, v: f64) -> f64 {
-        if v <= self.inner || self.linear.is_none() {
+        if v <= self.inner || !matches!(self.shape, FalloffShape::Linear(_)) {
             self.at(v) / self.solid_angle()
         } else if v < self.outer {
             (1.0 - self.inner_share()) / (2.0 * PI * (self.outer - self.inner))

@@ -3,7 +3,10 @@
 //! What a file asks for and the crate lacks is never replaced silently: it is a [`Warning`], or an [`Error`] where nothing sensible is left to render; [strict](Options)
 //! readers make every warning an error. Files are not trusted: their size, the number of what they hold, and where they refer to are [limited](Limits).
 
+#[cfg_attr(not(feature = "mitsuba"), allow(dead_code, reason = "one format uses all of it"))]
 mod files;
+#[cfg(feature = "gltf")]
+pub mod gltf;
 #[cfg(feature = "mitsuba")]
 pub mod mitsuba;
 

@@ -1,9 +1,9 @@
 //! Materials: what a scene is told about how a surface scatters, checked and made a model when it is added.
 
-use super::scattering::{Layer, Mix, Scattering, Stack};
+use super::scattering::{Layer, LayerModel, Mix, Scattering, Stack};
 use crate::bsdf::{
-    Beckmann, Bsdf, BsdfError, Conductor, Dielectric, Ggx, Lambert, Lobes, Microfacets, Mirror, Mixture, Model, Null, Plastic, Reflectance,
-    RoughConductor, RoughDielectric, SimpleModel, ThinDielectric,
+    Beckmann, BsdfError, Conductor, Dielectric, Ggx, Lambert, Lobes, MetallicRoughness, Microfacets, Mirror, Mixture, Model, Null, Plastic,
+    Reflectance, RoughConductor, RoughDielectric, SimpleModel, ThinDielectric,
 };
 use crate::math::Rgb;
 use crate::texture::Texture;
@@ -55,6 +55,15 @@ pub enum Material {
         relative_ior: f64,
         /// Whether light that the coat throws back to the body is coloured again.
         colour_shift: bool,
+    },
+    /// Metal, or a diffuse body under a dielectric coat, or a mixture of both: the material of glTF; see [`MetallicRoughness`].
+    MetallicRoughness {
+        /// Reflectance of the metal at normal incidence, and albedo of the body, 0 to 1.
+        base_color: Texture,
+        /// Roughness (the root of α) in green, metalness in blue, each 0 to 1. Red has no meaning.
+        metallic_roughness: Texture,
+        /// Index of refraction of the coat over that of the outside.
+        relative_ior: f64,
     },
     /// A rough mirror with the same reflectance at all angles: GGX.
     RoughMirror {
@@ -154,13 +163,16 @@ impl Material {
     fn is_simple(&self) -> bool {
         match self {
             Self::Plastic { albedo, .. } => albedo.as_constant().is_some(),
+            Self::MetallicRoughness { base_color, metallic_roughness, .. } => {
+                base_color.as_constant().is_some() && metallic_roughness.as_constant().is_some()
+            }
             _ => !matches!(self, Self::Tinted { .. } | Self::Sided { .. } | Self::Blend { .. } | Self::Mixture { .. }),
         }
     }
 
     /// What is seen from one side.
     fn side(&self, front: bool) -> Result<Stack, BsdfError> {
-        let alone = |layer: Layer| Stack { layers: vec![layer], mix: Mix::Weights([1.0, 0.0]) };
+        let alone = |model: LayerModel| Stack { layers: vec![Layer { model, tints: Vec::new() }], mix: Mix::Weights([1.0, 0.0]) };
         match self {
             Self::Tinted { material, tint } => {
                 checked_colours(tint)?;
@@ -191,9 +203,19 @@ impl Material {
                 checked_colours(albedo)?;
                 // The brightest, so that the lobes are those that some point has.
                 let plastic = Plastic::new(albedo.range()[1], *specular, *relative_ior, *colour_shift)?;
-                Ok(alone(Layer { model: plastic.into(), albedo: Some(albedo.clone()), tints: Vec::new() }))
+                Ok(alone(LayerModel::Plastic(plastic, albedo.clone())))
             }
-            _ => Ok(alone(Layer { model: self.simple_model()?, albedo: None, tints: Vec::new() })),
+            Self::MetallicRoughness { base_color, metallic_roughness, relative_ior } if !self.is_simple() => {
+                checked_colours(base_color)?;
+                let [least, greatest] = metallic_roughness.range();
+                let coat = MetallicRoughness::coat(*relative_ior)?;
+                for extreme in [least, greatest] {
+                    MetallicRoughness::new(Rgb::BLACK, extreme.b(), extreme.g(), *relative_ior)?;
+                }
+                let (base_color, surface) = (base_color.clone(), metallic_roughness.clone());
+                Ok(alone(LayerModel::MetallicRoughness { base_color, surface, coat }))
+            }
+            _ => Ok(alone(LayerModel::Uniform(self.simple_model()?))),
         }
     }
 
@@ -222,6 +244,10 @@ impl Material {
             Self::ThinDielectric { relative_ior } => ThinDielectric::new(*relative_ior).map(SimpleModel::ThinDielectric),
             Self::Plastic { albedo, specular, relative_ior, colour_shift } => {
                 Plastic::new(albedo.range()[1], *specular, *relative_ior, *colour_shift).map(SimpleModel::Plastic)
+            }
+            Self::MetallicRoughness { base_color, metallic_roughness, relative_ior } => {
+                let [_, roughness, metalness] = metallic_roughness.range()[1].0;
+                MetallicRoughness::new(base_color.range()[1], metalness, roughness, *relative_ior).map(SimpleModel::MetallicRoughness)
             }
             // Everything else is made of others.
             _ => self.rough_model(ggx)?.ok_or(BsdfError::NestedMixture),

@@ -1,6 +1,7 @@
 //! Materials as integrators meet them: the model at a point, with textures looked up there and with the side that is seen.
 
-use crate::bsdf::{Bsdf, BsdfSample, DiracValue, Lobes, Mixture, Model, Plastic, SimpleModel, Walk};
+use crate::bsdf::ggx::LEAST_ALPHA;
+use crate::bsdf::{Bsdf, BsdfSample, DiracValue, Lobes, MetallicRoughness, Mixture, Model, Plastic, SimpleModel, Walk};
 use crate::math::{PerProjected, Rgb};
 use crate::texture::Texture;
 use glam::{DVec2, DVec3};
@@ -25,11 +26,20 @@ pub(crate) struct Stack {
 /// A model whose colours may vary.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Layer {
-    pub model: SimpleModel,
-    /// Albedo of plastic's body.
-    pub albedo: Option<Texture>,
+    pub model: LayerModel,
     /// Factors of the BSDF.
     pub tints: Vec<Texture>,
+}
+
+/// A model, or what it is made of at each point.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum LayerModel {
+    /// The same everywhere.
+    Uniform(SimpleModel),
+    /// With the albedo of its body.
+    Plastic(Plastic, Texture),
+    /// Base colour; roughness in green and metalness in blue; reflectance of the coat at normal incidence.
+    MetallicRoughness { base_color: Texture, surface: Texture, coat: f64 },
 }
 
 /// How two layers are mixed; ignored if there is one.
@@ -41,12 +51,37 @@ pub(crate) enum Mix {
     Amount(Texture),
 }
 
+impl LayerModel {
+    fn at(&self, uv: DVec2) -> SimpleModel {
+        match self {
+            Self::Uniform(model) => *model,
+            Self::Plastic(plastic, albedo) => plastic.with_albedo(albedo.at(uv)).into(),
+            Self::MetallicRoughness { base_color, surface, coat } => {
+                let [_, roughness, metalness] = surface.at(uv).0;
+                MetallicRoughness::of_valid(base_color.at(uv), metalness, roughness, *coat).into()
+            }
+        }
+    }
+
+    /// The lobes that it has at some point.
+    pub fn lobes(&self) -> Lobes {
+        match self {
+            Self::Uniform(model) => model.lobes(),
+            Self::Plastic(plastic, albedo) => plastic.with_albedo(albedo.range()[1]).lobes(),
+            Self::MetallicRoughness { base_color, surface, .. } => {
+                let [least, greatest] = surface.range();
+                let when = |condition: bool, lobes: Lobes| if condition { lobes } else { Lobes::NONE };
+                when(least.g() * least.g() < LEAST_ALPHA, Lobes::DIRAC_REFLECTION)
+                    | when(greatest.g() * greatest.g() >= LEAST_ALPHA, Lobes::GLOSSY_REFLECTION)
+                    | when(least.b() < 1.0 && !base_color.range()[1].is_black(), Lobes::DIFFUSE_REFLECTION)
+            }
+        }
+    }
+}
+
 impl Layer {
     fn model(&self, uv: DVec2) -> SimpleModel {
-        match (&self.model, &self.albedo) {
-            (SimpleModel::Plastic(plastic), Some(albedo)) => Plastic::with_albedo(*plastic, albedo.at(uv)).into(),
-            (model, _) => *model,
-        }
+        self.model.at(uv)
     }
 
     fn tint(&self, uv: DVec2) -> Rgb {
@@ -54,7 +89,7 @@ impl Layer {
     }
 
     fn is_uniform(&self) -> bool {
-        self.albedo.is_none() && self.tints.iter().all(|tint| tint.as_constant().is_some())
+        matches!(self.model, LayerModel::Uniform(_)) && self.tints.iter().all(|tint| tint.as_constant().is_some())
     }
 }
 

@@ -1,17 +1,28 @@
-//! Scenes of the Mitsuba 3 renderer.
+//! Scenes in glTF 2.0 and of the Mitsuba 3 renderer.
 
 use super::scenes::{AnyCamera, FileOptions, NamedScene};
 use pathspace::endpoint::{Light, LightId};
-use pathspace::import::{Options, mitsuba};
+use pathspace::glam::UVec2;
+use pathspace::import::{Import, Options, gltf, mitsuba};
 use pathspace::scene::gallery::Claims;
 use pathspace::scene::{Needs, Scene, World};
 use std::error::Error;
 use std::path::Path;
 
-/// Loads a file and prints its warnings; of several cameras the first is taken.
-pub fn load(path: &Path, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
+/// Loads a Mitsuba file, which brings its own film.
+pub fn load_mitsuba(path: &Path, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
     let how = Options { strict: options.strict, ..Options::default() };
-    let import = mitsuba::load(path, &how, options.define.iter().cloned())?;
+    named(path, mitsuba::load(path, &how, options.define.iter().cloned())?)
+}
+
+/// Loads a glTF file; its cameras bring their aspect ratio.
+pub fn load_gltf(path: &Path, resolution: UVec2, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
+    let how = Options { strict: options.strict, ..Options::default() };
+    named(path, gltf::load(path, resolution, &how)?)
+}
+
+/// Prints the warnings; of several cameras the first is taken.
+fn named(path: &Path, import: Import) -> Result<NamedScene, Box<dyn Error>> {
     for warning in &import.warnings {
         eprintln!("warning: {warning}");
     }

@@ -1,0 +1,197 @@
+//! Metallic-roughness materials with the extensions that can be represented.
+
+use super::document::Document;
+use super::texture::{Meaning, Textures, coordinate_set};
+use crate::import::{Error, Location};
+use crate::math::Rgb;
+use crate::scene::Material;
+use crate::texture::Texture;
+use gltf::json;
+use gltf::json::material::AlphaMode;
+use gltf::json::texture::Info;
+use gltf::json::validation::Checked;
+
+/// What a material of the file becomes.
+#[derive(Clone)]
+pub(super) struct Look {
+    pub material: Material,
+    /// Radiance, if it emits.
+    pub emission: Option<Texture>,
+    pub double_sided: bool,
+    /// The set of texture coordinates of its textures, if it has any.
+    pub coordinates: Option<u32>,
+}
+
+impl Look {
+    /// Where the file gives no material: white, rough metal, as the format wants it.
+    pub fn default_look() -> Self {
+        let material =
+            Material::MetallicRoughness { base_color: Rgb::WHITE.into(), metallic_roughness: Rgb::WHITE.into(), relative_ior: DEFAULT_IOR };
+        Self { material, emission: None, double_sided: false, coordinates: None }
+    }
+}
+
+const DEFAULT_IOR: f64 = 1.5;
+
+/// Reads material `index`.
+pub(super) fn look(document: &mut Document, textures: &mut Textures, index: usize) -> Result<Look, Error> {
+    let source = document.root.materials[index].clone();
+    let location = document.location(format!("material {index}"), source.name.as_ref());
+    warn_about_the_rest(document, &source, &location)?;
+    let coordinates = common_coordinates(document, &source, &location)?;
+
+    let pbr = &source.pbr_metallic_roughness;
+    let [r, g, b, opacity] = pbr.base_color_factor.0.map(f64::from);
+    let factor = Rgb::new(r, g, b);
+    let base_color = match &pbr.base_color_texture {
+        Some(info) => textures.texture(document, info, Meaning::Colour, factor, &location)?,
+        None => factor.into(),
+    };
+    let (roughness, metalness) = (f64::from(pbr.roughness_factor.0), f64::from(pbr.metallic_factor.0));
+    let surface = Rgb::new(0.0, roughness, metalness);
+    let metallic_roughness = match &pbr.metallic_roughness_texture {
+        Some(info) => textures.texture(document, info, Meaning::Data, surface, &location)?,
+        None => surface.into(),
+    };
+    let extensions = source.extensions.clone().unwrap_or_default();
+    let relative_ior = extensions.ior.map_or(DEFAULT_IOR, |ior| f64::from(ior.ior.0));
+
+    let transmission = extensions.transmission.as_ref().map_or(0.0, |transmission| f64::from(transmission.transmission_factor.0));
+    if !(0.0..=1.0).contains(&transmission) {
+        return Err(Error::new(location, format!("transmission must be in [0, 1], but is {transmission}")));
+    }
+    let share = transmission * (1.0 - metalness);
+    let mut material = if transmission > 0.0 && share > 0.0 {
+        let rest = metalness / (1.0 - share);
+        let opaque = Material::MetallicRoughness {
+            base_color: base_color.clone(),
+            metallic_roughness: Rgb::new(0.0, roughness, rest.min(1.0)).into(),
+            relative_ior,
+        };
+        let glass = glass(document, &source, base_color, roughness, relative_ior, &location)?;
+        if share >= 1.0 { glass } else { Material::Mixture { components: Box::new([opaque, glass]), weights: [1.0 - share, share] } }
+    } else {
+        Material::MetallicRoughness { base_color, metallic_roughness, relative_ior }
+    };
+
+    let is_mixture = matches!(material, Material::Mixture { .. });
+    if let Some(visible) = visibility(document, textures, &source, opacity, &location)? {
+        if is_mixture {
+            document.warnings.warn(location.clone(), "alpha is left out of a material that also transmits light in part")?;
+        } else if visible.as_constant() == Some(Rgb::BLACK) {
+            material = Material::Null;
+        } else {
+            material = Material::Blend { components: Box::new([Material::Null, material]), amount: visible };
+        }
+    }
+
+    let strength = extensions.emissive_strength.map_or(1.0, |strength| f64::from(strength.emissive_strength.0));
+    let factor = Rgb(source.emissive_factor.0.map(f64::from)) * strength;
+    let emission = match &source.emissive_texture {
+        _ if factor.is_black() => None,
+        Some(info) => Some(textures.texture(document, info, Meaning::Colour, factor, &location)?),
+        None => Some(factor.into()),
+    };
+    if emission.is_some() && matches!(material, Material::Null | Material::Blend { .. }) {
+        document.warnings.warn(location, "its emission is not reduced by its alpha")?;
+    }
+    Ok(Look { material, emission, double_sided: source.double_sided, coordinates })
+}
+
+/// What the transmitting part of a material is.
+fn glass(
+    document: &mut Document,
+    source: &json::Material,
+    base_color: Texture,
+    roughness: f64,
+    relative_ior: f64,
+    location: &Location,
+) -> Result<Material, Error> {
+    let extensions = source.extensions.clone().unwrap_or_default();
+    let mut warn = |reason: &str| document.warnings.warn(location.clone(), reason);
+    if extensions.transmission.is_some_and(|transmission| transmission.transmission_texture.is_some()) {
+        warn("the texture of transmission is left out, its factor holds everywhere")?;
+    }
+    if source.pbr_metallic_roughness.metallic_roughness_texture.is_some() {
+        warn("roughness and metalness of a material that transmits light do not vary: their texture is left out")?;
+    }
+    let volume = extensions.volume.filter(|volume| volume.thickness_factor.0 > 0.0);
+    let alpha = roughness * roughness;
+    let glass = match volume {
+        Some(volume) => {
+            if volume.attenuation_distance.0.is_finite() && volume.attenuation_color.0 != [1.0; 3] {
+                warn("absorption in the volume is left out: it is clear")?;
+            }
+            if alpha > 0.0 {
+                Material::RoughDielectric { relative_ior, alpha: glam::DVec2::splat(alpha) }
+            } else {
+                Material::Dielectric { relative_ior }
+            }
+        }
+        None => {
+            if alpha > 0.0 {
+                warn("a rough thin wall cannot be represented: it is a smooth pane")?;
+            }
+            Material::ThinDielectric { relative_ior }
+        }
+    };
+    if base_color.as_constant() == Some(Rgb::WHITE) {
+        return Ok(glass);
+    }
+    warn("the base colour of a material that transmits light colours its reflections, too")?;
+    Ok(glass.tinted(base_color))
+}
+
+/// How much of the surface is there; `None` if all of it.
+fn visibility(
+    document: &mut Document,
+    textures: &mut Textures,
+    source: &json::Material,
+    opacity: f64,
+    location: &Location,
+) -> Result<Option<Texture>, Error> {
+    let mode = match source.alpha_mode {
+        Checked::Valid(mode) => mode,
+        Checked::Invalid => AlphaMode::Opaque,
+    };
+    if mode == AlphaMode::Opaque {
+        return Ok(None);
+    }
+    let alpha = match &source.pbr_metallic_roughness.base_color_texture {
+        Some(info) => textures.texture(document, info, Meaning::Alpha, Rgb::splat(opacity), location)?,
+        None => Rgb::splat(opacity).into(),
+    };
+    let alpha = if mode == AlphaMode::Mask {
+        let cutoff = source.alpha_cutoff.map_or(0.5, |cutoff| f64::from(cutoff.0));
+        alpha.cut(cutoff)
+    } else {
+        alpha
+    };
+    Ok(Some(alpha).filter(|alpha| alpha.range()[0] != Rgb::WHITE))
+}
+
+/// The set of texture coordinates that all textures of a material share.
+fn common_coordinates(document: &mut Document, source: &json::Material, location: &Location) -> Result<Option<u32>, Error> {
+    let pbr = &source.pbr_metallic_roughness;
+    let infos: [&Option<Info>; 3] = [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &source.emissive_texture];
+    let mut sets = infos.into_iter().flatten().map(coordinate_set);
+    let first = sets.next();
+    if sets.any(|set| Some(set) != first) {
+        document
+            .warnings
+            .warn(location.clone(), "its textures use several sets of texture coordinates: the first one's is used for all")?;
+    }
+    Ok(first)
+}
+
+/// Names what a material asks for in vain.
+fn warn_about_the_rest(document: &mut Document, source: &json::Material, location: &Location) -> Result<(), Error> {
+    if source.normal_texture.is_some() {
+        document.warnings.warn(location.clone(), "normal maps are not supported: its normals are those of the mesh")?;
+    }
+    let others = source.extensions.iter().flat_map(|extensions| extensions.others.keys());
+    for name in others {
+        document.warnings.warn(location.clone(), format!("the extension {name} is not supported: it is shown without it"))?;
+    }
+    Ok(())
+}

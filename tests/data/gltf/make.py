@@ -1,0 +1,239 @@
+"""Writes the test files of this directory: `python3 tests/data/gltf/make.py`. Standard library only; all of it was written for this project."""
+
+import base64
+import json
+import pathlib
+import struct
+import zlib
+
+HERE = pathlib.Path(__file__).parent
+F32, U16, U8 = 5126, 5123, 5121
+
+
+class Writer:
+    """Collects binary data, and the views and accessors that describe it."""
+
+    def __init__(self):
+        self.data, self.views, self.accessors = b"", [], []
+
+    def view(self, data, **more):
+        self.data += b"\0" * (-len(self.data) % 4)
+        self.views.append({"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data), **more})
+        self.data += data
+        return len(self.views) - 1
+
+    def accessor(self, kind, rows, component=F32, **more):
+        form = {F32: "f", U16: "H", U8: "B"}[component]
+        flat = [x for row in rows for x in (row if isinstance(row, (tuple, list)) else (row,))]
+        entry = {"bufferView": self.view(struct.pack(f"<{len(flat)}{form}", *flat)), "componentType": component, "count": len(rows), "type": kind, **more}
+        if kind == "VEC3":
+            entry |= {"min": [min(row[k] for row in rows) for k in range(3)], "max": [max(row[k] for row in rows) for k in range(3)]}
+        self.accessors.append(entry)
+        return len(self.accessors) - 1
+
+    def into(self, document, uri=None):
+        buffer = {"byteLength": len(self.data)}
+        if uri is not None:
+            buffer["uri"] = uri
+        return {"asset": {"version": "2.0", "generator": "pathspace"}, **document, "buffers": [buffer], "bufferViews": self.views, "accessors": self.accessors}
+
+    def embedded(self):
+        return "data:application/octet-stream;base64," + base64.b64encode(self.data).decode()
+
+
+def save(name, document):
+    (HERE / name).write_text(json.dumps(document, indent=1) + "\n")
+
+
+def save_binary(name, document, data):
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    data += b"\0" * (-len(data) % 4)
+    body = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(data), b"BIN\0") + data
+    (HERE / name).write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body)
+
+
+def png(width, height, pixels, channels):
+    """An 8-bit PNG."""
+    rows = b"".join(b"\0" + bytes(pixels[y * width * channels:(y + 1) * width * channels]) for y in range(height))
+    chunk = lambda kind, data: struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    header = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+
+
+def punctual(lights):
+    return {"extensionsUsed": ["KHR_lights_punctual"], "extensions": {"KHR_lights_punctual": {"lights": lights}}}
+
+
+def lit(light):
+    return {"extensions": {"KHR_lights_punctual": {"light": light}}}
+
+
+def square(writer, **more):
+    """The square from -1 to 1 in the plane z = 0, seen from +z."""
+    corners = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+    positions = writer.accessor("VEC3", corners)
+    uvs = writer.accessor("VEC2", [(0, 1), (1, 1), (1, 0), (0, 0)])
+    indices = writer.accessor("SCALAR", [0, 1, 2, 0, 2, 3], U16)
+    return {"attributes": {"POSITION": positions, "TEXCOORD_0": uvs}, "indices": indices, **more}
+
+
+def matte(color):
+    return {"pbrMetallicRoughness": {"baseColorFactor": [*color, 1], "metallicFactor": 0, "roughnessFactor": 1}}
+
+
+HALF = 0.70710678118654752
+
+
+def box():
+    """A room of squares from -1 to 1, open to +z, with a lamp below the ceiling and a rotated and a mirrored block of metal and of plastic."""
+    writer = Writer()
+    wall = square(writer)
+    cube = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    block = {"attributes": {"POSITION": writer.accessor("VEC3", cube)},
+             "indices": writer.accessor("SCALAR", [i for a, b, c, d in faces for i in (a, b, c, a, c, d)], U8)}
+    materials = [
+        {"name": "white", **matte((0.75, 0.75, 0.75))}, {"name": "red", **matte((0.625, 0.0625, 0.0625))}, {"name": "green", **matte((0.125, 0.5, 0.125))},
+        {"name": "lamp", **matte((0, 0, 0)), "emissiveFactor": [1, 0.75, 0.5], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 16}}},
+        {"name": "metal", "pbrMetallicRoughness": {"baseColorFactor": [0.875, 0.625, 0.25, 1], "roughnessFactor": 0.5}},
+        {"name": "plastic", "pbrMetallicRoughness": {"baseColorFactor": [0.125, 0.25, 0.75, 1], "metallicFactor": 0.25, "roughnessFactor": 0.375},
+         "extensions": {"KHR_materials_ior": {"ior": 1.75}}},
+    ]
+    mesh = lambda name, primitive, material: {"name": name, "primitives": [{**primitive, "material": material}]}
+    meshes = [mesh("white wall", wall, 0), mesh("red wall", wall, 1), mesh("green wall", wall, 2), mesh("lamp", wall, 3),
+              mesh("metal block", block, 4), mesh("plastic block", block, 5)]
+    nodes = [
+        {"name": "room", "children": [1, 2, 3, 4, 5, 6, 7, 8]},
+        {"name": "back", "mesh": 0, "translation": [0, 0, -1]},
+        {"name": "floor", "mesh": 0, "translation": [0, -1, 0], "rotation": [-HALF, 0, 0, HALF]},
+        {"name": "ceiling", "mesh": 0, "translation": [0, 1, 0], "rotation": [HALF, 0, 0, HALF]},
+        {"name": "left", "mesh": 1, "translation": [-1, 0, 0], "rotation": [0, HALF, 0, HALF]},
+        {"name": "right", "mesh": 2, "matrix": [0, 0, 1, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, 1]},
+        {"name": "lamp", "mesh": 3, "translation": [0, 0.9375, 0], "rotation": [HALF, 0, 0, HALF], "scale": [0.25, 0.25, 0.25]},
+        {"name": "metal block", "mesh": 4, "translation": [-0.375, -0.5, -0.25], "rotation": [0, 0.25, 0, 0.96824583655185422], "scale": [0.25, 0.5, 0.25]},
+        {"name": "plastic block", "mesh": 5, "translation": [0.375, -0.75, 0.125], "scale": [-0.25, 0.25, 0.25]},
+        {"name": "eye", "camera": 0, "translation": [0, 0, 3.5]},
+    ]
+    document = {
+        "extensionsUsed": ["KHR_materials_emissive_strength", "KHR_materials_ior"], "scene": 0, "scenes": [{"nodes": [0, 9]}], "nodes": nodes,
+        "meshes": meshes, "materials": materials,
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 0.75, "aspectRatio": 1.5, "znear": 0.125}}],
+    }
+    save("box.gltf", writer.into(document, writer.embedded()))
+    save_binary("box.glb", writer.into(document), writer.data)
+
+
+def lights():
+    """Three squares far apart, each below one kind of light, and a camera above each."""
+    writer = Writer()
+    meshes = [{"primitives": [square(writer, material=0)]}]
+    down = {"type": "perspective", "perspective": {"yfov": 0.001, "znear": 0.125}}
+    nodes, places = [], [0, 1000, 2000]
+    for light, x in enumerate(places):
+        nodes += [
+            {"name": f"square {light}", "mesh": 0, "translation": [x, 0, 0]},
+            {"name": f"light {light}", "translation": [x + 1, 0, 2], "rotation": [0, 0.22975292054736119, 0, 0.97324898946773018], **lit(light)},
+            {"name": f"eye {light}", "camera": 0, "translation": [x, 0, 5]},
+        ]
+    kinds = [{"type": "point", "intensity": 8, "color": [1, 0.5, 0.25]}, {"type": "directional", "intensity": 3, "color": [0.25, 0.5, 1]},
+             {"type": "spot", "intensity": 8, "spot": {"innerConeAngle": 0, "outerConeAngle": 0.25}}]
+    document = {**punctual(kinds), "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes, "meshes": meshes, "materials": [matte((0.5, 0.5, 0.5))],
+                "cameras": [down]}
+    save("lights.gltf", writer.into(document, writer.embedded()))
+
+
+def materials():
+    """A row of squares, each with another material, seen in parallel."""
+    writer = Writer()
+    glass = lambda **more: {"KHR_materials_transmission": {"transmissionFactor": 1}, **more}
+    pbr = lambda **more: {"pbrMetallicRoughness": more}
+    volume = {"KHR_materials_volume": {"thicknessFactor": 1}}
+    looks = [
+        ("default", {}),
+        ("smooth", pbr(baseColorFactor=[0.5, 0.25, 0.125, 1], metallicFactor=0.5, roughnessFactor=0)),
+        ("glass", {**pbr(metallicFactor=0, roughnessFactor=0), "extensions": glass(**volume, KHR_materials_ior={"ior": 1.25})}),
+        ("frosted", {**pbr(metallicFactor=0, roughnessFactor=0.5), "extensions": glass(**volume)}),
+        ("pane", {**pbr(metallicFactor=0, roughnessFactor=0), "extensions": glass()}),
+        ("partly glass", {**pbr(metallicFactor=0.5, roughnessFactor=0), "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5}, **volume}}),
+        ("veil", {**pbr(baseColorFactor=[1, 1, 1, 0.25]), "alphaMode": "BLEND"}),
+        ("cut away", {**pbr(baseColorFactor=[1, 1, 1, 0.25]), "alphaMode": "MASK", "alphaCutoff": 0.375}),
+        ("kept", {**pbr(baseColorFactor=[1, 1, 1, 0.25]), "alphaMode": "MASK", "alphaCutoff": 0.25}),
+        ("glow", {"emissiveFactor": [0.5, 0.25, 1], "doubleSided": True}),
+        (None, None),
+    ]
+    primitive = square(writer)
+    used = [look for look in looks if look[0] is not None]
+    meshes = [{"primitives": [primitive | ({"material": k} if name is not None else {})]} for k, (name, _) in enumerate(looks)]
+    nodes = [{"name": name or "none", "mesh": k, "translation": [3 * k, 0, 0]} for k, (name, _) in enumerate(looks)]
+    nodes.append({"name": "eye", "camera": 0, "translation": [15, 0, 4]})
+    document = {
+        "extensionsUsed": ["KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_volume"],
+        "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes, "meshes": meshes, "materials": [{"name": name, **look} for name, look in used],
+        "cameras": [{"type": "orthographic", "orthographic": {"xmag": 16.5, "ymag": 1.5, "znear": 0, "zfar": 10}}],
+    }
+    save("materials.gltf", writer.into(document, writer.embedded()))
+
+
+def textures():
+    """A square with textures of every kind, in external files beside it and in the buffer; names with spaces."""
+    writer = Writer()
+    color = png(2, 2, [255, 0, 0, 255, 0, 255, 0, 128, 0, 0, 255, 64, 188, 188, 188, 0], 4)
+    surface = png(2, 1, [9, 255, 0, 9, 51, 255], 3)
+    (HERE / "two by two.png").write_bytes(color)
+    repeated = {"wrapS": 10497, "wrapT": 33071, "magFilter": 9728}
+    materials = [{
+        "name": "painted",
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 0.5, 1, 1],
+                                 "metallicRoughnessTexture": {"index": 1}, "roughnessFactor": 0.5},
+        "emissiveTexture": {"index": 0}, "emissiveFactor": [0.5, 0.5, 0.5], "alphaMode": "BLEND",
+    }, {
+        "name": "turned",
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "extensions": {"KHR_texture_transform": {
+            "offset": [0, 1], "rotation": 1.5707963267948966, "scale": [0.5, 0.5]}}}, "metallicFactor": 0},
+    }]
+    meshes = [{"primitives": [square(writer, material=0)]}, {"primitives": [square(writer, material=1)]}]
+    image = writer.view(surface)
+    document = {
+        "extensionsUsed": ["KHR_texture_transform"], "extensionsRequired": ["KHR_texture_transform"],
+        "scenes": [{"nodes": [0, 1, 2]}],
+        "nodes": [{"name": "painted", "mesh": 0}, {"name": "turned", "mesh": 1, "translation": [3, 0, 0]}, {"camera": 0, "translation": [0, 0, 4]}],
+        "meshes": meshes, "materials": materials, "images": [{"uri": "two%20by%20two.png"}, {"bufferView": image, "mimeType": "image/png"}],
+        "samplers": [repeated], "textures": [{"source": 0, "sampler": 0}, {"source": 1, "sampler": 0}],
+        "cameras": [{"name": "front", "type": "perspective", "perspective": {"yfov": 1, "znear": 0.125}}],
+    }
+    (HERE / "textures.bin").write_bytes(writer.data)
+    save("textures.gltf", writer.into(document, "textures.bin"))
+
+
+def meshes():
+    """A strip, a fan and triangles without indices; sparse positions, one accessor of them without a base; interleaved and normalised attributes; normals."""
+    writer = Writer()
+    strip = writer.accessor("VEC3", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 2, 0)])
+    fan = writer.accessor("VEC3", [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    places = writer.view(struct.pack("<2B", 1, 2))
+    values = writer.view(struct.pack("<6f", 2, 0, 0, 0, 2, 0))
+    sparse = {"count": 2, "indices": {"bufferView": places, "componentType": U8}, "values": {"bufferView": values}}
+    base = writer.accessor("VEC3", [(0, 0, 0), (9, 9, 9), (8, 8, 8)], sparse=sparse)
+    writer.accessors.append({"componentType": F32, "count": 3, "type": "VEC3", "sparse": sparse, "min": [0, 0, 0], "max": [2, 2, 0]})
+    zero = len(writer.accessors) - 1
+    # position, normal (as 8-bit numbers, padded) and uv of each vertex
+    vertex = lambda p, n, uv: struct.pack("<3f4b2H", *p, *n, 0, *uv)
+    data = vertex((0, 0, 0), (0, 0, 127), (0, 0)) + vertex((1, 0, 0), (127, 0, 127), (65535, 0)) + vertex((0, 1, 0), (0, 127, 127), (0, 65535))
+    mixed = writer.view(data, byteStride=20)
+    entry = lambda offset, component, kind, **more: writer.accessors.append(
+        {"bufferView": mixed, "byteOffset": offset, "componentType": component, "count": 3, "type": kind, **more}) or len(writer.accessors) - 1
+    attributes = {"POSITION": entry(0, F32, "VEC3", min=[0, 0, 0], max=[1, 1, 0]), "NORMAL": entry(12, 5120, "VEC3", normalized=True),
+                  "TEXCOORD_0": entry(16, U16, "VEC2", normalized=True)}
+    primitives = [{"attributes": {"POSITION": strip}, "mode": 5}, {"attributes": {"POSITION": fan}, "mode": 6}, {"attributes": {"POSITION": base}},
+                  {"attributes": {"POSITION": zero}}, {"attributes": attributes}]
+    document = {"extensionsUsed": ["KHR_mesh_quantization"], "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+                "meshes": [{"name": "all", "primitives": primitives}]}
+    save("meshes.gltf", writer.into(document, writer.embedded()))
+
+
+box()
+lights()
+materials()
+textures()
+meshes()
