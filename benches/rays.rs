@@ -1,4 +1,5 @@
-//! The ray kernel alone: closest and any hit, coherent and incoherent rays, on a ball of 327 680 triangles.
+//! The ray kernel alone: closest and any hit, coherent and incoherent rays, on a ball of 327 680 triangles; and how the cost of a ray grows with
+//! the number of triangles.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use pathspace::geometry::SurfacePoint;
@@ -12,10 +13,11 @@ use std::time::Duration;
 
 const RAYS: usize = 16_384;
 
-fn world() -> Result<World, SceneError> {
+/// A ball of 20 · 4^level triangles.
+fn world(level: u32) -> Result<World, SceneError> {
     let mut builder = WorldBuilder::new();
     let black = builder.add_material("black", Material::Black)?;
-    builder.add_mesh("ball", &Mesh::icosphere(7), DAffine3::IDENTITY, black)?;
+    builder.add_mesh("ball", &Mesh::icosphere(level), DAffine3::IDENTITY, black)?;
     builder.build()
 }
 
@@ -40,7 +42,7 @@ fn incoherent(world: &World) -> Vec<(SurfacePoint, DVec3)> {
 }
 
 fn rays(criterion: &mut Criterion) {
-    let world = world().expect("a valid scene");
+    let world = world(7).expect("a valid scene");
     let mut group = criterion.benchmark_group("rays");
     group.throughput(Throughput::Elements(RAYS as u64)).sample_size(20).measurement_time(Duration::from_secs(4));
     for (name, rays) in [("coherent", coherent()), ("incoherent", incoherent(&world))] {
@@ -71,5 +73,24 @@ fn rays(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, rays);
+fn triangles(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("rays by triangles");
+    group.throughput(Throughput::Elements(RAYS as u64)).sample_size(10).measurement_time(Duration::from_secs(1));
+    for level in [1, 3, 5, 7, 8] {
+        let world = world(level).expect("a valid scene");
+        let tree = world.tree_statistics();
+        println!("{} triangles: {} bytes, built in {:.3} s", world.primitive_count(), tree.bytes, tree.build_time.as_secs_f64());
+        let rays = incoherent(&world);
+        group.bench_function(format!("closest/{}", world.primitive_count()), |b| {
+            b.iter(|| {
+                rays.iter().for_each(|(x, d)| {
+                    black_box(world.intersect(x, *d));
+                })
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, rays, triangles);
 criterion_main!(benches);

@@ -99,7 +99,7 @@ impl Shape {
     ///
     /// A ray that touches a flat shape meets it nowhere else. A ray that touches a sphere meets it at one more point at most, which
     /// follows without cancellation from the angle at the contact.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn intersect_apart_from(&self, ray: &Ray, contact: Contact) -> Option<Intersection> {
         match self {
@@ -134,7 +134,7 @@ impl Shape {
 ///
 /// The sign of the rounded `fl(p q) - fl(r s)` is never opposite to that of `p q - r s`, since rounding is monotone: at worst it is
 /// 0, which counts as inside for both neighbours. So no extended precision is needed where an edge function vanishes.
-#[inline]
+#[inline(always)]
 fn intersect_corners(ray: &Ray, corners: [DVec3; 3]) -> Option<Intersection> {
     // Not `map`, which does not get inlined here.
     let [a, b, c] = [ray.sheared(corners[0]), ray.sheared(corners[1]), ray.sheared(corners[2])];
@@ -152,7 +152,7 @@ fn intersect_corners(ray: &Ray, corners: [DVec3; 3]) -> Option<Intersection> {
 
 impl Triangle {
     /// The point in front of the ray's origin, on either side.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<Intersection> {
         intersect_corners(ray, self.vertices)
@@ -161,7 +161,7 @@ impl Triangle {
 
 impl Quad {
     /// The point in front of the ray's origin, on either side; watertight with triangles and quads that share its corners.
-    #[inline]
+    #[inline(never)]
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<Intersection> {
         let [a, b, c, d] = self.corners();
@@ -175,7 +175,7 @@ impl Quad {
 
 impl Disk {
     /// The point in front of the ray's origin, on either side.
-    #[inline]
+    #[inline(never)]
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<Intersection> {
         let from_center = ray.origin - self.center;

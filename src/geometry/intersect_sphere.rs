@@ -21,7 +21,7 @@ impl Sphere {
         cos >= self.cos_min && cos <= self.cos_max
     }
 
-    #[inline]
+    #[inline(never)]
     pub(super) fn intersect_apart_from(&self, ray: &Ray, contact: Contact) -> Option<Intersection> {
         let d = ray.direction;
         let length_squared = d.length_squared();

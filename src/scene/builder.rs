@@ -235,7 +235,7 @@ impl WorldBuilder {
         let lit = if bounds.is_empty() { Bounds { min: glam::DVec3::ZERO, max: glam::DVec3::ZERO } } else { bounds };
         let light_choice = lights::prepare(&mut lights, &lit)?;
         let areas: Vec<f64> = self.shapes.iter().map(Shape::area).collect();
-        let bvh = Bvh::new(&self.shapes, &bounds);
+        let bvh = Bvh::new(self.shapes, &bounds);
         Ok(World::assemble(bvh, bounds, self.materials, self.surfaces, lights, environment, light_choice, &areas, self.dropped_triangles))
     }
 

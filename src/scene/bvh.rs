@@ -1,49 +1,114 @@
-//! The acceleration structure: obvhs' binary tree over padded f32 boxes, with exact f64 tests in its leaves.
+//! The acceleration structure: obvhs builds a binary tree over padded f32 boxes, [`Wide`] makes nodes of eight boxes and blocks of four
+//! triangles of it, and exact f64 tests decide what is hit.
 //!
-//! Boxes live in a space of their own, `(p - center) / extent`, in which the scene fills [-1, 1]³. So neither the scene's scale nor its
-//! distance from the origin reaches the f32 numbers. A ray from outside is first moved, in f64, to where it enters the scene; the
-//! leaves see that moved ray too, so that a far origin's rounding is the same for all primitives and opens no gap between them.
+//! Boxes and blocks live in a space of their own, `(p - center) / extent`, in which the scene fills [-1, 1]³. So neither the scene's scale nor
+//! its distance from the origin reaches the f32 numbers. A ray from outside is first moved, in f64, to where it enters the scene; the
+//! exact tests see that moved ray too, so that a far origin's rounding is the same for all primitives and opens no gap between them.
+//! Since nothing that the exact test accepts is left out, the answer depends neither on the tree nor on the instruction set.
 //!
 //! # Why no box is missed
 //!
-//! Let ε = 2⁻²⁴ be the rounding of f32. In the space of the boxes a ray travels at most 2√3 and at most 2 along any axis. Seen as a
-//! displacement of the point at parameter t along one axis, what the f32 slab test adds is
+//! Let ε = 2⁻²⁴ be the rounding of f32. In the space of the boxes a ray travels at most 2√3 and at most 2 along any axis. A plane at x is met
+//! at `x r + c`, r being the reciprocal of the direction's component and `c = -o r`. Seen as a displacement of the point at parameter t along
+//! one axis, f32 adds
 //!
 //! | from | at most |
 //! |---|---|
-//! | rounding the origin, with a component up to 1 | 1 ε |
+//! | rounding the origin o, with a component up to 1 | 1 ε |
 //! | rounding the direction | 2 ε |
 //! | rounding its reciprocal | 2 ε |
-//! | the subtraction and the multiplication of the slab test, over a distance up to 2 | 4 ε |
-//! | obvhs replaces components of the direction below 2 ε by ±2 ε | 4√3 ε |
+//! | rounding c | 1 ε |
+//! | the product and the sum, or both in one (the result is within the cube) | 1 ε + 2 ε |
+//! | a component below 2⁻⁶⁰ counts as ±2⁻⁶⁰ | 2⁻⁵⁸ |
 //!
-//! in all less than 16 ε = 2⁻²⁰, by which every box is padded after it was rounded outwards. Hence the interval of every box that
-//! contains the hit at t contains t, and its entry is below any f32 number above t: what a leaf hands back is rounded up.
+//! in all less than 10 ε. A large triangle may have several boxes, each around a part of it (Stich, Friedrich and Dietrich 2009). The parts are
+//! cut by obvhs in f32: rounding the corners moves every point by ε at most, and a point where a cut crosses an edge, `a + s (b - a)`,
+//! is off by at most 4 ε in s times an edge of 2, 2 ε for the difference and 1 ε for the sum, 12 ε with the corners; a cut through a part
+//! intersects boxes that are right up to that. All boxes are padded by 32 ε > 10 ε + 12 ε. Hence the interval of every box that contains the hit
+//! at t contains t, and its entry is below any f32 number above t: what the exact test hands back is rounded up.
+//!
+//! # Why no triangle is missed
+//!
+//! For the vertex v, edges e₁ and e₂, origin o and direction d, `c = v - o`, `r = c × d` and `n = e₁ × e₂` give `U = r·e₂`, `V = -r·e₁`,
+//! `D = n·d`, `W = D - U - V`, and the distance T / D with `T = n·c` (Möller and Trumbore 1997). The exact test accepts iff U, V and W have
+//! no opposite signs and T / D is positive and below the limit. With the sums of components `|e|₁` and `S = |e₁|₁ + |e₂|₁`, and with
+//! `M = |e₁| |e₂|` and |c| ≤ 2√3, f32 is off by at most
+//!
+//! | quantity | from | at most |
+//! |---|---|---|
+//! | c | rounding v and o, the difference | 4 ε per component |
+//! | r | c; d; products and difference of up to 2√2 | 15 ε per component |
+//! | U, V | r; the edge; three products of up to 2√2 abs(eᵢ) | 27 ε abs(e)₁ |
+//! | n | the edges; products and difference | 4 ε M per component |
+//! | D | n; d; products | 11 ε M ≤ 19 ε S |
+//! | W | U, V and D; two differences | 27 ε S + 19 ε S + 13 ε S = 59 ε S |
+//! | T | n; c; products | 24 ε M + 7 ε M + 11 ε M = 42 ε M |
+//! | T - t D | T; D times t < 3.5; its rounding; the limit's, rounded up by 5 ε | 42 ε M + 39 ε M + 4 ε M + 18 ε M = 103 ε M |
+//!
+//! U, V and W are compared with ∓64 ε S, T with 0 and the limit times D up to 112 ε M, all plus 2⁻³⁹ for the exact test's own rounding: its edge
+//! functions are those of coordinates up to 4 with at most 16 roundings of 2⁻⁵³ each, off by less than 2⁻⁴⁴; where that is all that is left
+//! of them, T - t D is off by 3 · 8 times as much. If the sign of D is not certain, |D| is below its error, and so is |T - t D|. By the same bounds
+//! a triangle is certainly hit if it passes with the tolerances turned inwards; the any-hit query needs no more.
+//!
+//! Whatever is not flat is always tested exactly.
 
+use super::traverse::BoxRay;
+use super::wide::{BinaryNode, Facet, Wide};
 use crate::geometry::{Bounds, Contact, Intersection, Ray, Shape};
+use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec3, Vec3A};
-use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
-use obvhs::ray::{Ray as BoxRay, RayHit};
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use obvhs::splits::split_aabbs_precise;
+use obvhs::triangle::Triangle;
+use std::time::{Duration, Instant};
+
+/// Rounding of f32.
+const ROUNDOFF: f32 = 0.5 * f32::EPSILON;
 
 /// Padding of the boxes; see the module's documentation.
-const PADDING: f32 = 16.0 * 0.5 * f32::EPSILON;
+const PADDING: f32 = 32.0 * ROUNDOFF;
+
+/// What a triangle's edge functions may be off by, in units of the sum of its edges' components.
+pub(super) const EDGE_TOLERANCE: f64 = 64.0 * ROUNDOFF as f64;
+
+/// What the distance to a triangle times the determinant may be off by, in units of the product of its edges' lengths.
+pub(super) const DISTANCE_TOLERANCE: f64 = 112.0 * ROUNDOFF as f64;
+
+/// What either may be off by in f64.
+pub(super) const TOLERANCE_F64: f64 = 1.0 / (1u64 << 39) as f64;
 
 /// Rays are moved to a cube that is larger than the scene by this much, so that moving does not cut off its boundary.
 const CLIP: f64 = 1.0 + 4.0 * PADDING as f64;
 
 /// A tree over all primitives of a scene.
 pub(crate) struct Bvh {
-    tree: Bvh2,
-    /// Shapes in the order of the tree, with the primitives that they are.
-    leaves: Vec<(Shape, u32)>,
-    /// Index in `leaves` of each primitive.
-    slots: Vec<u32>,
+    wide: Wide,
+    /// All primitives, by their number.
+    shapes: Vec<Shape>,
     center: DVec3,
     extent: f64,
     inverse_extent: f64,
+    /// The instruction set that this processor has.
+    level: Level,
+    build_time: Duration,
+}
+
+/// What the acceleration structure of a [`World`](super::World) consists of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct TreeStatistics {
+    /// Nodes, each with up to eight boxes.
+    pub nodes: usize,
+    /// Leaves, each with up to four triangles.
+    pub leaves: usize,
+    /// Memory of nodes, leaves and shapes, bytes.
+    pub bytes: usize,
+    /// How long it took to build, wall-clock time.
+    pub build_time: Duration,
+    /// The instruction set that rays use, chosen at run time.
+    pub instruction_set: &'static str,
 }
 
 /// What a ray knows about its ends: the primitives that they lie on, `SurfacePoint::NONE` for none.
@@ -64,124 +129,224 @@ pub(crate) struct Hit<'a> {
     pub shape: &'a Shape,
     /// The ray that the intersection refers to, which may start further on than the one that was asked for.
     pub ray: Ray,
+    /// How much further on.
+    pub moved: f64,
     /// Where it was hit.
     pub intersection: Intersection,
 }
 
-/// A ray that starts in or at the scene, in world space and in that of the boxes.
-struct ClippedRay {
-    ray: Ray,
-    /// Distance by which the origin was moved, world units.
-    moved: f64,
-    box_origin: Vec3A,
-    box_direction: Vec3A,
-}
+/// The second half of a quad; the first one and everything else are referred to by the primitive's number.
+const SECOND_HALF: u32 = 1 << 31;
 
 impl Bvh {
     /// Builds the tree; primitives are numbered in the given order.
-    pub fn new(shapes: &[Shape], bounds: &Bounds) -> Self {
+    pub fn new(shapes: Vec<Shape>, bounds: &Bounds) -> Self {
+        let start = Instant::now();
         let (center, extent) =
             if shapes.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), 0.5 * (bounds.max - bounds.min).max_element()) };
         let inverse_extent = 1.0 / extent;
-        let boxes: Vec<Aabb> = shapes
+        let place = |p: DVec3| (p - center) * inverse_extent;
+        let facet = |reference: u32| {
+            let primitive = reference & !SECOND_HALF;
+            let facet = match &shapes[primitive as usize] {
+                Shape::Triangle(t) => {
+                    let [a, b, c] = t.vertices;
+                    Facet::Triangle([place(a), place(b), place(c)])
+                }
+                Shape::Quad(q) => {
+                    let [a, b, c, d] = q.corners();
+                    let [second, third] = if reference == primitive { [b, c] } else { [c, d] };
+                    Facet::Triangle([place(a), place(second), place(third)])
+                }
+                Shape::Sphere(_) | Shape::Disk(_) => Facet::Opaque,
+            };
+            (primitive, facet)
+        };
+        let mut references: Vec<u32> = Vec::with_capacity(shapes.len());
+        for (primitive, shape) in shapes.iter().enumerate() {
+            references.push(primitive as u32);
+            if matches!(shape, Shape::Quad(_)) {
+                references.push(primitive as u32 | SECOND_HALF);
+            }
+        }
+        let mut boxes: Vec<Aabb> = references
             .iter()
-            .map(|shape| {
-                let b = shape.bounds();
-                let (min, max) = ((b.min - center) * inverse_extent, (b.max - center) * inverse_extent);
-                let down = |x: f64| (x as f32).next_down() - PADDING;
-                let up = |x: f64| (x as f32).next_up() + PADDING;
+            .map(|&reference| {
+                let bounds = match facet(reference) {
+                    (_, Facet::Triangle(corners)) => Bounds::of_points(corners),
+                    (primitive, Facet::Opaque) => {
+                        let b = shapes[primitive as usize].bounds();
+                        Bounds { min: place(b.min), max: place(b.max) }
+                    }
+                };
+                let down = |x: f64| (x as f32).next_down();
+                let up = |x: f64| (x as f32).next_up();
+                let (min, max) = (bounds.min, bounds.max);
                 Aabb::new(Vec3A::new(down(min.x), down(min.y), down(min.z)), Vec3A::new(up(max.x), up(max.y), up(max.z)))
             })
             .collect();
-        let tree = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut std::time::Duration::default());
-        let mut slots = vec![0; shapes.len()];
-        let leaves = tree.primitive_indices.iter().map(|&primitive| (shapes[primitive as usize], primitive)).collect();
-        for (slot, &primitive) in tree.primitive_indices.iter().enumerate() {
-            slots[primitive as usize] = slot as u32;
+        split_large(&mut boxes, &mut references, &facet);
+        for b in &mut boxes {
+            *b = Aabb::new(b.min - PADDING, b.max + PADDING);
         }
-        Self { tree, leaves, slots, center, extent, inverse_extent }
+        // Of obvhs' presets the middle one: more search and more optimization cost much time and gained nothing measurable.
+        let numbers = (0..boxes.len() as u32).collect();
+        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::Medium, &boxes, numbers, SortPrecision::U64, 3);
+        ReinsertionOptimizer::default().run(&mut tree, 0.05, None);
+        let binary: Vec<BinaryNode> = tree
+            .nodes
+            .iter()
+            .map(|node| {
+                let Aabb { min, max } = *node.aabb();
+                BinaryNode { min: min.to_array(), max: max.to_array(), first: node.first_index, count: node.prim_count }
+            })
+            .collect();
+        drop(tree);
+        let wide = Wide::collapse(&binary, &references, facet);
+        Self { wide, shapes, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
+    }
+
+    /// Uses another instruction set, which this processor must have.
+    #[cfg(test)]
+    pub fn set_level(&mut self, level: Level) {
+        self.level = level;
+    }
+
+    /// What the tree consists of.
+    pub fn statistics(&self) -> TreeStatistics {
+        let Wide { nodes, blocks } = &self.wide;
+        TreeStatistics {
+            nodes: nodes.len(),
+            leaves: blocks.len(),
+            bytes: size_of_val(&nodes[..]) + size_of_val(&blocks[..]) + size_of_val(&self.shapes[..]),
+            build_time: self.build_time,
+            instruction_set: dispatch!(self.level, simd => instruction_set(simd)),
+        }
     }
 
     /// The shape of a primitive.
     pub fn shape(&self, primitive: u32) -> Option<&Shape> {
-        let slot = *self.slots.get(primitive as usize)?;
-        self.leaves.get(slot as usize).map(|(shape, _)| shape)
+        self.shapes.get(primitive as usize)
     }
 
     /// The nearest hit, of equally near ones that with the lowest primitive. `direction` is of unit length.
+    #[inline]
     pub fn closest(&self, origin: DVec3, direction: DVec3, origin_primitive: u32) -> Option<Hit<'_>> {
-        let clipped = self.clip(origin, direction)?;
-        let ray = clipped.ray;
+        let (origin, box_origin, moved) = self.clip(origin, direction)?;
+        let ray = Ray::new(origin, direction);
+        let box_ray = BoxRay::new(box_origin.as_vec3(), direction.as_vec3());
         let mut nearest = Intersection { t: f64::INFINITY, u: 0.0, v: 0.0 };
-        let mut nearest_slot = usize::MAX;
         let mut nearest_primitive = u32::MAX;
-        let box_ray = BoxRay::new(clipped.box_origin, clipped.box_direction, 0.0, f32::INFINITY);
-        self.tree.ray_traverse(box_ray, &mut RayHit::none(), |_, slot| {
-            let (shape, primitive) = &self.leaves[slot];
-            let contact = if *primitive == origin_primitive { Contact::Origin } else { Contact::None };
-            let Some(hit) = shape.intersect_apart_from(&ray, contact) else { return f32::INFINITY };
-            if hit.t > nearest.t || (hit.t == nearest.t && *primitive > nearest_primitive) {
-                return f32::INFINITY;
+        let test = |primitive: u32| {
+            let contact = if primitive == origin_primitive { Contact::Origin } else { Contact::None };
+            let hit = self.shapes[primitive as usize].intersect_apart_from(&ray, contact)?;
+            if hit.t > nearest.t || (hit.t == nearest.t && primitive >= nearest_primitive) {
+                return None;
             }
-            (nearest, nearest_slot, nearest_primitive) = (hit, slot, *primitive);
-            self.round_up(hit.t)
-        });
-        let (shape, primitive) = self.leaves.get(nearest_slot)?;
-        Some(Hit { primitive: *primitive, shape, ray, intersection: nearest })
+            (nearest, nearest_primitive) = (hit, primitive);
+            Some(self.round_up(hit.t))
+        };
+        dispatch!(self.level, simd => self.wide.closest(simd, &box_ray, test));
+        let shape = self.shapes.get(nearest_primitive as usize)?;
+        Some(Hit { primitive: nearest_primitive, shape, ray, moved, intersection: nearest })
     }
 
     /// Whether nothing lies between the origin and the point at distance `length`. `direction` is of unit length.
+    #[inline]
     pub fn is_free(&self, origin: DVec3, direction: DVec3, length: f64, ends: Ends) -> bool {
-        let Some(clipped) = self.clip(origin, direction) else { return true };
-        let (ray, length) = (clipped.ray, length - clipped.moved);
+        let Some((origin, box_origin, moved)) = self.clip(origin, direction) else { return true };
+        let length = length - moved;
         if length.is_nan() || length <= 0.0 {
             return true;
         }
-        let box_ray = BoxRay::new(clipped.box_origin, clipped.box_direction, 0.0, self.round_up(length));
-        self.tree.ray_traverse_miss(box_ray, |_, slot| {
-            let (shape, primitive) = &self.leaves[slot];
-            let contact = match (*primitive == ends.origin, *primitive == ends.end) {
+        let ray = Ray::new(origin, direction);
+        let box_ray = BoxRay::new(box_origin.as_vec3(), direction.as_vec3());
+        let blocks = |primitive: u32, certain: bool| {
+            if certain && primitive != ends.origin && primitive != ends.end {
+                return true;
+            }
+            let contact = match (primitive == ends.origin, primitive == ends.end) {
                 (false, false) => Contact::None,
                 (true, false) => Contact::Origin,
                 (false, true) => Contact::End(length),
                 (true, true) => Contact::Both,
             };
-            let blocked = shape.intersect_apart_from(&ray, contact).is_some_and(|hit| hit.t < length);
-            if blocked { f32::NEG_INFINITY } else { f32::INFINITY }
-        })
+            self.shapes[primitive as usize].intersect_apart_from(&ray, contact).is_some_and(|hit| hit.t < length)
+        };
+        !dispatch!(self.level, simd => self.wide.any(simd, &box_ray, self.round_up(length), blocks))
     }
 
     /// A distance in the space of the boxes, rounded up far enough to exceed the entry of every box that contains a hit there.
+    #[inline(always)]
     fn round_up(&self, t: f64) -> f32 {
-        ((t * self.inverse_extent) as f32).next_up().next_up()
+        (t * self.inverse_extent * (1.0 + 4.0 * f64::from(ROUNDOFF))) as f32 + f32::MIN_POSITIVE
     }
 
-    /// Moves the origin to where the ray enters the scene; `None` if it does not, or if the ray is no ray.
-    fn clip(&self, origin: DVec3, direction: DVec3) -> Option<ClippedRay> {
-        let mut origin = origin;
-        let mut moved = 0.0;
-        let mut box_origin = (origin - self.center) * self.inverse_extent;
+    /// The origin, moved to where the ray enters the scene, in world space and in that of the boxes, and by how much it was moved; `None`
+    /// if the ray does not enter, or is no ray.
+    #[inline(always)]
+    fn clip(&self, origin: DVec3, direction: DVec3) -> Option<(DVec3, DVec3, f64)> {
+        let box_origin = (origin - self.center) * self.inverse_extent;
         if !(box_origin.is_finite() && direction.is_finite() && direction != DVec3::ZERO) {
             return None;
         }
-        if box_origin.abs().max_element() > CLIP {
-            let (mut near, mut far) = (0.0f64, f64::INFINITY);
-            for axis in 0..3 {
-                let inverse = 1.0 / direction[axis];
-                let (a, b) = ((-CLIP - box_origin[axis]) * inverse, (CLIP - box_origin[axis]) * inverse);
-                near = near.max(a.min(b));
-                far = far.min(a.max(b));
-            }
-            // A far origin is known to its own rounding only, which may exceed the cube's margin.
-            let uncertainty = box_origin.abs().max_element() * (8.0 * f64::EPSILON);
-            if near > far + uncertainty {
-                return None;
-            }
-            moved = near * self.extent;
-            origin += direction * moved;
-            box_origin = (origin - self.center) * self.inverse_extent;
+        if box_origin.abs().max_element() > CLIP { self.enter(origin, box_origin, direction) } else { Some((origin, box_origin, 0.0)) }
+    }
+
+    /// The same for an origin outside of the scene.
+    #[inline(never)]
+    fn enter(&self, origin: DVec3, box_origin: DVec3, direction: DVec3) -> Option<(DVec3, DVec3, f64)> {
+        let (mut near, mut far) = (0.0f64, f64::INFINITY);
+        for axis in 0..3 {
+            let inverse = 1.0 / direction[axis];
+            let (a, b) = ((-CLIP - box_origin[axis]) * inverse, (CLIP - box_origin[axis]) * inverse);
+            near = near.max(a.min(b));
+            far = far.min(a.max(b));
         }
-        Some(ClippedRay { ray: Ray::new(origin, direction), moved, box_origin: box_origin.as_vec3a(), box_direction: direction.as_vec3a() })
+        // A far origin is known to its own rounding only, which may exceed the cube's margin.
+        let uncertainty = box_origin.abs().max_element() * (8.0 * f64::EPSILON);
+        if near > far + uncertainty {
+            return None;
+        }
+        let moved = near * self.extent;
+        let origin = origin + direction * moved;
+        Some((origin, (origin - self.center) * self.inverse_extent, moved))
+    }
+}
+
+/// The last part of an instruction set's type name.
+fn instruction_set<S: Simd>(_: S) -> &'static str {
+    std::any::type_name::<S>().rsplit("::").next().unwrap_or_default()
+}
+
+/// Replaces the boxes of large triangles by several smaller ones that cover their parts, which saves rays that pass beside a long thin
+/// triangle from testing it.
+fn split_large(boxes: &mut Vec<Aabb>, references: &mut Vec<u32>, facet: impl Fn(u32) -> (u32, Facet)) {
+    let (sum, largest) = boxes.iter().map(Aabb::half_area).fold((0.0f64, 0.0f32), |(sum, largest), a| (sum + f64::from(a), largest.max(a)));
+    let average = (sum / boxes.len() as f64) as f32;
+    let mut large = Vec::new();
+    let mut parts = Vec::new();
+    let mut triangles = Vec::new();
+    for (i, b) in boxes.iter().enumerate() {
+        if b.half_area() > 3.0 * average
+            && let (_, Facet::Triangle([v0, v1, v2])) = facet(references[i])
+        {
+            parts.push(*b);
+            large.push(i);
+            triangles.push(Triangle { v0: v0.as_vec3a(), v1: v1.as_vec3a(), v2: v2.as_vec3a() });
+        }
+    }
+    let mut owners: Vec<u32> = (0..large.len() as u32).collect();
+    let high = (4.0 * average).max(0.9 * average + 0.1 * largest);
+    split_aabbs_precise(&mut parts, &mut owners, &triangles, 3.0 * average, high, 1.8, 1.6, 12, 12);
+    for (i, (part, owner)) in parts.into_iter().zip(owners).enumerate() {
+        let original = large[owner as usize];
+        if i < large.len() {
+            boxes[original] = part;
+        } else {
+            boxes.push(part);
+            references.push(references[original]);
+        }
     }
 }
 
@@ -193,6 +358,6 @@ pub(crate) fn unit(direction: DVec3) -> DVec3 {
 
 impl std::fmt::Debug for Bvh {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Bvh").field("primitives", &self.slots.len()).field("nodes", &self.tree.nodes.len()).finish_non_exhaustive()
+        f.debug_struct("Bvh").field("primitives", &self.shapes.len()).field("nodes", &self.wide.nodes.len()).finish_non_exhaustive()
     }
 }

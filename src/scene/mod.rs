@@ -8,9 +8,14 @@ mod lights;
 mod material;
 mod mesh;
 mod needs;
+#[cfg(test)]
+mod tests;
+mod traverse;
+mod wide;
 mod world;
 
 pub use builder::{Emission, MaterialId, SurfaceId, WorldBuilder};
+pub use bvh::TreeStatistics;
 pub use error::SceneError;
 pub use material::Material;
 pub use mesh::Mesh;

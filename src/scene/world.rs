@@ -1,7 +1,7 @@
 //! The ready-made scene: meshes, spheres, quads and disks, named materials, and lights of any kind.
 
 use super::builder::{MaterialId, Surface, SurfaceId};
-use super::bvh::{Bvh, Ends, unit};
+use super::bvh::{Bvh, Ends, TreeStatistics, unit};
 use super::lights::{BoxedLight, Choice};
 use super::{Needs, Scene, SurfaceArea};
 use crate::bsdf::{Bsdf, Lobes, Model};
@@ -129,6 +129,26 @@ impl World {
     #[must_use]
     pub fn shape(&self, primitive: u32) -> Option<&Shape> {
         self.bvh.shape(primitive)
+    }
+
+    /// What the acceleration structure consists of.
+    #[must_use]
+    pub fn tree_statistics(&self) -> TreeStatistics {
+        self.bvh.statistics()
+    }
+
+    /// The primitive that a ray meets first and its distance: [`Scene::intersect`] without the surface point, for whoever needs no more, from
+    /// an origin that lies on no surface. A direction that is not of unit length is made so; a ray that is none hits nothing.
+    #[must_use]
+    pub fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
+        let hit = self.bvh.closest(origin, unit(direction), SurfacePoint::NONE)?;
+        Some((hit.primitive, hit.moved + hit.intersection.t))
+    }
+
+    /// Whether a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an end that lie on no surface.
+    #[must_use]
+    pub fn is_clear(&self, origin: DVec3, direction: DVec3, length: f64) -> bool {
+        self.bvh.is_free(origin, unit(direction), length, Ends { origin: SurfacePoint::NONE, end: SurfacePoint::NONE })
     }
 
     /// Gives a point of a shape what the scene knows about it.

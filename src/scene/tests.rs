@@ -1,0 +1,184 @@
+//! The traversal against all shapes one by one, on scenes that are hard for boxes and for f32, with every instruction set.
+
+use super::bvh::{Bvh, Ends};
+use crate::geometry::{Bounds, Contact, Disk, Quad, Ray, Shape, Sphere, SurfacePoint, Triangle};
+use crate::math::warp::square_to_sphere;
+use fearless_simd::Level;
+use glam::{DVec2, DVec3};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+const NONE: u32 = SurfacePoint::NONE;
+
+fn direction(rng: &mut Pcg64Mcg) -> DVec3 {
+    square_to_sphere(DVec2::new(rng.random(), rng.random()))
+}
+
+/// A point of the unit cube; now and then on a coarse grid, so that points coincide and boxes are flat.
+fn point(rng: &mut Pcg64Mcg) -> DVec3 {
+    let p = DVec3::from_array([(); 3].map(|()| rng.random_range(-1.0..1.0)));
+    if rng.random_range(0..3) == 0 { (p * 2.0).round() * 0.5 } else { p }
+}
+
+/// A shape of any kind and of any size down to 1e-7 of the scene, slivers and copies included.
+fn shape(rng: &mut Pcg64Mcg, earlier: &[Shape]) -> Shape {
+    let center = point(rng);
+    let size = 10f64.powf(rng.random_range(-7.0..0.0));
+    let mut offset = |stretch: f64| direction(rng) * size + DVec3::X * stretch;
+    match (earlier.len() * 7) % 16 {
+        0 if !earlier.is_empty() => earlier[earlier.len() / 2],
+        1 => Shape::Sphere(Sphere::new(center, size)),
+        2 => Shape::Sphere(Sphere { cos_min: -0.5, ..Sphere::new(center, size) }),
+        3 => Shape::Disk(Disk { center, normal: offset(0.0).normalize(), radius: size }),
+        4 | 5 => Shape::Quad(Quad { origin: center, edge_u: offset(0.0), edge_v: offset(0.7) }),
+        6 => Shape::Quad(Quad { origin: center, edge_u: DVec3::X, edge_v: DVec3::Y * size }),
+        7 | 8 => Shape::Triangle(Triangle { vertices: [center, center + offset(0.0), center + offset(1.0)] }),
+        9 => Shape::Triangle(Triangle { vertices: [center, point(rng), point(rng)] }),
+        // A vertex of an earlier one: hits at the same distance.
+        10 | 11 => match earlier.last() {
+            Some(Shape::Triangle(t)) => Shape::Triangle(Triangle { vertices: [t.vertices[0], t.vertices[1], center] }),
+            _ => Shape::Triangle(Triangle { vertices: [center, point(rng), center + DVec3::Z * size] }),
+        },
+        _ => Shape::Triangle(Triangle { vertices: [center, center + offset(0.0), center + offset(0.0)] }),
+    }
+}
+
+/// A point to aim at: where f32 is least sure of the answer.
+fn target(rng: &mut Pcg64Mcg, shapes: &[Shape]) -> DVec3 {
+    let shape = &shapes[rng.random_range(0..shapes.len())];
+    match (shape, rng.random_range(0..4)) {
+        (Shape::Triangle(t), 0) => t.vertices[0],
+        (Shape::Triangle(t), 1) => t.vertices[0] + (t.vertices[1] - t.vertices[0]) * rng.random::<f64>(),
+        (Shape::Quad(q), 0) => q.origin,
+        (Shape::Quad(q), 1) => q.origin + (q.edge_u + q.edge_v) * rng.random::<f64>(),
+        _ => shape.sample_area(DVec2::new(rng.random(), rng.random())).position,
+    }
+}
+
+fn ray(rng: &mut Pcg64Mcg, shapes: &[Shape], place: impl Fn(DVec3) -> DVec3) -> (DVec3, DVec3, f64) {
+    let aim = target(rng, shapes);
+    let origin = match rng.random_range(0..4) {
+        0 => target(rng, shapes),
+        _ => place(point(rng)),
+    };
+    let mut d = match rng.random_range(0..4) {
+        0 => direction(rng),
+        1 => DVec3::AXES[rng.random_range(0..3)],
+        _ => (aim - origin).try_normalize().unwrap_or(DVec3::NEG_Y),
+    };
+    // Components that are zero, of either sign, or that f32 cannot tell from zero.
+    if rng.random_range(0..3) == 0 {
+        d[rng.random_range(0..3)] = [0.0, -0.0, 1e-9, -1e-30][rng.random_range(0..4)];
+        d = d.try_normalize().unwrap_or(DVec3::new(-0.0, 0.0, -1.0));
+    }
+    (origin, d, aim.distance(origin) * [0.5, 1.0, 1.0 + 1e-9, 2.0][rng.random_range(0..4)])
+}
+
+/// All instruction sets that this processor has.
+fn levels() -> Vec<Level> {
+    let mut levels = vec![Level::new(), Level::baseline()];
+    #[cfg(target_arch = "x86_64")]
+    levels.extend(
+        [Level::new().as_sse4_2().map(Level::Sse4_2), Level::new().as_avx2().map(Level::Avx2), Level::new().as_avx512().map(Level::Avx512)]
+            .into_iter()
+            .flatten(),
+    );
+    levels
+}
+
+fn tree(shapes: &[Shape]) -> Bvh {
+    let bounds = shapes.iter().fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
+    Bvh::new(shapes.to_vec(), &bounds)
+}
+
+/// Compares with all shapes one by one, bit by bit; returns how many rays hit and how many segments are blocked.
+fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize, usize) {
+    let mut bvh = tree(shapes);
+    let (mut hits, mut blocked) = (0, 0);
+    for (level, step) in levels().into_iter().zip([1, 3, 3, 3, 3]) {
+        bvh.set_level(level);
+        for (i, &(origin, direction, length)) in rays.iter().enumerate().step_by(step) {
+            let ray = Ray::new(origin, direction);
+            // Every other ray starts on a primitive, and ends on one.
+            let ends = if i % 2 == 0 { Ends { origin: NONE, end: NONE } } else { Ends { origin: i as u32 % 7, end: i as u32 % 5 } };
+            let from = |id: u32| if id == ends.origin { Contact::Origin } else { Contact::None };
+            let expected = (0u32..)
+                .zip(shapes)
+                .filter_map(|(id, shape)| Some((shape.intersect_apart_from(&ray, from(id))?.t, id)))
+                .min_by(|a, b| a.partial_cmp(b).expect("numbers"));
+            let found = bvh.closest(origin, direction, ends.origin).map(|hit| (hit.intersection.t, hit.primitive));
+            assert_eq!(found, expected, "{name}, ray {i} from {origin:?} to {direction:?}, {level:?}");
+
+            let within = |id: u32| match (id == ends.origin, id == ends.end) {
+                (false, false) => Contact::None,
+                (true, false) => Contact::Origin,
+                (false, true) => Contact::End(length),
+                (true, true) => Contact::Both,
+            };
+            let free =
+                !(0u32..).zip(shapes).any(|(id, shape)| shape.intersect_apart_from(&ray, within(id)).is_some_and(|hit| hit.t < length));
+            assert_eq!(bvh.is_free(origin, direction, length, ends), free, "{name}, segment {i} of {length}, {level:?}");
+            hits += usize::from(found.is_some());
+            blocked += usize::from(!free);
+        }
+    }
+    (hits, blocked)
+}
+
+#[test]
+fn the_traversal_agrees_with_all_shapes_one_by_one() {
+    let rays = if cfg!(debug_assertions) { 300 } else { 4000 };
+    for (seed, (count, scale, offset)) in
+        (0..).zip([(1, 1.0, 0.0), (9, 1.0, 0.0), (200, 1.0, 0.0), (200, 1e-20, 0.0), (200, 1e20, 0.0), (200, 1.0, 1e5), (700, 1.0, 0.0)])
+    {
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        let mut shapes: Vec<Shape> = Vec::new();
+        for _ in 0..count {
+            let shape = shape(&mut rng, &shapes);
+            shapes.push(shape);
+        }
+        let place = |p: DVec3| p * scale + offset * DVec3::new(1.0, -1.0, 0.5);
+        let shapes: Vec<Shape> = shapes
+            .iter()
+            .map(|shape| match *shape {
+                Shape::Triangle(t) => Shape::Triangle(Triangle { vertices: t.vertices.map(place) }),
+                Shape::Sphere(s) => Shape::Sphere(Sphere { center: place(s.center), radius: s.radius * scale, ..s }),
+                Shape::Disk(d) => Shape::Disk(Disk { center: place(d.center), radius: d.radius * scale, ..d }),
+                Shape::Quad(q) => Shape::Quad(Quad { origin: place(q.origin), edge_u: q.edge_u * scale, edge_v: q.edge_v * scale }),
+            })
+            .collect();
+        let rays: Vec<_> = (0..rays).map(|_| ray(&mut rng, &shapes, place)).collect();
+        // Rays that start outside are moved first, which only `tests/watertight.rs` can judge.
+        let bounds = shapes.iter().fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
+        let inside = |p: &DVec3| p.cmpge(bounds.min).all() && p.cmple(bounds.max).all();
+        let rays: Vec<_> = rays.into_iter().filter(|(origin, ..)| inside(origin)).collect();
+        let (hits, blocked) = compare(&shapes, &rays, &format!("{count} shapes at {scale} and {offset}"));
+        assert!(hits > rays.len() / 8 && blocked > rays.len() / 16, "{hits} hits and {blocked} blocked of {}", rays.len());
+    }
+}
+
+#[test]
+fn a_tree_deeper_than_the_stack_is_walked_all_the_same() {
+    let vertices = [DVec3::new(-1.0, -1.0, 0.1), DVec3::new(1.0, -1.0, 0.2), DVec3::new(0.0, 1.0, -0.3)];
+    let mut shapes = vec![Shape::Triangle(Triangle { vertices }); 3000];
+    shapes.push(Shape::Sphere(Sphere::new(DVec3::ZERO, 2.0)));
+    let rays: Vec<_> = [DVec3::new(0.01, 0.02, 1.0), DVec3::new(-0.9, 0.9, 1.0), DVec3::new(0.9, 0.95, 1.0)]
+        .into_iter()
+        .flat_map(|origin| [(origin, DVec3::NEG_Z, 1.5), (origin, DVec3::new(-0.1, 0.0, -1.0).normalize(), 1.5)])
+        .collect();
+    compare(&shapes, &rays, "copies");
+}
+
+/// Bytes per triangle stay the same, whatever their number; `docs/performance.md` states them.
+#[test]
+fn memory_per_triangle_does_not_grow() {
+    for level in [3, 5, 6] {
+        let mesh = super::Mesh::icosphere(level);
+        let corner = |i: u32| mesh.positions[i as usize];
+        let shapes: Vec<Shape> = mesh.indices.iter().map(|t| Shape::Triangle(Triangle { vertices: t.map(corner) })).collect();
+        let statistics = tree(&shapes).statistics();
+        let share = statistics.bytes as f64 / shapes.len() as f64;
+        assert!((150.0..190.0).contains(&share), "{share} bytes per triangle of {}: {statistics:?}", shapes.len());
+        assert!(statistics.leaves * 4 >= shapes.len() && statistics.build_time > std::time::Duration::ZERO);
+    }
+}

@@ -1,0 +1,294 @@
+//! How a ray walks through the wide tree: front to back for the nearest hit, in any order to find out whether there is one.
+//!
+//! Eight boxes or four triangles are tested at a time, in f32, with tolerances that let nothing slip; what passes is handed to the caller, whose
+//! exact test decides. Written once for all instruction sets; the caller chooses one at run time.
+
+use super::wide::{Block, Child, LANES, Node, WIDTH, Wide};
+use fearless_simd::{Simd, f32x4, f32x8, prelude::*};
+
+/// A bound on the distance of any hit, since rays start in or at the cube [-1, 1]³.
+pub(super) const FAR: f32 = 4.0;
+
+/// Entries that a ray's stack holds before it moves some to the heap.
+const STACK: usize = 64;
+
+/// A ray in the space of the boxes.
+pub(super) struct BoxRay {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    /// Of the direction's components.
+    reciprocal: [f32; 3],
+    /// Minus origin times reciprocal.
+    offset: [f32; 3],
+    /// 1 for axes along which the ray runs downwards: which of a box's two planes it meets first.
+    backwards: [usize; 3],
+}
+
+impl BoxRay {
+    #[inline(always)]
+    pub fn new(origin: glam::Vec3, direction: glam::Vec3) -> Self {
+        let (origin, direction) = (origin.to_array(), direction.to_array());
+        // A component too small to matter still needs a finite reciprocal.
+        let reciprocal = direction.map(|d| 1.0 / if d.abs() < SMALLEST { SMALLEST.copysign(d) } else { d });
+        let offset = [0, 1, 2].map(|i| -origin[i] * reciprocal[i]);
+        let backwards = reciprocal.map(|r| usize::from(r < 0.0));
+        Self { origin, direction, reciprocal, offset, backwards }
+    }
+}
+
+/// Smaller components of a direction count as this.
+const SMALLEST: f32 = 1.0 / (1u64 << 60) as f32;
+
+/// Vectors that hold one number of the ray in each lane.
+struct Splat<S: Simd> {
+    origin: [f32x4<S>; 3],
+    direction: [f32x4<S>; 3],
+    reciprocal: [f32x8<S>; 3],
+    offset: [f32x8<S>; 3],
+}
+
+#[inline(always)]
+fn splat<S: Simd, V: SimdBase<S, Element = f32>>(simd: S, v: &[f32; 3]) -> [V; 3] {
+    [V::splat(simd, v[0]), V::splat(simd, v[1]), V::splat(simd, v[2])]
+}
+
+impl<S: Simd> Splat<S> {
+    #[inline(always)]
+    fn new(simd: S, ray: &BoxRay) -> Self {
+        Self {
+            origin: splat(simd, &ray.origin),
+            direction: splat(simd, &ray.direction),
+            reciprocal: splat(simd, &ray.reciprocal),
+            offset: splat(simd, &ray.offset),
+        }
+    }
+}
+
+/// The distances at which the ray enters a node's boxes, and a bit for each that it enters before `limit`.
+#[inline(always)]
+fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: &Node, limit: f32) -> (f32x8<S>, u64) {
+    let plane = |axis: usize, side: usize| {
+        f32x8::load_array_ref(simd, &node.planes[axis][side & 1]).mul_add(wide.reciprocal[axis], wide.offset[axis])
+    };
+    let [x, y, z] = ray.backwards;
+    let near = plane(0, x).max(plane(1, y)).max(plane(2, z).max(f32x8::splat(simd, 0.0)));
+    let far = plane(0, x ^ 1).min(plane(1, y ^ 1)).min(plane(2, z ^ 1).min(f32x8::splat(simd, limit)));
+    (near, near.simd_le(far).to_bitmask())
+}
+
+/// A bit for each triangle that the ray may hit before `limit`, and one for each that it certainly does; see "Why no triangle is missed" in
+/// [`super::bvh`].
+#[inline(always)]
+fn candidates<S: Simd>(simd: S, ray: &Splat<S>, block: &Block, limit: f32) -> (u64, impl FnOnce() -> u64) {
+    let load = |v: &[[f32; LANES]; 3]| {
+        [f32x4::load_array_ref(simd, &v[0]), f32x4::load_array_ref(simd, &v[1]), f32x4::load_array_ref(simd, &v[2])]
+    };
+    let cross = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| {
+        [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
+    };
+    let dot = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
+    let vertex = load(&block.vertex);
+    let (edge1, edge2) = (load(&block.edge1), load(&block.edge2));
+    let c = [vertex[0] - ray.origin[0], vertex[1] - ray.origin[1], vertex[2] - ray.origin[2]];
+    let r = cross(c, ray.direction);
+    let n = cross(edge1, edge2);
+    let determinant = dot(n, ray.direction);
+    let u = dot(r, edge2);
+    let minus_v = dot(r, edge1);
+    let w = determinant - u + minus_v;
+    let tolerance = f32x4::load_array_ref(simd, &block.tolerance);
+    let v = -minus_v;
+    let (least, most) = (u.min(v).min(w), u.max(v).max(w));
+    let t = dot(n, c);
+    let slack = f32x4::load_array_ref(simd, &block.distance_tolerance);
+    let sign = f32x4::splat(simd, 1.0).copysign(determinant);
+    let (t, end) = (t * sign, determinant * sign * f32x4::splat(simd, limit));
+    let inside = least.simd_ge(-tolerance) | most.simd_le(tolerance);
+    let reached = t.simd_ge(-slack) & t.simd_le(end + slack);
+    let certain = move || {
+        let inside = least.simd_gt(tolerance) | most.simd_lt(-tolerance);
+        let reached = t.simd_gt(slack) & t.simd_lt(end - slack);
+        (inside & reached).to_bitmask()
+    };
+    ((inside & reached).to_bitmask(), certain)
+}
+
+/// Entry distance and child in one number, which sorts by distance.
+#[inline(always)]
+fn key(distance: f32, child: Child) -> u64 {
+    u64::from(distance.to_bits()) << 32 | u64::from(child.0)
+}
+
+/// Moves what a ray has yet to visit out of the array, for trees so deep that it does not suffice; returns the array's new length.
+#[cold]
+#[inline(never)]
+fn spill<T: Copy>(stack: &[T], heap: &mut Vec<T>) -> usize {
+    heap.extend_from_slice(stack);
+    0
+}
+
+#[cfg(target_arch = "x86_64")]
+fearless_simd::kernel!(
+    #[inline(always)]
+    fn prefetch_line(sse2: Sse2, address: *const i8) {
+        let _ = sse2;
+        std::arch::x86_64::_mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>(address);
+    }
+);
+
+/// Asks for an item's memory, which will be needed soon.
+#[inline(always)]
+fn prefetch<S: Simd, T>(simd: S, items: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(sse2) = simd.level().as_sse2() {
+        let address = items.as_ptr().wrapping_add(index).cast::<i8>();
+        for line in 0..size_of::<T>().div_ceil(64) {
+            prefetch_line(sse2, address.wrapping_add(64 * line));
+        }
+    }
+}
+
+/// Takes the lowest lane out of a set of bits.
+#[inline(always)]
+fn take(bits: &mut u64) -> usize {
+    let lane = bits.trailing_zeros() as usize;
+    *bits &= *bits - 1;
+    lane
+}
+
+impl Wide {
+    /// Asks for what a ray will visit later.
+    #[inline(always)]
+    fn prefetch<S: Simd>(&self, simd: S, child: Child) {
+        match child.block() {
+            Some(block) => prefetch(simd, &self.blocks, block),
+            None => prefetch(simd, &self.nodes, child.0 as usize),
+        }
+    }
+
+    /// Offers candidates roughly from near to far. `test` gets a primitive and returns the limit from then on if it has come down.
+    #[inline(always)]
+    pub fn closest<S: Simd>(&self, simd: S, ray: &BoxRay, mut test: impl FnMut(u32) -> Option<f32>) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let wide = Splat::new(simd, ray);
+        let mut limit = FAR;
+        let (mut stack, mut length, mut heap) = ([0u64; STACK], 0usize, Vec::new());
+        let mut child = Child(0);
+        loop {
+            if let Some(block) = child.block() {
+                let block = &self.blocks[block];
+                let (mut hits, _) = candidates(simd, &wide, block, limit);
+                while hits != 0 {
+                    if let Some(nearer) = test(block.primitive[take(&mut hits) % LANES]) {
+                        limit = nearer;
+                    }
+                }
+            } else {
+                let node = &self.nodes[child.0 as usize];
+                let (near, mut hits) = enter(simd, ray, &wide, node, limit);
+                if hits != 0 {
+                    let lane = take(&mut hits) % WIDTH;
+                    child = node.children[lane];
+                    if hits == 0 {
+                        continue;
+                    }
+                    if length > STACK - WIDTH {
+                        length = spill(&stack[..length], &mut heap);
+                    }
+                    let near = near.to_array();
+                    self.prefetch(simd, child);
+                    let mut best = key(near[lane], child);
+                    let lane = take(&mut hits) % WIDTH;
+                    let other = key(near[lane], node.children[lane]);
+                    self.prefetch(simd, node.children[lane]);
+                    let first = length;
+                    stack[length % STACK] = best.max(other);
+                    best = best.min(other);
+                    length += 1;
+                    while hits != 0 {
+                        let lane = take(&mut hits) % WIDTH;
+                        let other = key(near[lane], node.children[lane]);
+                        self.prefetch(simd, node.children[lane]);
+                        let farther = best.max(other);
+                        best = best.min(other);
+                        // Insertion, farthest first.
+                        let mut at = length;
+                        length += 1;
+                        while at > first && stack[(at - 1) % STACK] < farther {
+                            stack[at % STACK] = stack[(at - 1) % STACK];
+                            at -= 1;
+                        }
+                        stack[at % STACK] = farther;
+                    }
+                    child = Child(best as u32);
+                    continue;
+                }
+            }
+            loop {
+                let next = if length > 0 {
+                    length -= 1;
+                    stack[length % STACK]
+                } else {
+                    let Some(next) = heap.pop() else { return };
+                    next
+                };
+                if (next >> 32) as u32 <= limit.to_bits() {
+                    child = Child(next as u32);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Whether `test` is true of any candidate before `limit`. It gets a primitive and whether that is certainly hit well before `limit`.
+    #[inline(always)]
+    pub fn any<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32, bool) -> bool) -> bool {
+        if self.nodes.is_empty() {
+            return false;
+        }
+        let wide = Splat::new(simd, ray);
+        let limit = limit.min(FAR);
+        let (mut stack, mut length, mut heap) = ([0u32; STACK], 0usize, Vec::new());
+        let mut child = Child(0);
+        loop {
+            if let Some(block) = child.block() {
+                let block = &self.blocks[block];
+                let (mut hits, certain) = candidates(simd, &wide, block, limit);
+                if hits != 0 {
+                    let certain = certain();
+                    while hits != 0 {
+                        let lane = take(&mut hits) % LANES;
+                        if test(block.primitive[lane], certain >> lane & 1 != 0) {
+                            return true;
+                        }
+                    }
+                }
+            } else {
+                let node = &self.nodes[child.0 as usize];
+                let mut hits = enter(simd, ray, &wide, node, limit).1;
+                if hits != 0 {
+                    child = node.children[take(&mut hits) % WIDTH];
+                    if length > STACK - WIDTH {
+                        length = spill(&stack[..length], &mut heap);
+                    }
+                    while hits != 0 {
+                        let other = node.children[take(&mut hits) % WIDTH];
+                        self.prefetch(simd, other);
+                        stack[length % STACK] = other.0;
+                        length += 1;
+                    }
+                    continue;
+                }
+            }
+            child = if length > 0 {
+                length -= 1;
+                Child(stack[length % STACK])
+            } else {
+                let Some(next) = heap.pop() else { return false };
+                Child(next)
+            };
+        }
+    }
+}
