@@ -29,10 +29,22 @@ const DEPTH: Depth = Depth::up_to(5);
 /// All integrators on one scene, by name, as a function of a visitor; a list cannot hold them.
 macro_rules! for_each_integrator {
     ($integrator:ident => $body:block) => {{
-        { let $integrator = UniformArea { depth: DEPTH, ..UniformArea::default() }; $body }
-        { let $integrator = PathTracer { depth: DEPTH, ..PathTracer::default() }; $body }
-        { let $integrator = LightTracer { depth: DEPTH, ..LightTracer::default() }; $body }
-        { let $integrator = Bidirectional { depth: DEPTH, ..Bidirectional::default() }; $body }
+        {
+            let $integrator = UniformArea { depth: DEPTH, ..UniformArea::default() };
+            $body
+        }
+        {
+            let $integrator = PathTracer { depth: DEPTH, ..PathTracer::default() };
+            $body
+        }
+        {
+            let $integrator = LightTracer { depth: DEPTH, ..LightTracer::default() };
+            $body
+        }
+        {
+            let $integrator = Bidirectional { depth: DEPTH, ..Bidirectional::default() };
+            $body
+        }
     }};
 }
 
@@ -265,7 +277,12 @@ fn assert_same_mean(name: &str, a: Moments, b: Moments, resolution: f64) {
 fn choices_of_sets_keep_the_mean() {
     let (name, world, camera, _) = sparing_scenes().swap_remove(1);
     let bidirectional = Bidirectional { depth: DEPTH, ..Bidirectional::default() };
-    assert_same_mean(name, mean(&world, &camera, &bidirectional, 30_000), mean(&WithNeeds::all(&world), &camera, &bidirectional, 30_000), 0.02);
+    assert_same_mean(
+        name,
+        mean(&world, &camera, &bidirectional, 30_000),
+        mean(&WithNeeds::all(&world), &camera, &bidirectional, 30_000),
+        0.02,
+    );
 
     let mut room = Room::open(lambert(0.6, 0.6, 0.6));
     room.lamp(0.5, 4.0);
@@ -364,10 +381,14 @@ fn culling_keeps_rays_below_the_closed_forms() {
     let at = worlds::Placement::UNIT;
     let mut builder = pathspace::scene::WorldBuilder::new();
     let wall = builder.add_material("wall", lambert(0.7, 0.7, 0.7)).expect("valid");
-    for (i, (n, u, w)) in [(DVec3::X, DVec3::Y, DVec3::Z), (DVec3::Y, DVec3::Z, DVec3::X), (DVec3::Z, DVec3::X, DVec3::Y)].into_iter().enumerate() {
+    for (i, (n, u, w)) in
+        [(DVec3::X, DVec3::Y, DVec3::Z), (DVec3::Y, DVec3::Z, DVec3::X), (DVec3::Z, DVec3::X, DVec3::Y)].into_iter().enumerate()
+    {
         for side in [-1.0, 1.0] {
             let (u, w) = if side < 0.0 { (u, w) } else { (w, u) };
-            builder.add_quad(format!("{i} {side}"), Quad { origin: n * side - u - w, edge_u: u * 2.0, edge_v: w * 2.0 }, wall).expect("valid");
+            builder
+                .add_quad(format!("{i} {side}"), Quad { origin: n * side - u - w, edge_u: u * 2.0, edge_v: w * 2.0 }, wall)
+                .expect("valid");
         }
     }
     let lamp = Disk { center: at.point(0.0, 0.99, 0.0), normal: DVec3::NEG_Y, radius: 0.3 };
@@ -419,12 +440,19 @@ fn work(world: &World, camera: &dyn Camera, integrator: &dyn Render<World>, samp
     cost * (0..pixels).map(variance).sum::<f64>() / pixels as f64
 }
 
+/// What a set's kernel costs over the general one, which counts do not know: the dedicated ones are cheaper.
+fn kernel(set: &TechniqueSet) -> f64 {
+    if set.lens_first || !set.has_camera_walk() || !set.has_light_walk() { 0.8 } else { 1.0 }
+}
+
 #[test]
 fn the_same_seed_decides_the_same_on_any_number_of_threads() {
     let scene = gallery::build("cornell-box", UVec2::splat(16)).expect("a scene");
     let render = |threads| {
         let settings = Settings { budget: Budget::Samples(8), seed: 9, threads: Some(threads), ..Settings::default() };
-        Adaptive { depth: DEPTH, ..Adaptive::default() }.render(&scene.world, &*scene.camera, &settings, &mut unattended).expect("valid settings")
+        Adaptive { depth: DEPTH, ..Adaptive::default() }
+            .render(&scene.world, &*scene.camera, &settings, &mut unattended)
+            .expect("valid settings")
     };
     let one = render(1);
     for threads in [2, 5] {
@@ -435,7 +463,7 @@ fn the_same_seed_decides_the_same_on_any_number_of_threads() {
     let decision = one.decision.expect("a decision");
     assert_eq!(one.techniques, decision.chosen.set);
     assert_eq!(one.counters.samples, 8 * 256);
-    assert!(decision.samples >= 256 && decision.candidates.len() > 20);
+    assert!(decision.samples >= 512 && decision.candidates.len() > 20);
     let shares = |f: &dyn Fn(&pathspace::integrator::TechniqueRecord) -> f64| decision.techniques.iter().map(f).sum::<f64>();
     approx::assert_relative_eq!(shares(&|r| r.energy), 1.0, max_relative = 0.01);
     approx::assert_relative_eq!(shares(&|r| r.variance), 1.0, max_relative = 1e-9);
@@ -450,8 +478,6 @@ fn predictions_hold() {
     let scene = gallery::build("cornell-box", UVec2::splat(side)).expect("a scene");
     let decision = decide(&scene.world, &*scene.camera, DEPTH, 500.0);
     let mut checked = 0;
-    // Dedicated kernels are cheaper.
-    let kernel = |set: &TechniqueSet| if set.lens_first || !set.has_camera_walk() { 0.8 } else { 1.0 };
     for candidate in &decision.candidates {
         let set = candidate.set;
         let exponent = set.light_walks.count().log2();
@@ -501,13 +527,16 @@ fn useless_light_walks_are_left_out() {
     let inside = PinholeCamera::new(v(0.1, 0.2, 0.3), DVec3::X, DVec3::Z, 60.0, UVec2::splat(16)).expect("valid");
     let mesh = gallery::build("smooth-mesh", UVec2::splat(16)).expect("a scene");
     let cornell = gallery::build("cornell-box", UVec2::splat(16)).expect("a scene");
-    let scenes: [(&str, &World, &dyn Camera); 3] =
-        [("furnace", &furnace.build(), &inside), ("smooth mesh", &mesh.world, &*mesh.camera), ("Cornell box", &cornell.world, &*cornell.camera)];
+    let scenes: [(&str, &World, &dyn Camera); 3] = [
+        ("furnace", &furnace.build(), &inside),
+        ("smooth mesh", &mesh.world, &*mesh.camera),
+        ("Cornell box", &cornell.world, &*cornell.camera),
+    ];
     for (name, world, camera) in scenes {
         let decision = decide(world, camera, DEPTH, 100.0);
         let plain = work(world, camera, &Bidirectional { depth: DEPTH, ..Bidirectional::default() }, 16, 8);
         let chosen = Adaptive { depth: DEPTH, techniques: Some(decision.chosen.set), ..Adaptive::default() };
-        let chosen = work(world, camera, &chosen, 16, 8);
+        let chosen = work(world, camera, &chosen, 16, 8) * kernel(&decision.chosen.set);
         println!("{name}: {}, expected {:.2}, measured {:.2}", decision.chosen.set, decision.expected_gain(), plain / chosen);
         assert!(plain >= 1.5 * 1.04 * chosen, "{name}: {} of {}", chosen, plain);
     }

@@ -164,7 +164,8 @@ fn text(interval: &Interval, scale: f64) -> String {
 fn row(method: &MethodReport, size: UVec2) {
     let pixels = f64::from(size.x * size.y);
     let samples = f64::from(method.runs) * f64::from(method.samples_per_pixel) * pixels;
-    let speed = method.speed_up.as_ref().map_or_else(|| "–".to_owned(), |s| format!("{:.2} ({:.2} … {:.2})", s.cpu.value, s.cpu.low, s.cpu.high));
+    let speed =
+        method.speed_up.as_ref().map_or_else(|| "–".to_owned(), |s| format!("{:.2} ({:.2} … {:.2})", s.cpu.value, s.cpu.low, s.cpu.high));
     let incomplete = if method.complete { "" } else { " *" };
     println!(
         "| {}{incomplete} | {:.2} | {:.2} | {} | {speed} |",

@@ -32,20 +32,14 @@ pub struct Adaptive {
 
 impl Default for Adaptive {
     fn default() -> Self {
-        Self {
-            depth: Depth::default(),
-            roulette: Roulette::default(),
-            heuristic: Heuristic::default(),
-            pilot: 0.03,
-            techniques: None,
-        }
+        Self { depth: Depth::default(), roulette: Roulette::default(), heuristic: Heuristic::default(), pilot: 0.03, techniques: None }
     }
 }
 
 /// What a sample of the pilot costs, in samples of path tracing: about.
 const PILOT_SAMPLE: f64 = 16.0;
 /// The pilot's pixels: fewer say nothing, more say nothing new.
-const PIXELS: [u64; 2] = [32, 4096];
+const PIXELS: [u64; 2] = [128, 4096];
 /// Exponents of the numbers of light walks per camera walk.
 const EXPONENTS: std::ops::RangeInclusive<i8> = -3..=4;
 /// A simpler set is taken if it is worse by no more than this: its estimate is the more certain one.
@@ -63,7 +57,12 @@ impl Adaptive {
     }
 
     fn bidirectional(&self, techniques: TechniqueSet) -> Bidirectional {
-        Bidirectional { techniques, depth: self.depth, roulette: Roulette { constant: Rgb::BLACK, ..self.roulette }, heuristic: self.heuristic }
+        Bidirectional {
+            techniques,
+            depth: self.depth,
+            roulette: Roulette { constant: Rgb::BLACK, ..self.roulette },
+            heuristic: self.heuristic,
+        }
     }
 
     /// The sets that draw every path, the simplest first, all techniques last.
@@ -79,18 +78,27 @@ impl Adaptive {
             let set = TechniqueSet { emitter_hits: true, emitter_sampling, lens_sampling: true, lens_first: true, ..TechniqueSet::NONE };
             sets.extend(walks().map(|light_walks| TechniqueSet { light_walks, ..set }));
             for (connections, lens_sampling) in [(false, true), (true, false), (true, true)] {
-                let set = TechniqueSet { emitter_hits: all.emitter_hits, emitter_sampling, connections, lens_sampling, ..TechniqueSet::NONE };
+                let set =
+                    TechniqueSet { emitter_hits: all.emitter_hits, emitter_sampling, connections, lens_sampling, ..TechniqueSet::NONE };
                 sets.extend(walks().map(|light_walks| TechniqueSet { light_walks, ..set }));
             }
         }
         let lens = camera.place();
-        sets.retain(|set| set.pruned(needs) == *set && set.is_complete(needs, lens) && *set != all);
+        // Without a camera walk one light walk is a sample.
+        let is_new = |set: &TechniqueSet| *set != all && (set.has_camera_walk() || set.light_walks == LightWalks::ONE);
+        sets.retain(|set| set.pruned(needs) == *set && set.is_complete(needs, lens) && is_new(set));
         sets.push(all);
         sets
     }
 
     /// Variance and cost of one sample, by running the integrator as it is.
-    fn measure<S: Scene + ?Sized, C: Camera + ?Sized>(&self, scene: &S, camera: &C, pilot: &Pilot<'_>, pixels: u64) -> (Candidate, Counters) {
+    fn measure<S: Scene + ?Sized, C: Camera + ?Sized>(
+        &self,
+        scene: &S,
+        camera: &C,
+        pilot: &Pilot<'_>,
+        pixels: u64,
+    ) -> (Candidate, Counters) {
         let parts = in_parallel(pilot, pixels, |range, scratch: &mut Scratch<'_, S>| {
             let mut sink = Moments { region: camera.film(), pixel: None, own: 0.0, splats: 0.0 };
             let mut variance = 0.0;
@@ -119,7 +127,7 @@ impl Adaptive {
     }
 }
 
-/// The candidate with the least variance × cost, where that of each is taken as large as it may well be: times e to the power of the standard error of the
+/// The candidate with the least variance × cost, where that of each is taken as large as it may well be: times e to the power of two standard errors of the
 /// logarithm of its ratio to plain bidirectional path tracing, by the jackknife over groups. A pilot that saw no more of a set's noise than one huge contribution
 /// is not to be trusted.
 fn choose(all: &[Candidate], without_one: &[Vec<Candidate>]) -> Option<Candidate> {
@@ -131,7 +139,7 @@ fn choose(all: &[Candidate], without_one: &[Vec<Candidate>]) -> Option<Candidate
         let error = ((n - 1.0) / n * ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>()).sqrt();
         let work = all[i].work();
         // Neither has any noise, or there are too few samples to know.
-        if error.is_finite() { work * error.exp() } else { work }
+        if error.is_finite() { work * (2.0 * error).exp() } else { work }
     };
     let works: Vec<f64> = (0..all.len()).map(pessimistic).collect();
     let best = works.iter().copied().fold(f64::INFINITY, f64::min);

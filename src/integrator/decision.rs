@@ -42,15 +42,7 @@ pub struct TechniqueRecord {
 impl Decision {
     pub(super) fn only(set: TechniqueSet, left_out: LeftOut) -> Self {
         let chosen = Candidate { set, variance: f64::NAN, cost: f64::NAN };
-        Self {
-            left_out,
-            samples: 0,
-            walk_costs: [f64::NAN; 2],
-            techniques: Vec::new(),
-            candidates: vec![chosen],
-            chosen,
-            achieved: None,
-        }
+        Self { left_out, samples: 0, walk_costs: [f64::NAN; 2], techniques: Vec::new(), candidates: vec![chosen], chosen, achieved: None }
     }
 
     pub(super) fn measured(

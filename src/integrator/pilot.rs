@@ -222,7 +222,11 @@ impl Factors {
     /// 1 / T for sums of r^β by family.
     fn inverse_total(&self, p: &[f64; 4]) -> f64 {
         let lens = self.weight * self.lens * p[3];
-        1.0 / if self.leaves_to_lens(p) { lens } else { self.hits * p[0] + self.sampling * p[1] + self.weight * self.connections * p[2] + lens }
+        1.0 / if self.leaves_to_lens(p) {
+            lens
+        } else {
+            self.hits * p[0] + self.sampling * p[1] + self.weight * self.connections * p[2] + lens
+        }
     }
 
     /// Whether only lens sampling draws the path.

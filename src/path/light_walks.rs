@@ -50,6 +50,8 @@ mod tests {
             }
         }
         assert_eq!(LightWalks::default().count(), 1.0);
-        assert!(LightWalks::power_of_two(17).is_none() && LightWalks::power_of_two(-17).is_none() && LightWalks::power_of_two(-128).is_none());
+        assert!(
+            LightWalks::power_of_two(17).is_none() && LightWalks::power_of_two(-17).is_none() && LightWalks::power_of_two(-128).is_none()
+        );
     }
 }

@@ -255,10 +255,8 @@ impl TechniqueSet {
         let both_infinite = lens == Place::Infinite && may_have(Needs::ENVIRONMENT);
         let hittable = !may_have(Needs::HITTABLE_LIGHTS) || self.emitter_hits || (lens_alone && !both_infinite);
         // A Dirac light that a lens of finite area sees directly is drawn by (1, 1) alone.
-        let sampled = self.emitter_sampling
-            && !may_have(Needs::DIRAC_LOBES)
-            && !may_have(Needs::UNCONNECTIBLE_LIGHTS)
-            && lens != Place::Area;
+        let sampled =
+            self.emitter_sampling && !may_have(Needs::DIRAC_LOBES) && !may_have(Needs::UNCONNECTIBLE_LIGHTS) && lens != Place::Area;
         let all = self.emitter_sampling && self.connections && self.lens_sampling;
         hittable && (!may_have(Needs::DIRAC_LIGHTS) || all || lens_alone || sampled)
     }
@@ -360,7 +358,8 @@ mod tests {
 
     #[test]
     fn a_purely_specular_room_takes_emission_alone() {
-        let mirrors = Needs::HITTABLE_LIGHTS | Needs::CONNECTIBLE_LIGHTS | Needs::DIRAC_LOBES | Needs::ILLUMINATION | Needs::INTERREFLECTION;
+        let mirrors =
+            Needs::HITTABLE_LIGHTS | Needs::CONNECTIBLE_LIGHTS | Needs::DIRAC_LOBES | Needs::ILLUMINATION | Needs::INTERREFLECTION;
         let set = TechniqueSet::BIDIRECTIONAL;
         assert_eq!(set.pruned(&mirrors), TechniqueSet { emitter_hits: true, ..TechniqueSet::NONE });
         let text = set.left_out(&mirrors).to_string();

@@ -14,7 +14,7 @@ pub use settings::{Budget, RenderError, Settings};
 use crate::endpoint::Camera;
 use crate::film::{Film, Filter, Image, NonFinite};
 use crate::integrator::{Decision, Integrator, Pilot};
-use crate::path::{Counters, LeftOut, Ledger, TechniqueSet};
+use crate::path::{Counters, Ledger, LeftOut, TechniqueSet};
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
 use chunks::{Chunks, Job};
