@@ -39,7 +39,7 @@ impl Default for Adaptive {
 /// What a sample of the pilot costs, in samples of path tracing: about.
 const PILOT_SAMPLE: f64 = 16.0;
 /// The pilot's pixels: fewer say nothing, more say nothing new.
-const PIXELS: [u64; 2] = [32, 4096];
+const PIXELS: [u64; 2] = [128, 4096];
 /// Exponents of the numbers of light walks per camera walk.
 const EXPONENTS: std::ops::RangeInclusive<i8> = -3..=4;
 /// A simpler set is taken if it is worse by no more than this: its estimate is the more certain one.
@@ -84,7 +84,9 @@ impl Adaptive {
             }
         }
         let lens = camera.place();
-        sets.retain(|set| set.pruned(needs) == *set && set.is_complete(needs, lens) && *set != all);
+        // Without a camera walk one light walk is a sample.
+        let is_new = |set: &TechniqueSet| *set != all && (set.has_camera_walk() || set.light_walks == LightWalks::ONE);
+        sets.retain(|set| set.pruned(needs) == *set && set.is_complete(needs, lens) && is_new(set));
         sets.push(all);
         sets
     }
@@ -125,7 +127,7 @@ impl Adaptive {
     }
 }
 
-/// The candidate with the least variance × cost, where that of each is taken as large as it may well be: times e to the power of the standard error of the
+/// The candidate with the least variance × cost, where that of each is taken as large as it may well be: times e to the power of two standard errors of the
 /// logarithm of its ratio to plain bidirectional path tracing, by the jackknife over groups. A pilot that saw no more of a set's noise than one huge contribution
 /// is not to be trusted.
 fn choose(all: &[Candidate], without_one: &[Vec<Candidate>]) -> Option<Candidate> {
@@ -137,7 +139,7 @@ fn choose(all: &[Candidate], without_one: &[Vec<Candidate>]) -> Option<Candidate
         let error = ((n - 1.0) / n * ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>()).sqrt();
         let work = all[i].work();
         // Neither has any noise, or there are too few samples to know.
-        if error.is_finite() { work * error.exp() } else { work }
+        if error.is_finite() { work * (2.0 * error).exp() } else { work }
     };
     let works: Vec<f64> = (0..all.len()).map(pessimistic).collect();
     let best = works.iter().copied().fold(f64::INFINITY, f64::min);
