@@ -9,7 +9,7 @@
 
 use super::{Depth, Integrator};
 use crate::endpoint::{Camera, Endpoint, Light};
-use crate::film::{Contribution, FilmRegion, FilmSample, Sink, Technique};
+use crate::film::{Contribution, FilmSample, Sink, Technique};
 use crate::path::{Edge, RandomWalk, Roulette, Scattered, Scratch, TechniqueSet, Vertex, are_joinable, sample_lens};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{Needs, Scene};
@@ -35,7 +35,6 @@ impl LightTracer {
         &self,
         scene: &'s S,
         camera: &C,
-        region: &FilmRegion,
         film: FilmSample,
         vertex: &Vertex<S::Bsdf<'s>>,
         sampler: &mut P,
@@ -44,7 +43,7 @@ impl LightTracer {
         let lens: Vertex<S::Bsdf<'s>> = sample_lens(camera, &vertex.point, sampler)?;
         let edge = Edge::between(&lens.point, &vertex.point)?;
         let raster = camera.raster(&lens.point, edge.direction)? - film.offset;
-        region.pixel_index(raster)?;
+        camera.film().pixel_index(raster)?;
         scratch.counters.connections += 1;
         let mut end = vertex.point;
         let light_or_f = match &vertex.bsdf {
@@ -96,11 +95,10 @@ impl<S: Scene + ?Sized> Integrator<S> for LightTracer {
             return;
         }
         let depth = self.depth.within(&needs);
-        let region = camera.film();
         let Some((walk, mut vertex)) = RandomWalk::from_light(scene, sampler, &mut scratch.counters) else { return };
         let mut connect = |bounces: u32, vertex: &Vertex<S::Bsdf<'s>>, sampler: &mut P, scratch: &mut Scratch<'s, S>| {
             sampler.stream(Stream::LensSampling(bounces));
-            let contribution = self.connected(scene, camera, &region, film, vertex, sampler, scratch);
+            let contribution = self.connected(scene, camera, film, vertex, sampler, scratch);
             if let Some(contribution) = contribution {
                 sink.add(&Contribution { technique: Technique { s: bounces as u16 + 1, t: 1 }, ..contribution });
             }

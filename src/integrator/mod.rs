@@ -76,8 +76,11 @@ pub struct Pilot<'a> {
     /// The kernel of the pixel filter.
     pub kernel: &'a Kernel,
     /// Calls a function with every number below the given one, each once, on the rendering's threads.
-    pub parallel: &'a (dyn Fn(usize, &(dyn Fn(usize) + Sync)) + Sync + 'a),
+    pub parallel: &'a (dyn Fn(usize, Task<'_>) + Sync + 'a),
 }
+
+/// Work in numbered parts that may be done in any order, at the same time.
+pub type Task<'a> = &'a (dyn Fn(usize) + Sync);
 
 impl std::fmt::Debug for Pilot<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

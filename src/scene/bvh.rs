@@ -185,7 +185,7 @@ impl Bvh {
                 Aabb::new(Vec3A::new(down(min.x), down(min.y), down(min.z)), Vec3A::new(up(max.x), up(max.y), up(max.z)))
             })
             .collect();
-        split_large(&mut boxes, &mut references, &facet);
+        split_large(&mut boxes, &mut references, facet);
         for b in &mut boxes {
             *b = Aabb::new(b.min - PADDING, b.max + PADDING);
         }

@@ -144,9 +144,9 @@ impl Wide {
             let mut links = [Child(0); WIDTH];
             for (lane, &child) in children.iter().enumerate() {
                 let binary = &tree[child as usize];
-                for axis in 0..3 {
-                    planes[axis][0][lane] = binary.min[axis];
-                    planes[axis][1][lane] = binary.max[axis];
+                for (axis, [near, far]) in planes.iter_mut().enumerate() {
+                    near[lane] = binary.min[axis];
+                    far[lane] = binary.max[axis];
                 }
                 if is_leaf(child) {
                     links[lane] = Child(Child::LEAF | wide.blocks.len() as u32);
