@@ -16,7 +16,7 @@ use crate::endpoint::Camera;
 use crate::film::{Image, NonFinite};
 use crate::integrator::Bidirectional;
 use crate::math::Rgb;
-use crate::path::{Counters, TechniqueSet};
+use crate::path::{Counters, LeftOut, TechniqueSet};
 use crate::render::{Budget, Progress, RenderError, Settings};
 use crate::sampler::SamplerKind;
 use crate::scene::Scene;
@@ -220,6 +220,7 @@ struct Runs {
     samples: u32,
     layout: Layout,
     techniques: TechniqueSet,
+    left_out: LeftOut,
     marks: Vec<Mark>,
     finals: Vec<Image>,
     batches: Vec<Batch>,
@@ -262,6 +263,7 @@ impl Runs {
             samples,
             layout,
             techniques: rendering.techniques,
+            left_out: rendering.left_out,
             marks: Vec::new(),
             finals: Vec::new(),
             batches: Vec::new(),
@@ -384,6 +386,7 @@ impl Runs {
             name: contestant.name.clone(),
             complete: contestant.complete,
             techniques: self.techniques,
+            left_out: self.left_out,
             samples: self.samples,
             marks: self.marks,
             finals: self.finals,
