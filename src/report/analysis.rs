@@ -182,11 +182,7 @@ fn method(
     let first = m.non_finite.as_ref().and_then(NonFinite::first);
     MethodReport {
         name: m.name.clone(),
-        techniques: if m.left_out.is_empty() {
-            m.techniques.to_string()
-        } else {
-            format!("{}. Left out: {}", m.techniques, m.left_out)
-        },
+        techniques: if m.left_out.is_empty() { m.techniques.to_string() } else { format!("{}. Left out: {}", m.techniques, m.left_out) },
         complete: m.complete,
         runs: m.finals.len() as u32,
         samples_per_pixel: m.samples,
