@@ -43,9 +43,9 @@ macro_rules! host {
                 self.0.visible(a, b)
             }
             #[inline]
-            fn bsdf(&self, x: &SurfacePoint) -> $short {
-                let make: fn(&Self, &SurfacePoint) -> $short = $make;
-                make(self, x)
+            fn bsdf(&self, _: &SurfacePoint) -> $short {
+                let make: fn(&Self) -> $short = $make;
+                make(self)
             }
             #[inline]
             fn light_at(&self, x: &SurfacePoint) -> Option<LightId> {
@@ -74,8 +74,8 @@ const NEEDED: Needs = Needs::HITTABLE_LIGHTS
     .union(Needs::ILLUMINATION)
     .union(Needs::INTERREFLECTION);
 
-host!(Constant, 'a, common::Lambertian, common::Lambertian, |host, x| host.0.bsdf(x), NEEDED);
-host!(Dynamic, 'a, &'a dyn Bsdf, &dyn Bsdf, |host, _| &host.1, Needs::ALL);
+host!(Constant, 'a, common::Lambertian, common::Lambertian, |host| common::Lambertian(host.0.albedo), NEEDED);
+host!(Dynamic, 'a, &'a dyn Bsdf, &dyn Bsdf, |host| &host.1, Needs::ALL);
 
 #[derive(Default)]
 struct Sum(Rgb);

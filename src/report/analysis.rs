@@ -15,7 +15,7 @@ use super::study::{Plan, Snapshot};
 use crate::film::{Image, NonFinite};
 use crate::math::statistics::{Estimate, sidak};
 use crate::math::student::student_t_p_value;
-use crate::path::{Counters, TechniqueSet};
+use crate::path::{Counters, LeftOut, TechniqueSet};
 use crate::render::Budget;
 
 /// A curve stops where the reference's own variance is more than this part of the error.
@@ -30,6 +30,7 @@ pub(super) struct Measured {
     pub name: String,
     pub complete: bool,
     pub techniques: TechniqueSet,
+    pub left_out: LeftOut,
     pub samples: u32,
     pub marks: Vec<Mark>,
     pub finals: Vec<Image>,
@@ -185,7 +186,7 @@ fn method(
     let first = m.non_finite.as_ref().and_then(NonFinite::first);
     MethodReport {
         name: m.name.clone(),
-        techniques: m.techniques.to_string(),
+        techniques: if m.left_out.is_empty() { m.techniques.to_string() } else { format!("{}. Left out: {}", m.techniques, m.left_out) },
         complete: m.complete,
         runs: m.finals.len() as u32,
         samples_per_pixel: m.samples,

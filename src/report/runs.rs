@@ -15,7 +15,7 @@ use super::study::{Plan, Snapshot};
 use crate::endpoint::Camera;
 use crate::film::{Image, NonFinite};
 use crate::math::Rgb;
-use crate::path::{Counters, TechniqueSet};
+use crate::path::{Counters, LeftOut, TechniqueSet};
 use crate::render::{Budget, Progress, RenderError, Settings};
 use crate::sampler::SamplerKind;
 use crate::scene::Scene;
@@ -62,6 +62,7 @@ pub(super) struct Runs {
     samples: u32,
     layout: Layout,
     techniques: TechniqueSet,
+    left_out: LeftOut,
     marks: Vec<Mark>,
     finals: Vec<Image>,
     batches: Vec<Batch>,
@@ -114,6 +115,7 @@ impl Runs {
             samples,
             layout: Layout::of(task.reference.image()),
             techniques: rendering.techniques,
+            left_out: rendering.left_out,
             marks: Vec::new(),
             finals: Vec::new(),
             batches: Vec::new(),
@@ -238,6 +240,7 @@ impl Runs {
             name: contestant.name.clone(),
             complete: contestant.complete,
             techniques: self.techniques,
+            left_out: self.left_out,
             samples: self.samples,
             marks: self.marks,
             finals: self.finals,
