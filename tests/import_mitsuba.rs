@@ -409,7 +409,7 @@ fn mutated(original: &[u8], changes: &[(u32, u8)], cut: u32) -> Vec<u8> {
         let index = *at as usize % bytes.len();
         bytes[index] = *value;
     }
-    if cut % 3 == 0 {
+    if cut.is_multiple_of(3) {
         bytes.truncate(cut as usize % (bytes.len() + 1));
     }
     bytes

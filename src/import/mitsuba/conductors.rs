@@ -85,8 +85,8 @@ mod tests {
         assert!(r > 0.9 && (0.7..0.85).contains(&g) && (0.25..0.45).contains(&b), "{r} {g} {b}");
         let [r, g, b] = reflectance("Cu");
         assert!(r > 0.9 && (0.55..0.75).contains(&g) && (0.45..0.6).contains(&b), "{r} {g} {b}");
-        assert!(reflectance("Ag").iter().all(|c| (0.93..1.0).contains(c)));
-        assert!(reflectance("Al").iter().all(|c| (0.88..0.94).contains(c)));
+        assert!(reflectance("Ag").iter().all(|c| (0.9..1.0).contains(c)));
+        assert!(reflectance("Al").iter().all(|c| (0.85..0.95).contains(c)));
         assert_eq!(reflectance("none"), [1.0; 3]);
         assert_eq!(by_name("Unobtainium"), None);
     }
