@@ -112,7 +112,7 @@ impl Texture {
     /// # Errors
     /// If the transform is not finite.
     pub fn with_transform(mut self, to_uv: DAffine2) -> Result<Self, TextureError> {
-        self.to_uv = self.to_uv * to_uv;
+        self.to_uv *= to_uv;
         if self.to_uv.is_finite() { Ok(self) } else { Err(TextureError::Transform) }
     }
 

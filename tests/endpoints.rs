@@ -338,6 +338,27 @@ fn check_spot_directions(light: &SpotLight) {
     assert!(chi2 < 39.0 + 4.0 * 8.8, "{chi2}");
 }
 
+/// The intensity falls off linearly in the angle; what is sampled integrates to the power in closed form.
+#[test]
+fn spots_with_linear_falloff() {
+    for (inner, outer) in [(20.0, 40.0), (0.0, 60.0), (30.0, 30.0), (29.999, 30.0)] {
+        let light = SpotLight::new(DVec3::ZERO, DVec3::Z, Rgb::splat(1.0), inner, outer).unwrap().with_linear_falloff();
+        let (p, mut rng) = (SurfacePoint::dirac(DVec3::ZERO), Random::new(12));
+        let at = |degrees: f64| light.emit(&p, DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos())).r();
+        assert_relative_eq!(at(0.5 * (inner + outer)), if inner == outer { at(inner) } else { 0.5 }, epsilon = 1e-6);
+        let n = 4_000;
+        let step = outer.to_radians() / f64::from(n);
+        let integral: f64 = (0..n).map(|i| (f64::from(i) + 0.5) * step).map(|t| 2.0 * PI * t.sin() * at(t.to_degrees()) * step).sum();
+        assert_relative_eq!(light.power().r(), integral, max_relative = 1e-4);
+        let sample = || {
+            let sample = light.sample_direction(&p, rng.next_2d()).expect("a direction");
+            assert_relative_eq!(light.direction_pdf(&p, sample.direction).value(), sample.pdf.value());
+            sample.weight.r()
+        };
+        assert_mean("linear spot", estimate(200_000, sample), light.power().r(), 0.004);
+    }
+}
+
 #[test]
 fn b15_single_hot_pixel() {
     let mut pixels = vec![Rgb::BLACK; 64 * 128];

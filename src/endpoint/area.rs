@@ -215,3 +215,52 @@ impl Light for AreaLight {
         true
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Quad, Triangle};
+    use crate::math::warp::testing::random;
+
+    /// A quad of area 6, of which each half shows one colour of a board.
+    fn light() -> AreaLight {
+        let quad = Quad { origin: DVec3::ZERO, edge_u: DVec3::X * 2.0, edge_v: DVec3::Y * 3.0 };
+        let board = Texture::checkerboard(Rgb::new(1.0, 0.0, 3.0), Rgb::new(5.0, 0.0, 1.0));
+        AreaLight::textured(vec![Shape::Quad(quad)], None, 0, 0, board, false).expect("valid")
+    }
+
+    #[test]
+    fn power_is_the_integral_of_the_texture() {
+        let power = light().power();
+        assert!((power - Rgb::new(3.0, 0.0, 2.0) * (6.0 * PI)).map(f64::abs).max_component() < 1e-9, "{power:?}");
+        // 400 000 samples of a weight of relative deviation 2/3: a standard error of 0.1 %.
+        let (light, mut rng) = (light(), random(5));
+        let n = 400_000;
+        let mut sum = Rgb::BLACK;
+        for _ in 0..n {
+            let point = light.sample_point(rng(), DVec2::new(rng(), rng())).expect("a point");
+            let Some(sample) = light.sample_direction(&point.point, DVec2::new(rng(), rng())) else { continue };
+            assert!((sample.weight * sample.pdf.value() - light.emit(&point.point, sample.direction)).max_component() < 1e-12);
+            // dσ⊥ dA
+            sum += sample.weight / point.pdf.value() / f64::from(n);
+        }
+        assert!((sum[0] / power[0] - 1.0).abs() < 0.005 && (sum[2] / power[2] - 1.0).abs() < 0.005, "{sum:?}");
+    }
+
+    #[test]
+    fn triangles_show_the_colours_of_their_corners() {
+        let triangle = Triangle { vertices: [DVec3::ZERO, DVec3::X, DVec3::Y] };
+        let uvs = vec![[DVec2::splat(0.25), DVec2::new(1.25, 0.25), DVec2::new(0.25, 1.25)]];
+        let board = Texture::checkerboard(Rgb::WHITE, Rgb::BLACK);
+        let light = AreaLight::textured(vec![Shape::Triangle(triangle)], Some(uvs), 0, 0, board.clone(), false).expect("valid");
+        let mut rng = random(6);
+        for _ in 0..1000 {
+            let point = light.sample_point(rng(), DVec2::new(rng(), rng())).expect("a point").point;
+            let expected = board.at(point.position.truncate() + 0.25);
+            assert_eq!(light.emit(&point, DVec3::Z), expected);
+            assert_eq!(light.emit(&point, -DVec3::Z), Rgb::BLACK);
+        }
+        let error = AreaLight::textured(vec![Shape::Triangle(triangle)], Some(Vec::new()), 0, 0, board, false);
+        assert!(matches!(error, Err(EndpointError::TextureCoordinates { shapes: 1, triangles: 0 })));
+    }
+}

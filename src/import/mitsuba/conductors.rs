@@ -1,18 +1,20 @@
 //! Optical constants of metals, by name.
 //!
-//! Indices n + ik at photon energies in eV: gold, silver and copper by Johnson and Christy (1972), aluminium by Smith, Shiles and Inokuti (1985), at
-//! wavelengths. They become RGB as the reflectances do.
+//! Indices n + ik of gold, silver and copper by Johnson and Christy (1972), at photon energies, and of aluminium by Smith, Shiles and Inokuti (1985), at wavelengths.
+//! Colour is what the eye sees of the *reflectance*, which is not linear in n and k. So the reflectance at normal incidence becomes RGB as reflectances
+//! do, n becomes RGB, and k is chosen such that they fit together (Gulbrandsen 2014).
 
 use super::spectrum::{Illuminant, to_rgb};
 use crate::math::Rgb;
 
 /// hc in eV nm.
-const EV_NANOMETRES: f64 = 1239.841_98;
+const EV_NANOMETRES: f64 = 1_239.841_98;
 
-/// Wavelength, n and k are computed from (energy, n, k).
+/// Wavelength, n and k.
 type Table = [(f64, f64, f64)];
 
 #[rustfmt::skip]
+/// Energy in eV, n and k.
 const GOLD: [(f64, f64, f64); 17] = [
     (1.51, 0.16, 5.083), (1.64, 0.14, 4.542), (1.76, 0.13, 4.103), (1.88, 0.14, 3.697), (2.01, 0.21, 3.272), (2.14, 0.29, 2.863),
     (2.26, 0.43, 2.455), (2.38, 0.62, 2.081), (2.50, 1.04, 1.833), (2.63, 1.31, 1.849), (2.75, 1.38, 1.914), (2.88, 1.45, 1.948),
@@ -56,7 +58,36 @@ pub(super) fn by_name(name: &str) -> Option<[Rgb; 2]> {
 fn colours(table: &Table) -> [Rgb; 2] {
     let of = |pick: fn(&(f64, f64, f64)) -> f64| {
         let spectrum: Vec<(f64, f64)> = table.iter().map(|row| (row.0, pick(row))).collect();
-        to_rgb(&spectrum, Illuminant::D65).map(|c| c.max(0.0))
+        to_rgb(&spectrum, Illuminant::D65)
     };
-    [of(|row| row.1), of(|row| row.2)]
+    let normal: fn(&(f64, f64, f64)) -> f64 = |&(_, n, k)| ((n - 1.0) * (n - 1.0) + k * k) / ((n + 1.0) * (n + 1.0) + k * k);
+    // Gold's red is outside of the colours of sRGB; no channel reflects more than the metal does anywhere.
+    let most = table.iter().map(normal).fold(0.0, f64::max);
+    let reflectance = of(normal).map(|r| r.clamp(0.0, most));
+    let eta = of(|row| row.1).map(|n| n.max(0.0));
+    // R = ((n - 1)² + k²)/((n + 1)² + k²), solved for k
+    let k = |n: f64, r: f64| ((r * (n + 1.0) * (n + 1.0) - (n - 1.0) * (n - 1.0)) / (1.0 - r)).max(0.0).sqrt();
+    [eta, Rgb::new(k(eta[0], reflectance[0]), k(eta[1], reflectance[1]), k(eta[2], reflectance[2]))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn metals_have_their_colours() {
+        let reflectance = |name: &str| {
+            let [eta, k] = by_name(name).expect("known");
+            let channel = |c: usize| crate::bsdf::fresnel::conductor(1.0, 0.0, eta[c], k[c]);
+            [channel(0), channel(1), channel(2)]
+        };
+        let [r, g, b] = reflectance("Au");
+        assert!(r > 0.9 && (0.7..0.85).contains(&g) && (0.25..0.45).contains(&b), "{r} {g} {b}");
+        let [r, g, b] = reflectance("Cu");
+        assert!(r > 0.9 && (0.55..0.75).contains(&g) && (0.45..0.6).contains(&b), "{r} {g} {b}");
+        assert!(reflectance("Ag").iter().all(|c| (0.93..1.0).contains(c)));
+        assert!(reflectance("Al").iter().all(|c| (0.88..0.94).contains(c)));
+        assert_eq!(reflectance("none"), [1.0; 3]);
+        assert_eq!(by_name("Unobtainium"), None);
+    }
 }

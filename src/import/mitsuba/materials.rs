@@ -21,27 +21,24 @@ impl<'a> Loader<'a> {
     pub(super) fn material(&mut self, element: &'a Element) -> Result<MaterialId, Error> {
         let element = self.resolved(element)?;
         let key = std::ptr::from_ref(element);
-        if let Some((_, id)) = self.materials.get(&key) {
+        if let Some(id) = self.materials.get(&key) {
             return Ok(*id);
         }
         let material = self.bsdf(element, 0)?;
         // The scene's own names of materials are another set.
         let name = format!("{} {}", self.materials.len(), element.id().unwrap_or(element.kind()));
-        let id = self.builder.add_material(name, material.clone()).map_err(|error| element.caused(error))?;
-        self.materials.insert(key, (material, id));
+        let id = self.builder.add_material(name, material).map_err(|error| element.caused(error))?;
+        self.materials.insert(key, id);
         Ok(id)
     }
 
-    /// The material of shapes that name none: grey and diffuse.
-    pub(super) fn default_material(&mut self, shape: &'a Element) -> Result<MaterialId, Error> {
-        let key = std::ptr::null();
-        if let Some((_, id)) = self.materials.get(&key) {
-            return Ok(*id);
+    /// The material of shapes that name none: grey and diffuse, or black if they emit.
+    pub(super) fn default_material(&mut self, shape: &'a Element, emits: bool) -> Result<MaterialId, Error> {
+        let (name, material) = if emits { ("default emitter", Material::Black) } else { ("default", stand_in()) };
+        match self.builder.material(name) {
+            Ok(id) => Ok(id),
+            Err(_) => self.builder.add_material(name, material).map_err(|error| shape.caused(error)),
         }
-        let material = stand_in();
-        let id = self.builder.add_material("default", material.clone()).map_err(|error| shape.caused(error))?;
-        self.materials.insert(key, (material, id));
-        Ok(id)
     }
 
     /// A bsdf. What only reflects absorbs on its back, unless it is `twosided`.

@@ -27,6 +27,7 @@
 //!
 //! - Spectra become linear RGB by the CIE 1931 observer: emission as it is seen, so that a constant spectrum has the colour of the equal-energy illuminant; everything
 //!   else under daylight (D65), so that constant reflectances are grey. Nothing is assumed outside of the listed wavelengths.
+//! - A shape without a material is diffuse and grey, or black if it emits.
 //! - A material that is not `twosided` absorbs on its back, unless it transmits light.
 //! - Which side is the front is decided by the vertex normals of a mesh. Meshes without them get normals weighted by the angles of their triangles,
 //!   unless `face_normals` is set.
@@ -48,7 +49,7 @@ mod values;
 
 use super::files::Files;
 use super::{Error, Hints, Import, ImportedView, Limits, Location, Options, Warnings};
-use crate::scene::{Material, MaterialId, WorldBuilder};
+use crate::scene::{MaterialId, WorldBuilder};
 use crate::texture::Texture;
 use document::{Document, Element};
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -85,7 +86,7 @@ struct Loader<'a> {
     builder: WorldBuilder,
     names: HashSet<String>,
     hints: Hints,
-    materials: HashMap<*const Element, (Material, MaterialId)>,
+    materials: HashMap<*const Element, MaterialId>,
     textures: HashMap<(*const Element, bool), Texture>,
     triangles_left: u64,
     pixels_left: u64,
@@ -203,13 +204,7 @@ impl<'a> Loader<'a> {
             clip.check(world.bounds(), &mut self.warnings)?;
         }
         if world.dropped_triangles() > 0 {
-            let reason = format!("{} triangles without area are left out", world.dropped_triangles());
-            // They would have been invisible: no replacement, and no error in strict mode.
-            let mut quiet = Warnings::new(false);
-            quiet.warn(whole(), reason)?;
-            let mut list = self.warnings.into_list();
-            list.append(&mut quiet.into_list());
-            return Ok(Import { world, views, hints: self.hints, warnings: list });
+            self.warnings.warn(whole(), format!("{} triangles without area are left out", world.dropped_triangles()))?;
         }
         Ok(Import { world, views, hints: self.hints, warnings: self.warnings.into_list() })
     }

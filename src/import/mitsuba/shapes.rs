@@ -5,7 +5,7 @@ use super::document::Element;
 use super::values::Object;
 use super::{Loader, meshes};
 use crate::geometry::{Disk, Quad, Sphere};
-use crate::scene::{Mesh, SurfaceId};
+use crate::scene::{MaterialId, Mesh, SurfaceId};
 use crate::texture::Texture;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
@@ -27,7 +27,7 @@ impl<'a> Loader<'a> {
         }
         let material = match material {
             Some(material) => material,
-            None => self.default_material(element)?,
+            None => self.default_material(element, radiance.is_some())?,
         };
         let name = self.name(element);
         let caused = |error| element.caused(error);
@@ -85,7 +85,7 @@ impl<'a> Loader<'a> {
         element: &'a Element,
         to_world: &DAffine3,
         flip: bool,
-        material: crate::scene::MaterialId,
+        material: MaterialId,
     ) -> Result<Option<SurfaceId>, Error> {
         let caused = |error| element.caused(error);
         let (edge_u, edge_v) = (to_world.transform_vector3(DVec3::X * 2.0), to_world.transform_vector3(DVec3::Y * 2.0));

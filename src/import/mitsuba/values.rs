@@ -3,7 +3,6 @@
 use super::super::{Error, Warnings};
 use super::document::Element;
 use super::spectrum::{self, Illuminant};
-use crate::film::linear_from_srgb;
 use crate::math::Rgb;
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 use std::cell::RefCell;
@@ -203,12 +202,7 @@ pub(super) fn colour(element: &Element, illuminant: Illuminant, warnings: &mut W
     let text = element.required("value")?;
     match element.tag.as_str() {
         "float" | "integer" => number(element, text).map(Rgb::splat),
-        "rgb" => match text.trim().strip_prefix('#') {
-            Some(hexadecimal) => {
-                hexadecimal_colour(hexadecimal).ok_or_else(|| element.error(format!("\"{text}\" is not a colour #rrggbb")))
-            }
-            None => three(element, text).map(|v| Rgb(v.to_array())),
-        },
+        "rgb" => three(element, text).map(|v| Rgb(v.to_array())),
         "spectrum" if text.contains(':') => {
             let spectrum = wavelengths(element, text)?;
             let colour = spectrum::to_rgb(&spectrum, illuminant);
@@ -227,14 +221,6 @@ pub(super) fn colour(element: &Element, illuminant: Illuminant, warnings: &mut W
         }
         other => Err(element.error(format!("a {other} is not a colour"))),
     }
-}
-
-fn hexadecimal_colour(text: &str) -> Option<Rgb> {
-    if text.len() != 6 || !text.is_ascii() {
-        return None;
-    }
-    let channel = |i: usize| u8::from_str_radix(&text[2 * i..2 * i + 2], 16).ok().map(|value| linear_from_srgb(f64::from(value) / 255.0));
-    Some(Rgb::new(channel(0)?, channel(1)?, channel(2)?))
 }
 
 /// "400:0.1, 500:0.2": wavelengths in nanometres with values.
