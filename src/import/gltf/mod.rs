@@ -5,7 +5,7 @@
 //! The default scene, or the first: meshes of triangles, strips and fans with normals and one set of texture coordinates; perspective and orthographic cameras;
 //! metallic-roughness materials with their textures; emission; alpha; sparse accessors; data URIs; and the extensions `KHR_lights_punctual`,
 //! `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume` (without absorption), `KHR_texture_transform` and `KHR_mesh_quantization`. What else a file
-//! holds is a [`Warning`](super::Warning), what else it *requires* an [`Error`](super::Error).
+//! holds is a [`Warning`](super::Warning), what else it *requires* an [`Error`].
 //!
 //! # Conventions
 //!
