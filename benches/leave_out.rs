@@ -5,7 +5,6 @@
 //! instead; `LEAVE_OUT_INTEGRATOR=bidirectional` of the other integrator.
 
 #[path = "../tests/common/mod.rs"]
-#[allow(dead_code, reason = "shared with test programs")]
 mod common;
 
 use common::{DownCamera, Random, SphereCap, film_sample};
