@@ -2,27 +2,44 @@
 //! ray tracers on the same files.
 //!
 //! ```sh
-//! cargo run --release --example raykernel -- DIRECTORY SCENES PASSES [STEP]
+//! cargo run --release --example raykernel -- DIRECTORY --scenes small,room
 //! ```
 //!
 //! reads `SCENE.mesh` and `SCENE_SET.rays`, little endian: "MSH1", the numbers of vertices and triangles, three f32 per vertex, three u32 per
-//! triangle; "RAY1", the number of rays, and for each origin, 0, direction, length. STEP takes every so many-th ray only. A set whose name
+//! triangle; "RAY1", the number of rays, and for each origin, 0, direction, length. A set whose name
 //! starts with "shadow" is asked whether anything is hit, any other what is hit first; `_` beside it is the time of [`Scene::intersect`], with
 //! the surface point. If `hits/SCENE_SET.hits` exists ("HIT1", the number of rays, for each the primitive or all ones, or for a shadow ray
 //! whether it is blocked, then for each that is not one the distance as f32), what differs is counted.
-#![allow(clippy::print_stdout, reason = "a program")]
 
+use clap::Parser;
 use cpu_time::ThreadTime;
 use pathspace::geometry::SurfacePoint;
 use pathspace::glam::{DAffine3, DVec3};
 use pathspace::scene::{Material, Mesh, Scene, World, WorldBuilder};
 use std::error::Error;
 use std::hint::black_box;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 const SETS: [&str; 6] = ["primary", "bounce1", "bounce3", "uniform", "shadow1", "shadow3"];
+
+/// Measures the ray kernel on meshes and rays from files, in million rays per second of processor time.
+#[derive(Parser, Debug)]
+struct Options {
+    /// Where the files are
+    directory: PathBuf,
+    /// Names of meshes, separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "small,large,room")]
+    scenes: Vec<String>,
+    /// Passes over all rays, of which the fastest counts
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+    passes: u32,
+    /// Take every so many-th ray only
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    step: u32,
+}
 
 struct Ray {
     origin: DVec3,
@@ -30,14 +47,19 @@ struct Ray {
     length: f64,
 }
 
-fn main() -> Result<()> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [directory, scenes, passes, step @ ..] = &arguments[..] else {
-        return Err("usage: raykernel DIRECTORY SCENES PASSES [STEP]".into());
-    };
-    let (directory, passes) = (Path::new(directory), passes.parse::<u32>()?);
-    let step = step.first().map_or(Ok(1), |step| step.parse::<usize>())?;
-    for scene in scenes.split(',') {
+fn main() -> ExitCode {
+    match run(&Options::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(options: &Options) -> Result<()> {
+    let (directory, passes, step) = (&options.directory, options.passes, options.step as usize);
+    for scene in &options.scenes {
         let world = world(&directory.join(format!("{scene}.mesh")))?;
         let tree = world.tree_statistics();
         let share = tree.bytes as f64 / world.primitive_count() as f64;
@@ -56,7 +78,7 @@ fn main() -> Result<()> {
                 let point = |r: &Ray| world.intersect(&SurfacePoint::dirac(r.origin), r.direction);
                 print!(" {:6.2} _{:.2}", rate(best(passes, &rays, first)), rate(best(passes, &rays, point)));
             }
-            if let Ok(hits) = words(&directory.join(format!("hits/{scene}_{set}.hits"))) {
+            if let Ok(hits) = words(&directory.join(format!("hits/{scene}_{set}.hits")), b"HIT1", [1]) {
                 let others = hits[2..].iter().step_by(step);
                 let different = rays.iter().zip(others).filter(|&(ray, &other)| match set.starts_with("shadow") {
                     true => u32::from(blocked(ray)) != other,
@@ -82,9 +104,16 @@ fn best<T>(passes: u32, rays: &[&Ray], query: impl Fn(&Ray) -> T) -> f64 {
     (0..passes).map(pass).fold(f64::INFINITY, f64::min)
 }
 
-fn words(path: &Path) -> Result<Vec<u32>> {
+/// The numbers of a file after its head: a name, and counts of things that have so many numbers each.
+fn words<const N: usize>(path: &Path, name: &[u8; 4], sizes: [usize; N]) -> Result<Vec<u32>> {
     let bytes = std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    Ok(bytes.as_chunks().0.iter().map(|&bytes| u32::from_le_bytes(bytes)).collect())
+    let words: Vec<u32> = bytes.as_chunks().0.iter().map(|&bytes| u32::from_le_bytes(bytes)).collect();
+    let counts = words.get(1..=N).unwrap_or_default();
+    let least: usize = counts.iter().zip(sizes).map(|(&count, size)| count as usize * size).sum();
+    if !bytes.starts_with(name) || counts.len() < N || words.len() - 1 - N < least {
+        return Err(format!("{}: no {} file, or not all of it", path.display(), name.escape_ascii()).into());
+    }
+    Ok(words)
 }
 
 /// Three consecutive numbers.
@@ -93,17 +122,17 @@ fn vector(words: &[u32]) -> DVec3 {
 }
 
 fn world(path: &Path) -> Result<World> {
-    let words = words(path)?;
+    let words = words(path, b"MSH1", [3, 3])?;
     let (positions, indices) = words[3..].split_at(3 * words[1] as usize);
     let positions = positions.chunks_exact(3).map(vector).collect();
     let mesh = Mesh { positions, indices: indices.as_chunks().0.to_vec(), ..Mesh::default() };
     let mut builder = WorldBuilder::new();
     let black = builder.add_material("black", Material::Black)?;
-    builder.add_mesh("mesh", &mesh, DAffine3::IDENTITY, black)?;
+    builder.add_mesh(path.display().to_string(), &mesh, DAffine3::IDENTITY, black)?;
     Ok(builder.build()?)
 }
 
 fn rays(path: &Path) -> Result<Vec<Ray>> {
     let ray = |r: &[u32]| Ray { origin: vector(r), direction: vector(&r[4..]).normalize(), length: f64::from(f32::from_bits(r[7])) };
-    Ok(words(path)?[2..].chunks_exact(8).map(ray).collect())
+    Ok(words(path, b"RAY1", [8])?[2..].chunks_exact(8).map(ray).collect())
 }

@@ -15,6 +15,7 @@ use compare::{Comparison, assert_measurements_agree, measure};
 use glam::UVec2;
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
 use pathspace::render::Render;
+use pathspace::sampler::SamplerKind;
 use pathspace::scene::World;
 use pathspace::scene::gallery;
 
@@ -38,7 +39,8 @@ fn agree(name: &str, targets: &Targets) {
         ("bidirectional", Some(targets.bidirectional), &Bidirectional { depth: DEPTH, ..Bidirectional::default() }),
         ("uniform area", targets.uniform, &UniformArea { depth: DEPTH, ..UniformArea::default() }),
     ];
-    let comparison = |target| Comparison { target, most: 1 << 16, blocks: targets.blocks, ..Comparison::default() };
+    let sampler = SamplerKind::Independent;
+    let comparison = |target| Comparison { target, sampler, most: 1 << 16, blocks: targets.blocks, ..Comparison::default() };
     let measured: Vec<_> = members
         .into_iter()
         .filter_map(|(member, target, integrator)| {

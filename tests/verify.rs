@@ -55,7 +55,7 @@ fn audit(
             // Also false for what is not a number.
             if !(verified.value_error <= rounding && verified.weight_error <= rounding) {
                 let (value, weight) =
-                    worlds::sensitivity(path, (&scene.world, &*scene.camera), &set, integrator.heuristic, 8, &mut displacements);
+                    worlds::sensitivity(path, (&scene.world, &*scene.camera), &set, integrator.heuristic, 64, &mut displacements);
                 assert!(verified.value_error <= value + rounding, "{} {value:e}", what());
                 assert!(verified.weight_error <= weight + rounding, "{} {weight:e}", what());
             }

@@ -11,7 +11,7 @@ use pathspace::math::Rgb;
 
 #[test]
 fn thin_lens() {
-    let team = Team::with_light(Depth::up_to(2)).general();
+    let team = Team::with_light(Depth::up_to(2)).balance().general();
     assert_agree("thin lens", &lit_room(), &lens_camera(), &team.named(), &Comparison::default());
 }
 

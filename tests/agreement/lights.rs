@@ -14,7 +14,7 @@ use pathspace::scene::Mesh;
 fn quad_light() {
     let mut room = Room::closed_above(grey());
     room.lamp(0.4, 8.0);
-    Team::with_light(THREE).general().next_event_only().agree("quad light", room);
+    Team::with_light(THREE).balance().general().next_event_only().agree("quad light", room);
 }
 
 /// A light large enough to be hit by chance, for the techniques that know nothing of it.
@@ -86,7 +86,7 @@ fn spot_light() {
 fn directional_light() {
     let mut room = Room::open(grey());
     room.light(DirectionalLight::new(v(0.3, 0.5, -1.0), Rgb::new(1.0, 2.0, 3.0)).expect("valid"));
-    Team::with_light(THREE).next_event_only().agree("directional light", room);
+    Team::with_light(THREE).balance().next_event_only().agree("directional light", room);
 }
 
 #[test]
@@ -112,7 +112,7 @@ fn environment_seen_directly() {
 fn environment_map() {
     let mut room = Room::open(grey());
     room.environment(sky(Lookup::PiecewiseConstant));
-    Team::with_light(THREE).agree("environment map", room);
+    Team::with_light(THREE).balance().agree("environment map", room);
 }
 
 #[test]

@@ -49,7 +49,7 @@ fn lamp_inside_glass() {
     let mut room = Room::open(grey());
     room.lamp(0.8, 4.0);
     room.quad(v(-2.0, -2.0, 1.85), v(0.0, 4.0, 0.0), v(4.0, 0.0, 0.0), Material::Dielectric { relative_ior: 1.5 });
-    Team::with_light(THREE).general().agree_within(0.004, "lamp inside glass", room);
+    Team::with_light(THREE).balance().general().agree_within(0.004, "lamp inside glass", room);
 }
 
 /// A glass ball in front of a large lamp: caustics that path tracing finds by chance.
@@ -74,7 +74,7 @@ fn camera_and_room_inside_a_medium() {
 fn rough_conductor() {
     let mut room = Room::closed_above(metal(0.2, 0.2));
     room.lamp(0.5, 4.0);
-    Team::with_light(THREE).agree("rough conductor", room);
+    Team::with_light(THREE).balance().agree("rough conductor", room);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn rough_glass_in_view() {
     let mut room = Room::open(grey());
     room.lamp(0.5, 4.0);
     room.quad(v(-0.9, -0.5, 0.4), v(1.8, 0.0, 0.0), v(0.0, 0.3, 1.2), frosted(1.5));
-    Team::with_light(THREE).agree("rough glass in view", room);
+    Team::with_light(THREE).balance().agree("rough glass in view", room);
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn mixture_with_a_mirror() {
     room.lamp(0.5, 4.0);
     let coat = mixture(Material::Mirror { reflectance: Rgb::new(0.9, 0.8, 0.7) }, [0.5, 0.5]);
     room.quad(v(-1.0, -1.2, -0.1), v(2.0, 0.0, 0.0), v(0.0, -0.3, 0.45), coat);
-    Team::with_light(THREE).agree("mixture with a mirror", room);
+    Team::with_light(THREE).balance().agree("mixture with a mirror", room);
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn smooth_room(material: Material) -> Room {
 
 #[test]
 fn smooth_normals() {
-    Team::with_light(THREE).general().agree("smooth normals", smooth_room(lambert(0.8, 0.7, 0.6)));
+    Team::with_light(THREE).balance().general().agree("smooth normals", smooth_room(lambert(0.8, 0.7, 0.6)));
 }
 
 /// Hits sample the shading cosine and connections evaluate it: each alone must find the same, as must a light tracer.

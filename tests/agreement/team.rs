@@ -28,7 +28,7 @@ impl Team {
 
     /// Path tracing and bidirectional path tracing, which see everything but Dirac lights through Dirac lobes.
     pub fn standard(depth: Depth) -> Self {
-        Self::new(depth).path().bidirectional().balance()
+        Self::new(depth).path().bidirectional()
     }
 
     /// And light tracing.

@@ -31,6 +31,8 @@ pub type Named<'a> = (&'a str, &'a dyn Render<World>);
 #[derive(Clone, Copy)]
 pub struct Comparison {
     pub filter: Filter,
+    /// Errors of heavy-tailed estimates are only known from independent samples: Sobol' points leave the tail alone, and little else, to chance.
+    pub sampler: SamplerKind,
     /// Relative standard error of the mean that each integrator is to reach.
     pub target: f64,
     /// Most samples per pixel of one image.
@@ -42,7 +44,7 @@ pub struct Comparison {
 
 impl Default for Comparison {
     fn default() -> Self {
-        Self { filter: Filter::Box, target: 0.0025, most: 4096, blocks: true }
+        Self { filter: Filter::Box, sampler: SamplerKind::Sobol, target: 0.0025, most: 4096, blocks: true }
     }
 }
 
@@ -103,19 +105,13 @@ fn render(
     world: &World,
     camera: &dyn Camera,
     (name, integrator): Named<'_>,
-    filter: Filter,
+    comparison: &Comparison,
     seeds: std::ops::Range<u64>,
     samples: u32,
 ) -> Vec<Image> {
+    let Comparison { filter, sampler, .. } = *comparison;
     let one = |seed| {
-        let settings = Settings {
-            budget: Budget::Samples(samples),
-            seed,
-            threads: Some(1),
-            filter,
-            sampler: SamplerKind::Sobol,
-            ..Settings::default()
-        };
+        let settings = Settings { budget: Budget::Samples(samples), seed, threads: Some(1), filter, sampler, ..Settings::default() };
         let rendering = integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
         assert_eq!(rendering.counters.non_finite, 0, "{name}: {:?}", rendering.non_finite().first());
         rendering.image
@@ -131,7 +127,7 @@ pub fn measure(world: &World, camera: &dyn Camera, integrator: Named<'_>, compar
     let mut samples = PILOT_SAMPLES;
     for round in 0.. {
         let start = base + round * SEEDS;
-        let images = render(world, camera, integrator, comparison.filter, start..start + SEEDS, samples);
+        let images = render(world, camera, integrator, comparison, start..start + SEEDS, samples);
         let measured = Measured { name: integrator.0.to_owned(), images, samples_per_pixel: samples };
         let excess = measured.relative_error() / comparison.target;
         if excess <= 1.0 || samples == comparison.most || round == 4 {
