@@ -46,7 +46,7 @@ struct Options {
     /// Independent runs that an integrator's budget is split into
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1024))]
     seeds: u32,
-    /// Integrators to compare, separated by commas; the first that sees every path is the baseline of speed-ups
+    /// Integrators to compare, separated by commas; the first that sees every path and has a finite variance is the baseline of speed-ups
     #[arg(long, value_delimiter = ',', default_value = "path-tracing,light-tracing,uniform-area,bidirectional")]
     integrators: Vec<AnyIntegrator>,
     /// Width and height of the images in pixels; Mitsuba files bring their own

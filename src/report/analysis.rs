@@ -75,6 +75,10 @@ impl Measured {
         self.uncertainty(|e| e.relative_mse) > LONG_TAILS
     }
 
+    fn has_infinite_variance(&self) -> bool {
+        self.probe.tail.is_some_and(|tail| tail.is_infinite_variance())
+    }
+
     fn final_costs(&self) -> &[Cost] {
         self.marks.last().map_or(&[], |mark| &mark.cost)
     }
@@ -126,7 +130,8 @@ pub(super) fn report(
     let mean = reference.block_sum(&uniform);
     let weights = [uniform, reference.bias_weights()];
     let named = |m: &&Measured| plan.baseline.as_ref().is_none_or(|name| *name == m.name);
-    let baseline = measured.iter().filter(|m| m.complete).find(named);
+    // What is better than an infinite variance is better without limit.
+    let baseline = measured.iter().filter(|m| m.complete && !m.has_infinite_variance()).find(named);
     let limit = sidak(BIAS_SIGNIFICANCE, 2 * measured.iter().filter(|m| m.complete).count());
     Report {
         schema: SCHEMA,
@@ -166,7 +171,7 @@ fn method(
     let pixels = reference.image().pixels().len() as f64;
     let rays_per_pixel: Vec<f64> = products(m, &variances, |c| c.rays).iter().map(|x| x / pixels).collect();
     let tail = m.probe.tail;
-    let infinite_variance = tail.is_some_and(|tail| tail.is_infinite_variance());
+    let infinite_variance = m.has_infinite_variance();
     let speed_up = baseline.filter(|_| m.complete && !infinite_variance).and_then(|base| {
         let base_variances = base.variances();
         let ratio = |cost: fn(&Cost) -> f64| {
@@ -261,7 +266,7 @@ fn bias(m: &Measured, reference: &Reference, weights: &[Vec<f64>; 2], limit: f64
     });
     // Whoever missed rare, bright contributions is too dark and believes too small an error; so may a rendered reference.
     let no_mean = m.mse_uncertainty() > LARGEST_RELATIVE_ERROR;
-    let heavy = no_mean || m.has_long_tails() || m.probe.tail.is_some_and(|tail| tail.is_infinite_variance());
+    let heavy = no_mean || m.has_long_tails() || m.has_infinite_variance();
     let is_off = |bias: f64, p: f64, noisy: bool| p < limit && !(noisy && (bias < 0.0 || !reference.is_exact()));
     Bias {
         mean: mean.mean,

@@ -70,7 +70,7 @@ pub struct Setup {
     pub target: f64,
     /// Whether runs are only as long as it takes to the target.
     pub until_target: bool,
-    /// The integrator that speed-ups are relative to.
+    /// The integrator that speed-ups are relative to; `None` if no complete one has a finite variance.
     pub baseline: Option<String>,
     /// Processor, as the operating system names it.
     pub processor: String,

@@ -36,7 +36,7 @@ pub struct Plan {
     /// Whether runs are only as long as it takes to the target: the discarded run before them goes on until its error against the reference is below
     /// it, and the others get 1.25 times the samples that it took. Default: no.
     pub until_target: bool,
-    /// The name of the integrator that speed-ups are relative to. Default: the first that sees everything.
+    /// The name of the integrator that speed-ups are relative to. Default: the first that sees everything and whose variance is finite.
     pub baseline: Option<String>,
     /// Bidirectional path tracing whose techniques are measured one by one, if wanted.
     pub pyramid: Option<Bidirectional>,
