@@ -1,6 +1,6 @@
 //! Both ends of a path: a light emits radiance, a camera emits importance, and both are an [`Endpoint`].
 //!
-//! An endpoint is sampled in two steps, point then direction. What "point" and "direction" mean follows the [`Place`](crate::geometry::Place) of the point:
+//! An endpoint is sampled in two steps, point then direction. What "point" and "direction" mean follows the [`Place`] of the point:
 //!
 //! | place | density of the point | density of the direction | emitted quantity (radiance or importance) |
 //! |---|---|---|---|

@@ -183,12 +183,14 @@ impl std::error::Error for Error {
 }
 
 /// Collects warnings, or refuses the first one.
+#[cfg(any(feature = "gltf", feature = "mitsuba"))]
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     strict: bool,
     list: Vec<Warning>,
 }
 
+#[cfg(any(feature = "gltf", feature = "mitsuba"))]
 impl Warnings {
     /// The most that are kept: what comes after would not be read.
     const MOST: usize = 1000;
