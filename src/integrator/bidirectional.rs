@@ -60,11 +60,7 @@ impl Bidirectional {
         scratch.counters.samples += 1;
         let kernel = Kernel::new(self, scene, camera, film);
         kernel.walk_from_camera(sampler, scratch);
-        for t in 2..=scratch.camera.len() {
-            for s in 0..2 {
-                kernel.join(s, t, sampler, scratch, &mut visit);
-            }
-        }
+        kernel.join_camera_walk(sampler, scratch, &mut visit);
         for _ in 0..kernel.draw_light_walks(sampler) {
             kernel.walk_from_light(sampler, scratch);
             for t in 1..=scratch.camera.len().max(1) {
@@ -159,6 +155,21 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         }
         if let ([start, first, ..], Some(id)) = (&mut vertices[..], light) {
             start.start.connection = self.scene.light(id).pdf_from(&first.point, &start.point) * self.scene.pick_pmf(id);
+        }
+    }
+
+    /// Draws with all techniques that need no light walk.
+    #[inline]
+    fn join_camera_walk<P: Sampler>(
+        &self,
+        sampler: &mut P,
+        scratch: &mut Scratch<'s, S>,
+        visit: &mut impl FnMut(&Path<'_, 's, S, C>, &Contribution),
+    ) {
+        for t in 2..=scratch.camera.len() {
+            for s in 0..2 {
+                self.join(s, t, sampler, scratch, visit);
+            }
         }
     }
 
@@ -268,15 +279,10 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
         scratch.counters.samples += 1;
         let kernel = Kernel::new(self, scene, camera, film);
         kernel.walk_from_camera(sampler, scratch);
-        for t in 2..=scratch.camera.len() {
-            for s in 0..2 {
-                kernel.join(s, t, sampler, scratch, &mut |_, contribution| sink.add(contribution));
-            }
-        }
+        kernel.join_camera_walk(sampler, scratch, &mut |_, contribution| sink.add(contribution));
         let (tracer, share) = (LightTracer { depth: self.depth, roulette: self.roulette }, kernel.light_share);
         for _ in 0..kernel.draw_light_walks(sampler) {
-            tracer.sample(scene, camera, film, sampler, &mut Scaled { sink, share }, scratch);
-            scratch.counters.samples -= 1;
+            tracer.walk(scene, camera, film, sampler, &mut Scaled { sink, share }, scratch);
         }
     }
 }

@@ -30,6 +30,51 @@ impl LightTracer {
         Self { depth: Depth::up_to(max_bounces), ..Self::default() }
     }
 
+    /// One light walk with its connections, which is a sample or a part of one.
+    pub(super) fn walk<'s, S: Scene + ?Sized, C: Camera + ?Sized, P: Sampler, K: Sink>(
+        &self,
+        scene: &'s S,
+        camera: &C,
+        film: FilmSample,
+        sampler: &mut P,
+        sink: &mut K,
+        scratch: &mut Scratch<'s, S>,
+    ) {
+        let needs = scene.needs();
+        if !Integrator::<S>::techniques(self, &needs).lens_sampling {
+            return;
+        }
+        let depth = self.depth.within(&needs);
+        let Some((walk, mut vertex)) = RandomWalk::from_light(scene, sampler, &mut scratch.counters) else { return };
+        let mut connect = |bounces: u32, vertex: &Vertex<S::Bsdf<'s>>, sampler: &mut P, scratch: &mut Scratch<'s, S>| {
+            sampler.stream(Stream::LensSampling(bounces));
+            let contribution = self.connected(scene, camera, film, vertex, sampler, scratch);
+            if let Some(contribution) = contribution {
+                sink.add(&Contribution { technique: Technique { s: bounces as u16 + 1, t: 1 }, ..contribution });
+            }
+        };
+        if depth.contains(0) {
+            connect(0, &vertex, sampler, scratch);
+        }
+        let Some(mut walk) = walk else { return };
+        // Without a vertex that could be connected the walk would be for nothing.
+        let limit = if needs.contains(Needs::FINITE_LOBES) { depth.limit() } else { 0 };
+        for bounces in 1.. {
+            if bounces > limit {
+                walk.truncate(&mut scratch.counters);
+                break;
+            }
+            let Some(next) = walk.arrive(&mut scratch.counters) else { break };
+            vertex = next;
+            if depth.contains(bounces) && vertex.is_connectible() {
+                connect(bounces, &vertex, sampler, scratch);
+            }
+            if let Scattered::Ended { .. } = walk.scatter(&mut vertex, &self.roulette, sampler, &mut scratch.counters) {
+                break;
+            }
+        }
+    }
+
     /// Connects a vertex of the walk to the lens.
     fn connected<'s, S: Scene + ?Sized, C: Camera + ?Sized, P: Sampler>(
         &self,
@@ -90,38 +135,6 @@ impl<S: Scene + ?Sized> Integrator<S> for LightTracer {
         scratch: &mut Scratch<'s, S>,
     ) {
         scratch.counters.samples += 1;
-        let needs = scene.needs();
-        if !Integrator::<S>::techniques(self, &needs).lens_sampling {
-            return;
-        }
-        let depth = self.depth.within(&needs);
-        let Some((walk, mut vertex)) = RandomWalk::from_light(scene, sampler, &mut scratch.counters) else { return };
-        let mut connect = |bounces: u32, vertex: &Vertex<S::Bsdf<'s>>, sampler: &mut P, scratch: &mut Scratch<'s, S>| {
-            sampler.stream(Stream::LensSampling(bounces));
-            let contribution = self.connected(scene, camera, film, vertex, sampler, scratch);
-            if let Some(contribution) = contribution {
-                sink.add(&Contribution { technique: Technique { s: bounces as u16 + 1, t: 1 }, ..contribution });
-            }
-        };
-        if depth.contains(0) {
-            connect(0, &vertex, sampler, scratch);
-        }
-        let Some(mut walk) = walk else { return };
-        // Without a vertex that could be connected the walk would be for nothing.
-        let limit = if needs.contains(Needs::FINITE_LOBES) { depth.limit() } else { 0 };
-        for bounces in 1.. {
-            if bounces > limit {
-                walk.truncate(&mut scratch.counters);
-                break;
-            }
-            let Some(next) = walk.arrive(&mut scratch.counters) else { break };
-            vertex = next;
-            if depth.contains(bounces) && vertex.is_connectible() {
-                connect(bounces, &vertex, sampler, scratch);
-            }
-            if let Scattered::Ended { .. } = walk.scatter(&mut vertex, &self.roulette, sampler, &mut scratch.counters) {
-                break;
-            }
-        }
+        self.walk(scene, camera, film, sampler, sink, scratch);
     }
 }
