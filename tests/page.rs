@@ -53,8 +53,8 @@ fn the_page_works_in_a_browser() {
     let scene = gallery::build("cornell-box", UVec2::splat(32)).unwrap();
     let (paths, both) = (PathTracer::up_to(2), Bidirectional::up_to(2));
     let all: [Contestant<'_, World>; 2] = [
-        Contestant { name: "path-tracing".to_owned(), method: &paths, complete: true },
-        Contestant { name: "bidirectional".to_owned(), method: &both, complete: true },
+        Contestant::new("path-tracing", &paths, true),
+        Contestant::new("bidirectional", &both, true),
     ];
     let quiet = &mut |_: &Step<'_>| ControlFlow::Continue(());
     let plan = ReferencePlan { budget: Budget::Samples(32), runs: 4, settings: Settings::default() };

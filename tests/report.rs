@@ -29,7 +29,7 @@ fn go_on(_: &Step<'_>) -> ControlFlow<()> {
 }
 
 fn contestants<'a, S: Scene + ?Sized>(methods: &[(&str, &'a dyn Method<S>)]) -> Vec<Contestant<'a, S>> {
-    methods.iter().map(|&(name, method)| Contestant { name: name.to_owned(), method, complete: true }).collect()
+    methods.iter().map(|&(name, method)| Contestant::new(name, method, true)).collect()
 }
 
 fn exactly(value: f64, size: UVec2) -> Reference {

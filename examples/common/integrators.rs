@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use pathspace::integrator::{Adaptive, Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
-use pathspace::report::Method;
+use pathspace::report::{Everything, Method};
 use pathspace::scene::World;
 use pathspace::scene::gallery::Claims;
 
@@ -45,6 +45,18 @@ impl AnyIntegrator {
             Self::UniformArea => Box::new(UniformArea { depth, ..UniformArea::default() }),
             Self::Bidirectional => Box::new(Bidirectional { depth, ..Bidirectional::default() }),
             Self::Adaptive => Box::new(Adaptive { depth, ..Adaptive::default() }),
+        }
+    }
+
+    /// The same leaving nothing out.
+    pub fn build_everything(self, min_bounces: u32, max_bounces: Option<u32>) -> Box<dyn Method<World>> {
+        let depth = Depth { min_bounces, max_bounces };
+        match self {
+            Self::PathTracing => Box::new(Everything(PathTracer { depth, ..PathTracer::default() })),
+            Self::LightTracing => Box::new(Everything(LightTracer { depth, ..LightTracer::default() })),
+            Self::UniformArea => Box::new(Everything(UniformArea { depth, ..UniformArea::default() })),
+            Self::Bidirectional => Box::new(Everything(Bidirectional { depth, ..Bidirectional::default() })),
+            Self::Adaptive => Box::new(Everything(Adaptive { depth, ..Adaptive::default() })),
         }
     }
 

@@ -10,7 +10,7 @@ mod obj;
 mod progress;
 mod scenes;
 
-pub use arguments::{FilterName, SamplerName, parse_duration, parse_error, parse_exposure, parse_image_path, parse_size};
+pub use arguments::{FilterName, SamplerName, parse_duration, parse_error, parse_exposure, parse_image_path, parse_part, parse_size};
 pub use integrators::AnyIntegrator;
 pub use progress::{STEPS, progress_bar, show};
 pub use scenes::{AnyCamera, FileOptions, NamedScene, scene_list, scene_or_file};

@@ -12,7 +12,7 @@ mod picture;
 mod table;
 
 use clap::Parser;
-use common::{AnyIntegrator, FileOptions, NamedScene, parse_duration, parse_error, parse_size, progress_bar, scene_list, scene_or_file};
+use common::{AnyIntegrator, FileOptions, NamedScene, parse_duration, parse_error, parse_part, parse_size, progress_bar, scene_list, scene_or_file};
 use indicatif::ProgressBar;
 use pathspace::film::ImageFile;
 use pathspace::glam::UVec2;
@@ -74,6 +74,10 @@ struct Options {
     /// say when 0.01 was reached]
     #[arg(long, value_name = "E", value_parser = parse_error)]
     target_error: Option<f64>,
+    /// Part of an integrator's samples, 0 to 1, to draw again leaving nothing out, beyond its time, where the scene lets it leave something out or it
+    /// adapts itself; 0 measures none
+    #[arg(long, value_name = "PART", default_value_t = 0.125, value_parser = parse_part)]
+    everything: f64,
     /// Directory for the results; a directory is made in it for each scene
     #[arg(long, default_value = "target/compare")]
     out: PathBuf,
@@ -134,17 +138,17 @@ fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Erro
 fn compare(options: &Options, scene: &NamedScene, directory: &Path, interrupted: &AtomicBool) -> Result<bool, Box<dyn Error>> {
     let depth = options.max_bounces.or(scene.max_bounces);
     println!("{}: {}", scene.name, scene.description);
-    let mut methods: Vec<(AnyIntegrator, Box<dyn Method<World>>)> = Vec::new();
+    let mut methods: Vec<(AnyIntegrator, [Box<dyn Method<World>>; 2])> = Vec::new();
     for integrator in &options.integrators {
         if methods.iter().all(|(other, _)| other != integrator) {
-            methods.push((*integrator, integrator.build(0, depth)));
+            methods.push((*integrator, [integrator.build(0, depth), integrator.build_everything(0, depth)]));
         }
     }
     let contestants: Vec<Contestant<'_, World>> = methods
         .iter()
-        .map(|(integrator, method)| {
-            let complete = integrator.sees_all(&scene.claims);
-            Contestant { name: integrator.name().to_owned(), method: &**method, complete }
+        .map(|(integrator, [method, everything])| {
+            let contestant = Contestant::new(integrator.name(), &**method, integrator.sees_all(&scene.claims));
+            Contestant { everything: Some(&**everything), ..contestant }
         })
         .collect();
 
@@ -160,6 +164,7 @@ fn compare(options: &Options, scene: &NamedScene, directory: &Path, interrupted:
         until_target: options.target_error.is_some(),
         baseline: None,
         pyramid: Some(Bidirectional { depth: Depth { min_bounces: 0, max_bounces: depth }, ..Bidirectional::default() }),
+        everything: options.everything,
         command: Some(command_line()),
     };
     let info = SceneInfo { name: scene.name.clone(), description: scene.description.clone(), max_bounces: depth, ..SceneInfo::default() };
@@ -187,7 +192,7 @@ fn reference(
     }
     let second = if scene.claims.path_tracing { AnyIntegrator::PathTracing } else { AnyIntegrator::Bidirectional };
     let methods = [AnyIntegrator::Bidirectional, second].map(|integrator| (integrator, integrator.build(0, depth)));
-    let halves = [0, 1].map(|i| Contestant { name: methods[i].0.name().to_owned(), method: &*methods[i].1, complete: true });
+    let halves = [0, 1].map(|i| Contestant::new(methods[i].0.name(), &*methods[i].1, true));
     let budget = options.reference_samples.map_or(Budget::Time(options.reference_time), Budget::Samples);
     let runs = options.reference_samples.map_or(REFERENCE_RUNS, |samples| REFERENCE_RUNS.min(samples / 2));
     let plan = ReferencePlan { budget, runs, settings: *settings };

@@ -1,6 +1,6 @@
 //! The table on the terminal, and the one for a text in Markdown. The page has more.
 
-use pathspace::report::{Interval, MethodReport, Report};
+use pathspace::report::{Interval, MethodReport, Omission, Report};
 
 pub fn print(report: &Report) {
     let reference = &report.reference;
@@ -50,7 +50,29 @@ pub fn print(report: &Report) {
     if methods().any(|m| m.time_to_target.is_some_and(|t| t.extrapolated)) {
         println!("‡ not reached by all runs: extrapolated as 1/t for the others");
     }
+    left_out(report);
     verdicts(report);
+}
+
+/// What is left out, and what that gains.
+fn left_out(report: &Report) {
+    for method in &report.methods {
+        let gain = method.everything.as_ref().and_then(|all| all.gain);
+        let adapts = method.decisions.iter().any(|decision| decision.pilot_samples > 0);
+        if method.left_out.is_empty() && !adapts {
+            continue;
+        }
+        let what = if method.left_out.is_empty() { "what does not pay".to_owned() } else { reasons(&method.left_out) };
+        let gain = gain.map_or_else(String::new, |gain| format!("; variance × processor time with everything is {} times as much", interval(&gain.cpu)));
+        println!("{} leaves out {what}{gain}", method.name);
+    }
+    for method in &report.left_out {
+        println!("{} leaves out {}", method.name, reasons(&method.left_out));
+    }
+}
+
+fn reasons(left_out: &[Omission]) -> String {
+    left_out.iter().map(|o| format!("{}: {}", o.what, o.why)).collect::<Vec<_>>().join("; ")
 }
 
 fn row(m: &MethodReport) -> [String; 14] {

@@ -126,6 +126,16 @@ impl LeftOut {
         self.most_bounces
     }
 
+    /// What is left out and why, in words.
+    pub fn items(&self) -> impl Iterator<Item = (String, String)> {
+        let bound = self.most_bounces.map(|n| match n {
+            0 => ("scattering".to_owned(), "no light reaches a surface".to_owned()),
+            1 => ("more than one scattering event".to_owned(), "no light gets from one surface to another".to_owned()),
+            n => (format!("more than {n} scattering events"), "no light scatters more often".to_owned()),
+        });
+        self.families().map(|(family, reason)| (family.to_string(), reason.to_string())).chain(bound)
+    }
+
     /// Whether nothing is left out.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -135,13 +145,7 @@ impl LeftOut {
 
 impl fmt::Display for LeftOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let families = self.families().map(|(family, reason)| format!("{family}: {reason}"));
-        let bound = self.most_bounces.map(|n| match n {
-            0 => "scattering: no light reaches a surface".to_owned(),
-            1 => "more than one scattering event: no light gets from one surface to another".to_owned(),
-            n => format!("more than {n} scattering events"),
-        });
-        let items: Vec<String> = families.chain(bound).collect();
+        let items: Vec<String> = self.items().map(|(what, why)| format!("{what}: {why}")).collect();
         f.write_str(if items.is_empty() { "nothing" } else { "" })?;
         f.write_str(&items.join("; "))
     }

@@ -3,6 +3,7 @@
 use super::agreement::{LARGEST_RELATIVE_ERROR, LONG_TAILS, test_pairs};
 use super::batches::{Batch, BatchMean, Layout};
 use super::inference::{Interval, slope, time_to_error};
+use super::leave_out::{self, EverythingReport};
 use super::method::Probe;
 use super::metrics::{Errors, median_of_means};
 use super::pyramid::Pyramid;
@@ -13,6 +14,7 @@ use super::result::{
 use super::runs::Mark;
 use super::study::{Plan, Snapshot};
 use crate::film::{Image, NonFinite};
+use crate::integrator::Decision;
 use crate::math::statistics::{Estimate, sidak};
 use crate::math::student::student_t_p_value;
 use crate::path::{Counters, LeftOut, TechniqueSet};
@@ -40,6 +42,9 @@ pub(super) struct Measured {
     pub counters: Counters,
     pub non_finite: Option<NonFinite>,
     pub total: Cost,
+    pub decisions: Vec<Decision>,
+    /// The same integrator leaving nothing out.
+    pub everything: Option<Box<Measured>>,
     pub probe: Probe,
 }
 
@@ -79,8 +84,44 @@ impl Measured {
         self.probe.tail.is_some_and(|tail| tail.is_infinite_variance())
     }
 
-    fn final_costs(&self) -> &[Cost] {
-        self.marks.last().map_or(&[], |mark| &mark.cost)
+    /// A sample's variance times what a sample costs, for each run.
+    fn products(&self, cost: fn(&Cost) -> f64) -> Vec<f64> {
+        let costs = self.marks.last().map_or(&[][..], |mark| &mark.cost);
+        self.variances().iter().zip(costs).map(|(v, c)| v * cost(c) / f64::from(self.samples)).collect()
+    }
+
+    /// Efficiency over that of another, with runs paired by seed.
+    fn speed_up(&self, over: &Self) -> Option<SpeedUp> {
+        let ratio = |cost: fn(&Cost) -> f64| {
+            Interval::of_ratios(&over.products(cost).iter().zip(self.products(cost)).map(|(b, m)| b / m).collect::<Vec<_>>())
+        };
+        let wall = ratio(|c| c.wall)?;
+        Some(SpeedUp { wall, cpu: ratio(|c| c.cpu).unwrap_or(wall), rays: ratio(|c| c.rays)? })
+    }
+
+    /// Samples of all runs and pixels.
+    fn all_samples(&self) -> f64 {
+        f64::from(self.samples) * self.finals.iter().map(|image| image.pixels().len() as f64).sum::<f64>()
+    }
+
+    fn rays_per_pixel(&self) -> Vec<f64> {
+        let pixels = self.mean.pixels().len() as f64;
+        self.products(|c| c.rays).iter().map(|x| x / pixels).collect()
+    }
+
+    fn everything(&self) -> Option<EverythingReport> {
+        let all = self.everything.as_ref()?;
+        Some(EverythingReport {
+            techniques: all.techniques.to_string(),
+            runs: all.finals.len() as u32,
+            samples_per_pixel: all.samples,
+            rays_per_sample: all.total.rays / all.all_samples(),
+            cpu_per_sample: all.total.cpu / all.all_samples(),
+            variance_per_sample: Interval::of_positive(&all.variances()),
+            variance_times_cpu: Interval::of_positive(&all.products(|c| c.cpu)),
+            variance_times_rays: Interval::of_positive(&all.rays_per_pixel()),
+            gain: if self.has_infinite_variance() { None } else { self.speed_up(all) },
+        })
     }
 }
 
@@ -122,7 +163,7 @@ pub(super) fn report(
     setup: Setup,
     plan: &Plan,
     pyramid: Option<&Pyramid>,
-    left_out: Vec<String>,
+    left_out: Vec<leave_out::WithoutTechnique>,
     stopped: bool,
 ) -> Report {
     let layout = Layout::of(reference.image());
@@ -163,49 +204,36 @@ fn method(
     target: f64,
 ) -> MethodReport {
     let checkpoints: Vec<Checkpoint> = m.marks.iter().map(|mark| checkpoint(mark, reference)).collect();
-    let (variances, costs) = (m.variances(), m.final_costs());
-    // A sample's variance times what a sample costs.
-    let products = |m: &Measured, variances: &[f64], cost: fn(&Cost) -> f64| -> Vec<f64> {
-        variances.iter().zip(m.final_costs()).map(|(v, c)| v * cost(c) / f64::from(m.samples)).collect()
-    };
-    let pixels = reference.image().pixels().len() as f64;
-    let rays_per_pixel: Vec<f64> = products(m, &variances, |c| c.rays).iter().map(|x| x / pixels).collect();
     let tail = m.probe.tail;
     let infinite_variance = m.has_infinite_variance();
-    let speed_up = baseline.filter(|_| m.complete && !infinite_variance).and_then(|base| {
-        let base_variances = base.variances();
-        let ratio = |cost: fn(&Cost) -> f64| {
-            let pairs = products(base, &base_variances, cost).into_iter().zip(products(m, &variances, cost));
-            Interval::of_ratios(&pairs.map(|(b, m)| b / m).collect::<Vec<_>>())
-        };
-        let wall = ratio(|c| c.wall)?;
-        Some(SpeedUp { wall, cpu: ratio(|c| c.cpu).unwrap_or(wall), rays: ratio(|c| c.rays)? })
-    });
+    let speed_up = baseline.filter(|_| m.complete && !infinite_variance).and_then(|base| m.speed_up(base));
     let groups = (m.finals.len() / 2).max(1);
     let robust = median_of_means(&m.finals, groups);
     let mean = BatchMean::of_sum(&m.batches, &weights[0]);
-    let samples: f64 = m.batches.iter().map(|b| b.samples).sum();
-    let total_rays: f64 = costs.iter().map(|c| c.rays).sum();
     let ledger = m.counters.ledger;
     let per_sample = |flux: crate::math::Rgb| flux.luminance() / m.counters.samples.max(1) as f64;
     let first = m.non_finite.as_ref().and_then(NonFinite::first);
     MethodReport {
         name: m.name.clone(),
-        techniques: if m.left_out.is_empty() { m.techniques.to_string() } else { format!("{}. Left out: {}", m.techniques, m.left_out) },
+        techniques: m.techniques.to_string(),
+        left_out: leave_out::omissions(&m.left_out),
+        everything: m.everything(),
+        decisions: m.decisions.iter().map(leave_out::DecisionReport::from).collect(),
         complete: m.complete,
         runs: m.finals.len() as u32,
         samples_per_pixel: m.samples,
         total: m.total,
-        rays_per_sample: total_rays / (samples * pixels),
+        rays_per_sample: m.total.rays / m.all_samples(),
+        cpu_per_sample: m.total.cpu / m.all_samples(),
         mean_image: Errors::of(&m.mean, reference),
         median_of_means: robust.map(|image| Errors::of(&image, reference)).unwrap_or_default(),
         mean: mean.mean,
         mean_standard_error: mean.standard_error(),
         bias: bias(m, reference, weights, limit),
-        variance_times_wall: Interval::of_positive(&products(m, &variances, |c| c.wall)),
-        variance_times_cpu: Interval::of_positive(&products(m, &variances, |c| c.cpu)),
-        variance_times_rays: Interval::of_positive(&rays_per_pixel),
-        variance_per_sample: Interval::of_positive(&variances),
+        variance_times_wall: Interval::of_positive(&m.products(|c| c.wall)),
+        variance_times_cpu: Interval::of_positive(&m.products(|c| c.cpu)),
+        variance_times_rays: Interval::of_positive(&m.rays_per_pixel()),
+        variance_per_sample: Interval::of_positive(&m.variances()),
         speed_up,
         time_to_target: if m.complete { time_to_target(m, target, infinite_variance) } else { None },
         slope: if m.complete { fit_slope(&checkpoints, infinite_variance) } else { None },

@@ -21,6 +21,15 @@ pub struct Contestant<'a, S: Scene + ?Sized> {
     pub method: &'a dyn Method<S>,
     /// Whether it can draw every path of the scene. If not, its image is too dark somewhere and is not tested for bias.
     pub complete: bool,
+    /// The same integrator leaving nothing out, such as [`Everything`](super::Everything), to measure what leaving out saves.
+    pub everything: Option<&'a dyn Method<S>>,
+}
+
+impl<'a, S: Scene + ?Sized> Contestant<'a, S> {
+    /// An integrator without its counterpart that leaves nothing out.
+    pub fn new(name: impl Into<String>, method: &'a dyn Method<S>, complete: bool) -> Self {
+        Self { name: name.into(), method, complete, everything: None }
+    }
 }
 
 impl<S: Scene + ?Sized> fmt::Debug for Contestant<'_, S> {

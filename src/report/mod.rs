@@ -11,8 +11,8 @@
 //! let scene = gallery::build("cornell-box", UVec2::new(16, 16))?;
 //! let (paths, both_ends) = (PathTracer::up_to(3), Bidirectional::up_to(3));
 //! let contestants = [
-//!     Contestant { name: "path tracing".to_owned(), method: &paths, complete: true },
-//!     Contestant { name: "bidirectional".to_owned(), method: &both_ends, complete: true },
+//!     Contestant::new("path tracing", &paths, true),
+//!     Contestant::new("bidirectional", &both_ends, true),
 //! ];
 //! let quiet = &mut |_: &pathspace::report::Step<'_>| ControlFlow::Continue(());
 //! let plan = ReferencePlan { budget: Budget::Samples(64), runs: 4, settings: Settings::default() };
@@ -34,7 +34,9 @@ mod analysis;
 pub mod batches;
 mod cache;
 mod error;
+mod everything;
 pub mod inference;
+mod leave_out;
 mod method;
 pub mod metrics;
 mod number;
@@ -53,7 +55,9 @@ pub use agreement::{Pair, SIGNIFICANCE, Welch};
 pub use analysis::{BIAS_SIGNIFICANCE, REFERENCE_SHARE};
 pub use cache::cached_reference;
 pub use error::ReportError;
+pub use everything::Everything;
 pub use inference::{Interval, Tail};
+pub use leave_out::{DecisionReport, EverythingReport, Omission, TechniqueDecision, WithoutTechnique};
 pub use method::{Contestant, Method, Probe};
 pub use metrics::{Errors, median_of_means};
 pub use picture::{ERROR_SCALE, error_colour, exposure, signed_error_map};

@@ -1,6 +1,7 @@
 //! Files: JSON with everything, CSV with one line per integrator, checkpoint and run, SVG plots, the page.
 
 use super::error::{ReportError, file_error};
+use super::leave_out::quoted;
 use super::plot::{Axis, Measure, plot};
 use super::result::Report;
 use super::study::Study;
@@ -22,12 +23,12 @@ impl Report {
             "integrator,run,samples_per_pixel,wall_seconds,cpu_seconds,rays,scattered,mse,relative_mse,mape,smape,median_squared,non_finite_pixels,reference_limited\n",
         );
         for method in &self.methods {
-            let name = method.name.replace('"', "\"\"");
+            let name = quoted(&method.name);
             for point in &method.checkpoints {
                 for (run, (errors, cost)) in point.runs.iter().zip(&point.costs).enumerate() {
                     let _ = writeln!(
                         csv,
-                        "\"{name}\",{run},{},{},{},{},{},{},{},{},{},{},{},{}",
+                        "{name},{run},{},{},{},{},{},{},{},{},{},{},{},{}",
                         point.samples,
                         cost.wall,
                         cost.cpu,
@@ -49,7 +50,7 @@ impl Report {
 }
 
 impl Study {
-    /// Writes `index.html`, `report.json`, `report.csv` and the plots `time.svg`, `samples.svg`, `rays.svg` and `smape.svg`.
+    /// Writes `index.html`, `report.json`, `report.csv`, `left-out.csv`, `decisions.csv` and the plots `time.svg`, `samples.svg`, `rays.svg` and `smape.svg`.
     ///
     /// # Errors
     /// If the directory or a file cannot be written.
@@ -60,6 +61,8 @@ impl Study {
             ("index.html", self.page()),
             ("report.json", self.report.to_json()),
             ("report.csv", self.report.to_csv()),
+            ("left-out.csv", self.report.left_out_to_csv()),
+            ("decisions.csv", self.report.decisions_to_csv()),
             ("time.svg", plot(&self.report, Axis::Wall, Measure::RelativeMse)),
             ("samples.svg", plot(&self.report, Axis::Samples, Measure::RelativeMse)),
             ("rays.svg", plot(&self.report, Axis::Rays, Measure::RelativeMse)),

@@ -2,12 +2,13 @@
 
 use super::agreement::Pair;
 use super::inference::{Interval, Tail};
+use super::leave_out::{DecisionReport, EverythingReport, Omission, WithoutTechnique};
 use super::metrics::Errors;
 use super::pyramid::PyramidReport;
 use serde::{Deserialize, Serialize};
 
 /// Number of the JSON schema: rises when a field changes its meaning or goes away.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// A whole study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,7 +30,7 @@ pub struct Report {
     /// Shares of the techniques of bidirectional path tracing, if they were measured.
     pub pyramid: Option<PyramidReport>,
     /// Integrators that have no technique for the scene and were left out.
-    pub left_out: Vec<String>,
+    pub left_out: Vec<WithoutTechnique>,
     /// Whether the study was stopped before its end.
     pub stopped: bool,
 }
@@ -222,8 +223,14 @@ pub struct LedgerReport {
 pub struct MethodReport {
     /// Its name.
     pub name: String,
-    /// The techniques that it ran.
+    /// The techniques that it ran; if it adapts itself, in the discarded run.
     pub techniques: String,
+    /// What the scene rules out, with reasons.
+    pub left_out: Vec<Omission>,
+    /// The same integrator leaving nothing out, if the scene rules something out, or it adapts itself, and that was to be measured.
+    pub everything: Option<EverythingReport>,
+    /// What it decided in each run, in the order of seeds; empty if it does not adapt itself.
+    pub decisions: Vec<DecisionReport>,
     /// Whether it claims to draw every path of the scene.
     pub complete: bool,
     /// Runs that were finished.
@@ -234,6 +241,8 @@ pub struct MethodReport {
     pub total: Cost,
     /// Rays per sample.
     pub rays_per_sample: f64,
+    /// Seconds of processor time per sample.
+    pub cpu_per_sample: f64,
     /// Curves of error.
     pub checkpoints: Vec<Checkpoint>,
     /// Mean squared error and so on of the mean of all runs.

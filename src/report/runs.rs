@@ -14,6 +14,7 @@ use super::result::Cost;
 use super::study::{Plan, Snapshot};
 use crate::endpoint::Camera;
 use crate::film::{Image, NonFinite};
+use crate::integrator::Decision;
 use crate::math::Rgb;
 use crate::path::{Counters, LeftOut, TechniqueSet};
 use crate::render::{Budget, Progress, RenderError, Settings};
@@ -70,6 +71,9 @@ pub(super) struct Runs {
     counters: Counters,
     non_finite: Option<NonFinite>,
     total: Cost,
+    decisions: Vec<Decision>,
+    /// Whether the integrator adapts itself.
+    adapts: bool,
 }
 
 impl Runs {
@@ -110,12 +114,18 @@ impl Runs {
         };
         let needed = time_to_error(&curve, plan.target).map_or(f64::INFINITY, |samples| (MARGIN * samples).ceil());
         let samples = if needed < f64::from(most) { needed as u32 } else { most };
-        Ok(Self {
+        let layout = Layout::of(task.reference.image());
+        let adapts = rendering.decision.is_some_and(|decision| decision.achieved.is_some());
+        Ok(Self { adapts, ..Self::new(settings, samples, layout, rendering.techniques, rendering.left_out) })
+    }
+
+    fn new(settings: Settings, samples: u32, layout: Layout, techniques: TechniqueSet, left_out: LeftOut) -> Self {
+        Self {
             settings: Settings { budget: Budget::Samples(samples), ..settings },
             samples,
-            layout: Layout::of(task.reference.image()),
-            techniques: rendering.techniques,
-            left_out: rendering.left_out,
+            layout,
+            techniques,
+            left_out,
             marks: Vec::new(),
             finals: Vec::new(),
             batches: Vec::new(),
@@ -123,11 +133,26 @@ impl Runs {
             counters: Counters::default(),
             non_finite: None,
             total: Cost::default(),
-        })
+            decisions: Vec::new(),
+            adapts: false,
+        }
+    }
+
+    /// A part of these runs, with the same seeds, for the integrator that leaves nothing out, if there is something to leave out.
+    pub fn with_everything<S: Scene + ?Sized>(&self, task: &Task<'_, S>) -> Option<Self> {
+        let (part, method) = (task.plan.everything, task.contestant.everything.filter(|_| task.plan.everything > 0.0)?);
+        let (techniques, left_out) = (method.techniques(task.scene), method.left_out(task.scene));
+        let same = self.left_out.is_empty() && !self.adapts && self.techniques == techniques;
+        let samples = ((f64::from(self.samples) * part) as u32).max(1);
+        (!same).then(|| Self::new(self.settings, samples, self.layout, techniques, left_out))
     }
 
     pub fn techniques(&self) -> TechniqueSet {
         self.techniques
+    }
+
+    pub fn left_out(&self) -> LeftOut {
+        self.left_out
     }
 
     /// The run with one seed. A run that is stopped leaves no trace.
@@ -195,6 +220,7 @@ impl Runs {
         self.batches.extend(batches);
         self.snapshots.extend(snapshots);
         self.counters += rendering.counters;
+        self.decisions.extend(rendering.decision.clone());
         if self.non_finite.is_none() && rendering.non_finite().count() > 0 {
             self.non_finite = Some(rendering.non_finite().clone());
         }
@@ -250,6 +276,8 @@ impl Runs {
             counters: self.counters,
             non_finite: self.non_finite,
             total: self.total,
+            decisions: self.decisions,
+            everything: None,
             probe,
         }
     }

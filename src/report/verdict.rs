@@ -32,7 +32,7 @@ impl Report {
                 100.0 * REFERENCE_SHARE
             ));
         }
-        verdicts.extend(self.left_out.iter().map(|name| format!("{name} has no technique for this scene and is left out.")));
+        verdicts.extend(self.left_out.iter().map(|m| format!("{} has no technique for this scene and is left out.", m.name)));
         verdicts
     }
 

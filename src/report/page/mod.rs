@@ -1,5 +1,6 @@
 //! The page: one HTML file with everything in it, for screens of any size and for paper.
 
+mod leave_out;
 mod tables;
 
 use super::analysis::{BIAS_SIGNIFICANCE, REFERENCE_SHARE};
@@ -44,6 +45,7 @@ impl Study {
         page.footnotes();
         page.flip();
         page.pyramid();
+        page.leave_out();
         page.section("What each integrator sees");
         page.text("Mean luminance of the image by the number of scattering events, from a probe of single contributions: what an integrator cannot draw is missing from its column.");
         page.html += &tables::claims(&self.report);
@@ -269,6 +271,6 @@ impl Page<'_> {
             "Seed {}, {} runs, {} sampler, {} filter, {threads}, 64-bit floats, no clamping. Measured on {} with {} processors{load}; pathspace {}. Seeds decide errors to the bit if the budget is in samples; times differ.",
             setup.seed, setup.seeds, setup.sampler, setup.filter, setup.processor, setup.processors, self.study.report.version
         ));
-        self.text("The same numbers are in report.json and report.csv.");
+        self.text("The same numbers are in report.json, report.csv, left-out.csv and decisions.csv.");
     }
 }

@@ -26,7 +26,7 @@ fn scientific(x: f64, digits: usize) -> String {
 }
 
 /// The value, and below it the interval.
-fn interval(i: &Interval) -> String {
+pub(super) fn interval(i: &Interval) -> String {
     if i.low == i.high || i.high.is_nan() {
         return number(i.value);
     }
@@ -126,7 +126,8 @@ fn count(n: u64) -> String {
     if n == 0 { "0".to_owned() } else { format!("<span class=\"bad\">{n}</span>") }
 }
 
-fn head<'a>(corner: &str, columns: impl Iterator<Item = &'a str>) -> String {
+/// The beginning of a table, up to its rows.
+pub(super) fn head<'a>(corner: &str, columns: impl Iterator<Item = &'a str>) -> String {
     let columns: String = columns.map(|name| format!("<th scope=\"col\">{}</th>", escape(name))).collect();
     format!("<div class=\"scroll\"><table><thead><tr><th>{corner}</th>{columns}</tr></thead>")
 }

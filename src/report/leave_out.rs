@@ -1,0 +1,183 @@
+//! What integrators left out, what that saved, and what those decided that adapt themselves; as plain data and as CSV.
+
+use super::inference::Interval;
+use super::result::{Report, SpeedUp};
+use crate::integrator::{Decision, TechniqueRecord};
+use crate::path::LeftOut;
+use serde::{Deserialize, Serialize};
+use std::fmt::Write;
+
+/// Something that the scene rules out for an integrator.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Omission {
+    /// What.
+    pub what: String,
+    /// Why.
+    pub why: String,
+}
+
+/// An integrator that has no technique for the scene.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WithoutTechnique {
+    /// Its name.
+    pub name: String,
+    /// What it would have run.
+    pub left_out: Vec<Omission>,
+}
+
+/// An integrator that leaves nothing out, on some of the samples of the one that does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EverythingReport {
+    /// The techniques that it ran.
+    pub techniques: String,
+    /// Runs that were finished.
+    pub runs: u32,
+    /// Samples per pixel of each run.
+    pub samples_per_pixel: u32,
+    /// Rays per sample.
+    pub rays_per_sample: f64,
+    /// Seconds of processor time per sample.
+    pub cpu_per_sample: f64,
+    /// Variance of one sample per pixel, mean over pixels and channels.
+    pub variance_per_sample: Interval,
+    /// Variance × processor time: the seconds that an image of variance 1 takes.
+    pub variance_times_cpu: Interval,
+    /// Variance × rays per pixel.
+    pub variance_times_rays: Interval,
+    /// What leaving out gains: this variance × cost over that of the integrator. `None` if the variance is infinite.
+    pub gain: Option<SpeedUp>,
+}
+
+/// What an integrator that adapts itself decided before a run: [`Decision`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DecisionReport {
+    /// The techniques that it ran.
+    pub techniques: String,
+    /// Samples of the pilot; 0 if there was no choice.
+    pub pilot_samples: u64,
+    /// Sets of techniques that it chose from.
+    pub candidates: usize,
+    /// Share of the cost of plain bidirectional path tracing that its camera walks have.
+    #[serde(with = "super::number")]
+    pub camera_walks: f64,
+    /// The same of its light walks.
+    #[serde(with = "super::number")]
+    pub light_walks: f64,
+    /// Variance × cost of plain bidirectional path tracing over that of the choice, as the pilot predicts.
+    #[serde(with = "super::number")]
+    pub expected_gain: f64,
+    /// The same with what the choice had when it was run.
+    #[serde(with = "super::number")]
+    pub achieved_gain: f64,
+    /// Shares of single techniques in plain bidirectional path tracing.
+    pub shares: Vec<TechniqueDecision>,
+}
+
+/// Shares of a technique in plain bidirectional path tracing, and whether it was kept.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TechniqueDecision {
+    /// Vertices from the light.
+    pub s: u16,
+    /// Vertices from the camera.
+    pub t: u16,
+    /// Share of the mean luminance, weighted.
+    pub energy: f64,
+    /// Share of the second moment of all techniques' weighted contributions.
+    pub variance: f64,
+    /// Share of the cost: of its connections, without the walks, which techniques share.
+    pub cost: f64,
+    /// Whether it was run.
+    pub kept: bool,
+}
+
+pub(super) fn omissions(left_out: &LeftOut) -> Vec<Omission> {
+    left_out.items().map(|(what, why)| Omission { what, why }).collect()
+}
+
+impl WithoutTechnique {
+    pub(super) fn new(name: &str, left_out: &LeftOut) -> Self {
+        Self { name: name.to_owned(), left_out: omissions(left_out) }
+    }
+}
+
+impl From<&Decision> for DecisionReport {
+    fn from(decision: &Decision) -> Self {
+        let [camera_walks, light_walks] = decision.walk_costs;
+        let share = |record: &TechniqueRecord| TechniqueDecision {
+            s: record.technique.s,
+            t: record.technique.t,
+            energy: record.energy,
+            variance: record.variance,
+            cost: record.cost,
+            kept: record.kept,
+        };
+        Self {
+            techniques: decision.chosen.set.to_string(),
+            pilot_samples: decision.samples,
+            candidates: decision.candidates.len(),
+            camera_walks,
+            light_walks,
+            expected_gain: decision.expected_gain(),
+            achieved_gain: decision.achieved_gain(),
+            shares: decision.techniques.iter().map(share).collect(),
+        }
+    }
+}
+
+/// A text as a field (RFC 4180).
+pub(super) fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
+}
+
+/// All omissions in one line.
+pub(super) fn sentence(left_out: &[Omission]) -> String {
+    let items: Vec<String> = left_out.iter().map(|o| format!("{}: {}", o.what, o.why)).collect();
+    if items.is_empty() { "nothing".to_owned() } else { items.join("; ") }
+}
+
+impl Report {
+    /// What was left out and what it saved, as CSV: one line per integrator, with what the scene needs and with everything. What was not measured is empty.
+    #[must_use]
+    pub fn left_out_to_csv(&self) -> String {
+        let mut csv = String::from(
+            "integrator,left_out,rays_per_sample,rays_per_sample_everything,cpu_per_sample,cpu_per_sample_everything,variance_times_cpu,variance_times_cpu_everything,gain_cpu,gain_rays\n",
+        );
+        for m in &self.methods {
+            let all = m.everything.as_ref();
+            let gain = all.and_then(|all| all.gain);
+            let field = |x: Option<f64>| x.map_or_else(String::new, |x| x.to_string());
+            let numbers = [
+                Some(m.rays_per_sample),
+                all.map(|all| all.rays_per_sample),
+                Some(m.cpu_per_sample),
+                all.map(|all| all.cpu_per_sample),
+                Some(m.variance_times_cpu.value),
+                all.map(|all| all.variance_times_cpu.value),
+                gain.map(|gain| gain.cpu.value),
+                gain.map(|gain| gain.rays.value),
+            ];
+            let _ = writeln!(csv, "{},{},{}", quoted(&m.name), quoted(&sentence(&m.left_out)), numbers.map(field).join(","));
+        }
+        for m in &self.left_out {
+            let _ = writeln!(csv, "{},{},0,,0,,,,,", quoted(&m.name), quoted(&sentence(&m.left_out)));
+        }
+        csv
+    }
+
+    /// The decisions of integrators that adapt themselves, as CSV: one line per integrator, run and technique.
+    #[must_use]
+    pub fn decisions_to_csv(&self) -> String {
+        let mut csv = String::from("integrator,run,techniques,expected_gain,achieved_gain,s,t,energy,variance,cost,kept\n");
+        for method in &self.methods {
+            for (run, decision) in method.decisions.iter().enumerate() {
+                for share in &decision.shares {
+                    let TechniqueDecision { s, t, energy, variance, cost, kept } = share;
+                    let (name, techniques) = (quoted(&method.name), quoted(&decision.techniques));
+                    let [expected, achieved] = [decision.expected_gain, decision.achieved_gain];
+                    let _ = writeln!(csv, "{name},{run},{techniques},{expected},{achieved},{s},{t},{energy},{variance},{cost},{kept}");
+                }
+            }
+        }
+        csv
+    }
+}
