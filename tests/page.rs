@@ -52,10 +52,7 @@ fn the_page_works_in_a_browser() {
     };
     let scene = gallery::build("cornell-box", UVec2::splat(32)).unwrap();
     let (paths, both) = (PathTracer::up_to(2), Bidirectional::up_to(2));
-    let all: [Contestant<'_, World>; 2] = [
-        Contestant::new("path-tracing", &paths, true),
-        Contestant::new("bidirectional", &both, true),
-    ];
+    let all: [Contestant<'_, World>; 2] = [Contestant::new("path-tracing", &paths, true), Contestant::new("bidirectional", &both, true)];
     let quiet = &mut |_: &Step<'_>| ControlFlow::Continue(());
     let plan = ReferencePlan { budget: Budget::Samples(32), runs: 4, settings: Settings::default() };
     let reference = Reference::render(&scene.world, &*scene.camera, [&all[0], &all[1]], &plan, quiet).unwrap();

@@ -5,6 +5,8 @@ mod common;
 
 #[path = "report/files.rs"]
 mod files;
+#[path = "report/leave_out.rs"]
+mod leave_out;
 #[path = "report/oracles.rs"]
 mod oracles;
 #[path = "report/planted.rs"]

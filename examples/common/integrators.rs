@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use pathspace::integrator::{Adaptive, Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
+use pathspace::path::TechniqueSet;
 use pathspace::report::{Everything, Method};
 use pathspace::scene::World;
 use pathspace::scene::gallery::Claims;
@@ -48,7 +49,7 @@ impl AnyIntegrator {
         }
     }
 
-    /// The same leaving nothing out.
+    /// The same leaving nothing out; bidirectional path tracing with all techniques is what nothing is left out of by a pilot.
     pub fn build_everything(self, min_bounces: u32, max_bounces: Option<u32>) -> Box<dyn Method<World>> {
         let depth = Depth { min_bounces, max_bounces };
         match self {
@@ -56,7 +57,10 @@ impl AnyIntegrator {
             Self::LightTracing => Box::new(Everything(LightTracer { depth, ..LightTracer::default() })),
             Self::UniformArea => Box::new(Everything(UniformArea { depth, ..UniformArea::default() })),
             Self::Bidirectional => Box::new(Everything(Bidirectional { depth, ..Bidirectional::default() })),
-            Self::Adaptive => Box::new(Everything(Adaptive { depth, ..Adaptive::default() })),
+            Self::Adaptive => {
+                let techniques = Some(TechniqueSet::BIDIRECTIONAL);
+                Box::new(Everything(Adaptive { depth, techniques, ..Adaptive::default() }))
+            }
         }
     }
 

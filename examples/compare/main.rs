@@ -12,7 +12,9 @@ mod picture;
 mod table;
 
 use clap::Parser;
-use common::{AnyIntegrator, FileOptions, NamedScene, parse_duration, parse_error, parse_part, parse_size, progress_bar, scene_list, scene_or_file};
+use common::{
+    AnyIntegrator, FileOptions, NamedScene, parse_duration, parse_error, parse_part, parse_size, progress_bar, scene_list, scene_or_file,
+};
 use indicatif::ProgressBar;
 use pathspace::film::ImageFile;
 use pathspace::glam::UVec2;

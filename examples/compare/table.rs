@@ -63,7 +63,9 @@ fn left_out(report: &Report) {
             continue;
         }
         let what = if method.left_out.is_empty() { "what does not pay".to_owned() } else { reasons(&method.left_out) };
-        let gain = gain.map_or_else(String::new, |gain| format!("; variance × processor time with everything is {} times as much", interval(&gain.cpu)));
+        let gain = gain.map_or_else(String::new, |gain| {
+            format!("; variance × processor time with everything is {} times as much", interval(&gain.cpu))
+        });
         println!("{} leaves out {what}{gain}", method.name);
     }
     for method in &report.left_out {

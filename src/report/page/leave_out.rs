@@ -14,7 +14,7 @@ impl Page<'_> {
         let report = &self.study.report;
         self.section("What is left out, and what that saves");
         self.text(
-            "Exactly, before the first sample: techniques and path lengths that carry no light in this scene. Beside what each integrator takes with what the scene needs, the same with everything: the same seeds, fewer samples, nothing left out. Gain: variance × cost with everything over that with what is needed, runs paired by seed.",
+            "Exactly, before the first sample: techniques and path lengths that carry no light in this scene. Beside what each integrator takes with what the scene needs stands what it takes with everything, with the same seeds and on fewer samples; for one that adapts itself that is plain bidirectional path tracing. Gain: variance × cost with everything over that with what is needed, runs paired by seed.",
         );
         self.html += &savings(report);
         for method in report.methods.iter().filter(|m| !m.decisions.is_empty()) {
@@ -37,7 +37,10 @@ fn savings(report: &Report) -> String {
     }
     for method in &report.left_out {
         let (name, reasons) = (escape(&method.name), text(&method.left_out));
-        let _ = write!(html, "<tr><th scope=\"row\">{name}</th><td class=\"text\">{reasons}</td><td colspan=\"8\">no technique is left</td></tr>");
+        let _ = write!(
+            html,
+            "<tr><th scope=\"row\">{name}</th><td class=\"text\">{reasons}</td><td colspan=\"8\">no technique is left</td></tr>"
+        );
     }
     html + "</table></div>"
 }
@@ -45,13 +48,18 @@ fn savings(report: &Report) -> String {
 fn row(method: &MethodReport) -> String {
     let mut reasons = text(&method.left_out);
     if method.decisions.iter().any(|decision| decision.pilot_samples > 0) {
-        reasons += if reasons.is_empty() { "what its pilot found not to pay, see below" } else { "<br>and what its pilot found not to pay, see below" };
+        reasons += if reasons.is_empty() {
+            "what its pilot found not to pay, see below"
+        } else {
+            "<br>and what its pilot found not to pay, see below"
+        };
     } else if reasons.is_empty() {
         reasons = "nothing: the scene rules nothing out for it".to_owned();
     }
     let all = method.everything.as_ref();
     let with = |cell: &dyn Fn(&EverythingReport) -> String| all.map_or_else(|| "–".to_owned(), cell);
     let gain = all.and_then(|all| all.gain);
+    let unknown = if method.infinite_variance { "∗∗" } else { "–" };
     let cells = [
         with(&|all| number(all.rays_per_sample)),
         number(method.rays_per_sample),
@@ -59,8 +67,8 @@ fn row(method: &MethodReport) -> String {
         number(1e6 * method.cpu_per_sample),
         with(&|all| interval(&all.variance_times_cpu)),
         interval(&method.variance_times_cpu),
-        gain.map_or_else(|| "–".to_owned(), |gain| interval(&gain.cpu)),
-        gain.map_or_else(|| "–".to_owned(), |gain| interval(&gain.rays)),
+        gain.map_or_else(|| unknown.to_owned(), |gain| interval(&gain.cpu)),
+        gain.map_or_else(|| unknown.to_owned(), |gain| interval(&gain.rays)),
     ];
     format!("<td class=\"text\">{reasons}</td>{}", cells.map(|cell| format!("<td>{cell}</td>")).concat())
 }
