@@ -136,7 +136,8 @@ pub trait Camera: Endpoint {
     /// The film's resolution and the window of it that is rendered.
     fn film(&self) -> FilmRegion;
 
-    /// What kind of point the lens is made of.
+    /// What kind of point the lens is made of. Asked at every connection to the lens: where it is a point ([`Place::Dirac`]) no numbers are drawn for it, and
+    /// [`Endpoint::sample_point`] and [`Endpoint::sample_from`] get zeros.
     fn place(&self) -> Place {
         self.sample_point(0.5, DVec2::splat(0.5)).map_or(Place::Area, |sample| sample.point.place)
     }

@@ -89,6 +89,10 @@ impl Camera for OrthographicCamera {
         self.view.film
     }
 
+    fn place(&self) -> Place {
+        Place::Infinite
+    }
+
     fn raster(&self, point: &SurfacePoint, _direction: DVec3) -> Option<DVec2> {
         let raster = self.view.raster_at(self.view.across(point.position - self.view.position));
         raster.is_finite().then_some(raster)

@@ -2,7 +2,7 @@
 
 use super::{Camera, DirectionSample, Endpoint, EndpointError, PointSample, view, view::View};
 use crate::film::FilmRegion;
-use crate::geometry::SurfacePoint;
+use crate::geometry::{Place, SurfacePoint};
 use crate::math::{PerArea, PerProjected, Rgb};
 use glam::{DVec2, DVec3, UVec2};
 
@@ -73,6 +73,10 @@ impl Endpoint for PinholeCamera {
 impl Camera for PinholeCamera {
     fn film(&self) -> FilmRegion {
         self.view.film
+    }
+
+    fn place(&self) -> Place {
+        Place::Dirac
     }
 
     fn raster(&self, _point: &SurfacePoint, direction: DVec3) -> Option<DVec2> {

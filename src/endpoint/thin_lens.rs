@@ -2,7 +2,7 @@
 
 use super::{Camera, DirectionSample, Endpoint, EndpointError, PointSample, check, view, view::View};
 use crate::film::FilmRegion;
-use crate::geometry::{Disk, Shape, SurfacePoint};
+use crate::geometry::{Disk, Place, Shape, SurfacePoint};
 use crate::math::{PerArea, PerProjected, Rgb};
 use glam::{DVec2, DVec3, UVec2};
 
@@ -97,6 +97,10 @@ impl Endpoint for ThinLensCamera {
 impl Camera for ThinLensCamera {
     fn film(&self) -> FilmRegion {
         self.view.film
+    }
+
+    fn place(&self) -> Place {
+        Place::Area
     }
 
     fn raster(&self, point: &SurfacePoint, direction: DVec3) -> Option<DVec2> {

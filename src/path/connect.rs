@@ -2,10 +2,11 @@
 
 use super::{StartDensity, Vertex};
 use crate::endpoint::{Camera, Endpoint, Light, PointSample};
-use crate::geometry::SurfacePoint;
+use crate::geometry::{Place, SurfacePoint};
 use crate::math::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
+use glam::DVec2;
 
 /// Samples a point on a light to connect `receiver` to; the vertex's throughput is the inverse of its density.
 ///
@@ -29,6 +30,17 @@ pub fn sample_emitter<'s, S: Scene + ?Sized, P: Sampler>(
         .then(|| Vertex { throughput: Rgb::splat(1.0 / start.connection.value()), ..Vertex::endpoint(point, Some(id), start) })
 }
 
+/// The numbers that a point on the lens is sampled with; a lens that is a point needs none.
+#[inline]
+pub(super) fn lens_numbers<C: Camera + ?Sized, P: Sampler>(camera: &C, sampler: &mut P) -> (f64, DVec2) {
+    if camera.place() == Place::Dirac {
+        sampler.skip_1d();
+        sampler.skip_2d();
+        return (0.0, DVec2::ZERO);
+    }
+    (sampler.next_1d(), sampler.next_2d())
+}
+
 /// Samples a point on the lens to connect `receiver` to; the vertex's throughput is the inverse of its density.
 #[inline]
 pub fn sample_lens<B: crate::bsdf::Bsdf, C: Camera + ?Sized, P: Sampler>(
@@ -36,7 +48,7 @@ pub fn sample_lens<B: crate::bsdf::Bsdf, C: Camera + ?Sized, P: Sampler>(
     receiver: &SurfacePoint,
     sampler: &mut P,
 ) -> Option<Vertex<B>> {
-    let (u1, u2) = (sampler.next_1d(), sampler.next_2d());
+    let (u1, u2) = lens_numbers(camera, sampler);
     let PointSample { point, pdf } = Endpoint::sample_from(camera, receiver, u1, u2)?;
     let start = StartDensity { walk: camera.point_pdf(&point), connection: pdf };
     (pdf.value() > 0.0).then(|| Vertex { throughput: Rgb::splat(1.0 / pdf.value()), ..Vertex::endpoint(point, None, start) })

@@ -3,6 +3,7 @@
 //! Every integrator that builds paths incrementally uses it, from the camera or from a light. The estimate that a walk carries
 //! (its throughput) is the product of `f/p⊥` over its vertices: geometry terms cancel against `p_area = p⊥ G`.
 
+use super::connect::lens_numbers;
 use super::{Counters, Edge, Roulette, StartDensity, Termination, Vertex};
 use crate::bsdf::Walk;
 use crate::bsdf::shading::ShadedBsdf;
@@ -58,7 +59,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         sampler: &mut P,
     ) -> Option<(Self, Vertex<S::Bsdf<'s>>)> {
         sampler.stream(Stream::Lens);
-        let lens = camera.sample_point(sampler.next_1d(), sampler.next_2d())?;
+        let (u1, u2) = lens_numbers(camera, sampler);
+        let lens = camera.sample_point(u1, u2)?;
         let start = StartDensity { walk: lens.pdf, connection: lens.pdf };
         let mut vertex = Vertex::endpoint(lens.point, None, start);
         Some((Self::start(scene, camera, Walk::Camera, &mut vertex, u)?, vertex))

@@ -96,6 +96,26 @@ impl Sampler for AnySampler {
     }
 
     #[inline]
+    fn skip_1d(&mut self) {
+        match self {
+            Self::Independent(sampler) => sampler.skip_1d(),
+            Self::Stratified(sampler) => sampler.skip_1d(),
+            #[cfg(feature = "sobol")]
+            Self::Sobol(sampler) => sampler.skip_1d(),
+        }
+    }
+
+    #[inline]
+    fn skip_2d(&mut self) {
+        match self {
+            Self::Independent(sampler) => sampler.skip_2d(),
+            Self::Stratified(sampler) => sampler.skip_2d(),
+            #[cfg(feature = "sobol")]
+            Self::Sobol(sampler) => sampler.skip_2d(),
+        }
+    }
+
+    #[inline]
     fn stream(&mut self, stream: Stream) {
         match self {
             Self::Independent(sampler) => sampler.stream(stream),

@@ -49,6 +49,16 @@ pub trait Sampler {
         DVec2::new(self.next_1d(), self.next_1d())
     }
 
+    /// Passes over a number that nobody will look at, such as where on a pinhole: what comes after it is the same as if it had been drawn.
+    fn skip_1d(&mut self) {
+        self.next_1d();
+    }
+
+    /// Passes over a point that nobody will look at.
+    fn skip_2d(&mut self) {
+        self.next_2d();
+    }
+
     /// Announces what the numbers from here on are for. Unstructured samplers ignore it.
     fn stream(&mut self, _stream: Stream) {}
 }
@@ -59,6 +69,12 @@ impl<T: Sampler + ?Sized> Sampler for &mut T {
     }
     fn next_2d(&mut self) -> DVec2 {
         (**self).next_2d()
+    }
+    fn skip_1d(&mut self) {
+        (**self).skip_1d();
+    }
+    fn skip_2d(&mut self) {
+        (**self).skip_2d();
     }
     fn stream(&mut self, stream: Stream) {
         (**self).stream(stream);

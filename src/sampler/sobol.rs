@@ -36,6 +36,15 @@ pub struct SobolSampler {
 }
 
 impl SobolSampler {
+    /// Two dimensions for a point. They must not straddle two sets, which know nothing of each other.
+    #[inline]
+    fn take_pair(&mut self) -> u32 {
+        if self.dimension.count % SET == SET - 1 {
+            self.dimension.take(1);
+        }
+        self.dimension.take(2)
+    }
+
     /// Dimension `n` of the current stream.
     #[inline]
     fn number(&mut self, n: u32) -> f64 {
@@ -63,12 +72,18 @@ impl Sampler for SobolSampler {
 
     #[inline]
     fn next_2d(&mut self) -> DVec2 {
-        // A pair must not straddle two sets: their dimensions know nothing of each other.
-        if self.dimension.count % SET == SET - 1 {
-            self.dimension.take(1);
-        }
-        let n = self.dimension.take(2);
+        let n = self.take_pair();
         DVec2::new(self.number(n), self.number(n.wrapping_add(1)))
+    }
+
+    #[inline]
+    fn skip_1d(&mut self) {
+        self.dimension.take(1);
+    }
+
+    #[inline]
+    fn skip_2d(&mut self) {
+        self.take_pair();
     }
 
     #[inline]

@@ -68,6 +68,16 @@ impl Sampler for StratifiedSampler {
     }
 
     #[inline]
+    fn skip_1d(&mut self) {
+        self.dimension.take(1);
+    }
+
+    #[inline]
+    fn skip_2d(&mut self) {
+        self.dimension.take(2);
+    }
+
+    #[inline]
     fn stream(&mut self, stream: Stream) {
         self.dimension.announce(stream);
     }

@@ -211,3 +211,28 @@ fn replay_gives_the_recorded_numbers() {
     let mut invalid = Replay::new(vec![f64::NAN, -1.0, 1.0, f64::INFINITY]);
     assert!((0..4).all(|_| (0.0..1.0).contains(&invalid.next_1d())));
 }
+
+/// Numbers passed over leave those after them as they would have been.
+#[test]
+fn skipping_is_drawing_without_looking() {
+    for source in all() {
+        for pattern in 0..64u32 {
+            let (mut skipping, mut drawing) = (source.sampler(3, 5), source.sampler(3, 5));
+            for sampler in [&mut skipping, &mut drawing] {
+                sampler.stream(Stream::Lens);
+            }
+            // Any sequence of six numbers and points, skipped or drawn.
+            for i in 0..6 {
+                if pattern >> i & 1 == 1 {
+                    skipping.skip_1d();
+                    drawing.next_1d();
+                } else {
+                    skipping.skip_2d();
+                    drawing.next_2d();
+                }
+                assert_eq!(skipping.clone().next_1d(), drawing.clone().next_1d(), "{source:?} {pattern:b}");
+                assert_eq!(skipping.clone().next_2d(), drawing.clone().next_2d(), "{source:?} {pattern:b}");
+            }
+        }
+    }
+}

@@ -38,6 +38,17 @@ impl Needs {
     /// Everything: the safe answer of a scene that does not know.
     pub const ALL: Self = Self(8191);
 
+    /// Every feature alone, in the order of their bits.
+    pub const SINGLE: [Self; 13] = {
+        let mut single = [Self::NONE; 13];
+        let mut bit = 0;
+        while bit < single.len() {
+            single[bit] = Self(1 << bit);
+            bit += 1;
+        }
+        single
+    };
+
     const NAMES: [&'static str; 13] = [
         "hittable lights",
         "connectible lights",
@@ -117,6 +128,7 @@ mod tests {
         assert_eq!(Needs::ALL.to_string().split(", ").count(), Needs::NAMES.len());
         assert_eq!(Needs::ALL.0.count_ones() as usize, Needs::NAMES.len());
         assert_eq!(Needs::NONE.to_string(), "nothing");
+        assert_eq!(Needs::SINGLE.into_iter().fold(Needs::NONE, Needs::union), Needs::ALL);
         assert_eq!((Needs::DIRAC_LIGHTS | Needs::ENVIRONMENT).to_string(), "environment, Dirac lights");
         assert_eq!(Needs::ALL.without(Needs::ENVIRONMENT) | Needs::ENVIRONMENT, Needs::ALL);
     }
