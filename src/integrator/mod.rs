@@ -12,18 +12,14 @@
 
 mod adaptive;
 mod bidirectional;
-mod decision;
 mod light_tracer;
 mod path_tracer;
-mod pilot;
 mod uniform_area;
 
-pub use adaptive::Adaptive;
+pub use adaptive::{Adaptive, Candidate, Decision, TechniqueRecord};
 pub use bidirectional::Bidirectional;
-pub use decision::{Decision, TechniqueRecord};
 pub use light_tracer::LightTracer;
 pub use path_tracer::{PathTracer, PathTracing};
-pub use pilot::Candidate;
 pub use uniform_area::UniformArea;
 
 use crate::endpoint::Camera;

@@ -33,6 +33,8 @@ impl AddAssign for Ledger {
 pub struct Counters {
     /// Samples: camera paths, light paths or pairs of them.
     pub samples: u64,
+    /// Walks started at a light.
+    pub light_walks: u64,
     /// Rays traced for the nearest hit.
     pub closest_rays: u64,
     /// Segments tested for visibility.
@@ -50,18 +52,14 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// What a sample costs beside what is counted.
-    pub(crate) const SAMPLE_COST: f64 = 2.0;
     /// What a dedicated integrator costs over the general kernel with the same techniques.
-    pub(crate) const DEDICATED: f64 = 0.8;
+    pub const DEDICATED: f64 = 0.9;
 
     /// Cost in units of a ray that is traced for its nearest hit: counts times constants, so that it is the same on every machine and in every run.
     /// The constants were fitted to processor times of all integrators on the gallery (docs/leave-out.md).
     #[must_use]
     pub fn cost(&self) -> f64 {
-        (self.closest_rays + self.shadow_rays + self.connections) as f64
-            + 1.5 * self.scattered as f64
-            + Self::SAMPLE_COST * self.samples as f64
+        (self.closest_rays + self.shadow_rays + self.connections + self.scattered) as f64 + 1.5 * self.light_walks as f64
     }
 
     /// All rays.
@@ -74,6 +72,7 @@ impl Counters {
 impl AddAssign for Counters {
     fn add_assign(&mut self, other: Self) {
         self.samples += other.samples;
+        self.light_walks += other.light_walks;
         self.closest_rays += other.closest_rays;
         self.shadow_rays += other.shadow_rays;
         self.scattered += other.scattered;

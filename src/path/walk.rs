@@ -71,6 +71,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     pub fn from_light<P: Sampler>(scene: &'s S, sampler: &mut P, counters: &mut Counters) -> Option<(Option<Self>, Vertex<S::Bsdf<'s>>)> {
         sampler.stream(Stream::Emission);
         let (u0, u1, u2, u3) = (sampler.next_1d(), sampler.next_1d(), sampler.next_2d(), sampler.next_2d());
+        counters.light_walks += 1;
         let (id, pmf) = scene.pick_light(u0)?;
         let light = scene.light(id);
         let sample = light.sample_point(u1, u2)?;

@@ -7,7 +7,7 @@ use pathspace::endpoint::{Camera, PinholeCamera, SpotLight};
 use pathspace::geometry::Sphere;
 use pathspace::integrator::{Adaptive, Bidirectional, Decision, Depth};
 use pathspace::math::Rgb;
-use pathspace::path::TechniqueSet;
+use pathspace::path::{Counters, TechniqueSet};
 use pathspace::render::{Budget, Render, Rendering, Settings, unattended};
 use pathspace::scene::{World, gallery};
 use rooms::{Room, lambert, v};
@@ -45,7 +45,7 @@ fn work(world: &World, camera: &dyn Camera, integrator: &dyn Render<World>, samp
 
 /// What a set's kernel costs over the general one, which counts do not know: the dedicated ones are cheaper.
 fn kernel(set: &TechniqueSet) -> f64 {
-    if set.lens_first || !set.has_camera_walk() || !set.has_light_walk() { 0.8 } else { 1.0 }
+    if set.lens_first || !set.has_camera_walk() || !set.has_light_walk() { Counters::DEDICATED } else { 1.0 }
 }
 
 #[test]

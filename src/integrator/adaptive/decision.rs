@@ -1,6 +1,6 @@
 //! The record of what [`Adaptive`](super::Adaptive) decided, and of what it saw.
 
-use super::pilot::{Candidate, Findings, MOST_BOUNCES, share_index};
+use super::findings::{Candidate, Findings, MOST_BOUNCES, share_index};
 use crate::film::Technique;
 use crate::path::{LeftOut, TechniqueSet};
 use std::fmt;

@@ -6,14 +6,22 @@
 //! of their own and are not in the image. So the image is unbiased whatever the pilot finds. Costs are counted, not timed: the same
 //! seed gives the same decision.
 
-use super::pilot::{self, Candidate, Findings, GROUPS, PASSES, for_each_sample, in_parallel, kernel_cost};
-use super::{Adapted, Bidirectional, Decision, Depth, Integrator, LightTracer, PathTracer, PathTracing, Pilot};
+mod decision;
+mod findings;
+mod pilot;
+
+pub use decision::{Decision, TechniqueRecord};
+pub use findings::Candidate;
+
+use super::{Adapted, Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, Pilot};
 use crate::endpoint::Camera;
 use crate::film::{Contribution, FilmRegion, FilmSample, Sink};
 use crate::math::Rgb;
 use crate::path::{Counters, Heuristic, LightWalks, Roulette, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
 use crate::scene::{Needs, Scene};
+use findings::{Findings, kernel_cost};
+use pilot::{GROUPS, PASSES, for_each_sample, in_parallel};
 
 /// Bidirectional path tracing that leaves out what does not pay.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,8 +83,12 @@ impl Adaptive {
         }
         sets.push(TechniqueSet { lens_sampling: true, ..TechniqueSet::NONE });
         for emitter_sampling in [false, true] {
-            let set = TechniqueSet { emitter_hits: true, emitter_sampling, lens_sampling: true, lens_first: true, ..TechniqueSet::NONE };
-            sets.extend(walks().map(|light_walks| TechniqueSet { light_walks, ..set }));
+            // Without Dirac lobes the camera walk would be left nothing.
+            if needs.contains(Needs::DIRAC_LOBES) {
+                let set =
+                    TechniqueSet { emitter_hits: true, emitter_sampling, lens_sampling: true, lens_first: true, ..TechniqueSet::NONE };
+                sets.extend(walks().map(|light_walks| TechniqueSet { light_walks, ..set }));
+            }
             for (connections, lens_sampling) in [(false, true), (true, false), (true, true)] {
                 let set =
                     TechniqueSet { emitter_hits: all.emitter_hits, emitter_sampling, connections, lens_sampling, ..TechniqueSet::NONE };
