@@ -76,7 +76,7 @@ fn rays(criterion: &mut Criterion) {
 fn triangles(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("rays by triangles");
     group.throughput(Throughput::Elements(RAYS as u64)).sample_size(10).measurement_time(Duration::from_secs(1));
-    for level in [1, 3, 5, 7, 8] {
+    for level in [1, 3, 5, 7, 9] {
         let world = world(level).expect("a valid scene");
         let tree = world.tree_statistics();
         println!("{} triangles: {} bytes, built in {:.3} s", world.primitive_count(), tree.bytes, tree.build_time.as_secs_f64());
