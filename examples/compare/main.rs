@@ -140,15 +140,21 @@ fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Erro
 fn compare(options: &Options, scene: &NamedScene, directory: &Path, interrupted: &AtomicBool) -> Result<bool, Box<dyn Error>> {
     let depth = options.max_bounces.or(scene.max_bounces);
     println!("{}: {}", scene.name, scene.description);
-    let mut methods: Vec<(AnyIntegrator, [Box<dyn Method<World>>; 2])> = Vec::new();
+    let mut integrators: Vec<AnyIntegrator> = Vec::new();
     for integrator in &options.integrators {
-        if methods.iter().all(|(other, _)| other != integrator) {
-            methods.push((*integrator, [integrator.build(0, depth), integrator.build_everything(0, depth)]));
+        if !integrators.contains(integrator) {
+            integrators.push(*integrator);
         }
     }
-    let contestants: Vec<Contestant<'_, World>> = methods
+    let build = |everything: bool| -> Vec<Box<dyn Method<World>>> {
+        let build = if everything { AnyIntegrator::build_everything } else { AnyIntegrator::build };
+        integrators.iter().map(|integrator| build(*integrator, 0, depth)).collect()
+    };
+    let (methods, everything) = (build(false), build(true));
+    let contestants: Vec<Contestant<'_, World>> = integrators
         .iter()
-        .map(|(integrator, [method, everything])| {
+        .zip(methods.iter().zip(&everything))
+        .map(|(integrator, (method, everything))| {
             let contestant = Contestant::new(integrator.name(), &**method, integrator.sees_all(&scene.claims));
             Contestant { everything: Some(&**everything), ..contestant }
         })

@@ -1,14 +1,15 @@
 //! What scenes say they need, and the reasons that are given.
 
 use super::{rooms, sparing_scenes};
-use glam::{DVec2, DVec3, UVec2};
+use glam::{DAffine3, DVec2, DVec3, UVec2};
 use pathspace::endpoint::{ConstantEnvironment, DirectionSample, Endpoint, Light, PointLight, PointSample};
-use pathspace::geometry::{Sphere, SurfacePoint};
+use pathspace::film::Technique;
+use pathspace::geometry::{Place, Sphere, SurfacePoint};
 use pathspace::integrator::Bidirectional;
 use pathspace::math::{PerArea, PerProjected, Rgb};
 use pathspace::path::{Family, Reason, TechniqueSet};
 use pathspace::render::Render;
-use pathspace::scene::{Material, Needs, Scene, World, gallery};
+use pathspace::scene::{Material, Mesh, Needs, Scene, World, gallery};
 use pathspace::texture::Texture;
 use rooms::{Room, lambert, v};
 
@@ -65,7 +66,7 @@ fn reasons_are_given() {
 }
 
 /// A beam: Dirac in position and direction.
-struct Beam;
+pub struct Beam;
 
 impl Endpoint for Beam {
     fn sample_point(&self, _: f64, _: DVec2) -> Option<PointSample> {
@@ -130,6 +131,11 @@ fn every_feature_is_needed_where_it_is_and_nowhere_else() {
     let smooth = gallery::build("smooth-mesh", UVec2::ONE).expect("a scene").world.needs();
     assert!(smooth.contains(Needs::SMOOTH_NORMALS));
 
+    let mut beam = Room::open(lambert(0.5, 0.5, 0.5));
+    beam.light(Beam);
+    let unconnectible = Needs::DIRAC_LIGHTS | Needs::UNCONNECTIBLE_LIGHTS | Needs::FINITE_LOBES | Needs::ILLUMINATION;
+    assert_eq!(beam.build().needs(), unconnectible | Needs::INTERREFLECTION);
+
     // Without diffuse reflection, glossy lobes are what can be connected to.
     let lone = |material: Material, inward: bool, two_sided: Option<bool>| {
         let mut room = Room::default();
@@ -148,4 +154,48 @@ fn every_feature_is_needed_where_it_is_and_nowhere_else() {
         [(false, None), (false, Some(false)), (false, Some(true)), (true, None)].map(|(a, b)| interreflection(a, b)),
         [false, false, true, true]
     );
+}
+
+/// What light reaches another surface from, or another part of the same one.
+#[test]
+fn illumination_and_interreflection_are_claimed_unless_impossible() {
+    // A lamp above everything that shines up, and one that shines both ways.
+    let lamp = |two_sided| {
+        let mut room = Room::closed_above(lambert(0.5, 0.5, 0.5));
+        let lamp = room.quad(v(-0.5, -0.5, 2.5), v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0), Material::Black);
+        room.emit(lamp, Rgb::WHITE, two_sided);
+        room.build().needs().contains(Needs::ILLUMINATION)
+    };
+    assert_eq!([false, true].map(lamp), [false, true]);
+    let sky = || ConstantEnvironment::new(Rgb::WHITE).expect("valid");
+    let cap = |cos_max| {
+        let mut room = Room::default();
+        room.sphere(Sphere { cos_max, ..Sphere::new(DVec3::ZERO, 1.0) }, lambert(0.5, 0.5, 0.5));
+        room.environment(sky());
+        room.build().needs().contains(Needs::INTERREFLECTION)
+    };
+    assert_eq!([1.0, 0.5].map(cap), [false, true]);
+    let mesh = |triangles: usize| {
+        let (positions, indices) = (vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], vec![[0, 1, 2], [0, 2, 3]]);
+        let mesh = Mesh { positions, indices: indices[..triangles].to_vec(), ..Mesh::default() };
+        let mut room = Room::default();
+        room.mesh(&mesh, DAffine3::IDENTITY, lambert(0.5, 0.5, 0.5));
+        room.environment(sky());
+        room.build().needs().contains(Needs::INTERREFLECTION)
+    };
+    assert_eq!([1, 2].map(mesh), [false, true]);
+}
+
+/// A set that asks for a technique by name keeps it; and what a beam lights is not drawn by path tracing.
+#[test]
+fn nothing_is_redundant_or_complete_that_is_asked_for_or_missing() {
+    let mirrors = Needs::HITTABLE_LIGHTS | Needs::CONNECTIBLE_LIGHTS | Needs::DIRAC_LOBES | Needs::ILLUMINATION | Needs::INTERREFLECTION;
+    let all = TechniqueSet::BIDIRECTIONAL;
+    assert!(!all.pruned(&mirrors).lens_sampling);
+    assert!(TechniqueSet { only: Some(Technique { s: 1, t: 1 }), ..all }.pruned(&mirrors).lens_sampling);
+    assert!(TechniqueSet { without: Some(Technique { s: 0, t: 2 }), ..all }.pruned(&mirrors).lens_sampling);
+    let paths = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+    let point = Needs::DIRAC_LIGHTS | Needs::CONNECTIBLE_LIGHTS | Needs::FINITE_LOBES | Needs::ILLUMINATION | Needs::INTERREFLECTION;
+    assert!(paths.is_complete(&point, Place::Dirac));
+    assert!(!paths.is_complete(&(point | Needs::UNCONNECTIBLE_LIGHTS), Place::Dirac));
 }

@@ -4,7 +4,7 @@ use super::{assert_nothing_is_lost, contributions, rooms, sparing_scenes, worlds
 use glam::DVec3;
 use pathspace::endpoint::{Camera, ConstantEnvironment, PointLight, SpotLight};
 use pathspace::geometry::Sphere;
-use pathspace::integrator::{Integrator, LightTracer};
+use pathspace::integrator::{Bidirectional, Integrator, LightTracer};
 use pathspace::math::Rgb;
 use pathspace::path::Reason;
 use pathspace::scene::{Material, Needs, Scene, WithNeeds, World};
@@ -36,6 +36,17 @@ fn a_point_light_is_seen_through_a_lens() {
     for_each_integrator!(integrator => { assert_nothing_is_lost("lens", &world, &camera, &integrator, 300); });
     let (seen, _) = contributions(&world, &camera, &LightTracer::default(), 300);
     assert!(!seen.is_empty());
+}
+
+/// A light that cannot be connected to is seen through connections of light walks.
+#[test]
+fn a_beam_lights_by_connections() {
+    let mut room = Room::open(lambert(0.5, 0.5, 0.5));
+    room.light(super::needs::Beam);
+    let (world, camera) = (room.build(), rooms::camera());
+    for_each_integrator!(integrator => { assert_nothing_is_lost("beam", &world, &camera, &integrator, 300); });
+    let (seen, _) = contributions(&world, &camera, &Bidirectional::default(), 300);
+    assert!(seen.iter().any(|c| c.technique.s >= 2 && c.technique.t >= 2) && seen.iter().all(|c| c.technique.s >= 2), "{}", seen.len());
 }
 
 /// Random scenes of few features.

@@ -77,7 +77,7 @@ fn what_leaving_out_saves_is_measured_on_the_same_seeds() {
     assert_eq!(both.left_out.len(), 3);
     assert!(both.left_out[0].what.contains("emitter sampling") && both.left_out[0].why.contains("no surface has a lobe"));
     assert!(both.decisions.is_empty() && !both.techniques.contains("Left out"));
-    // The area of surfaces says nothing about mirrors: without a technique nothing is measured, with one there is nothing to leave out.
+    // Nothing is ruled out for it, so nothing is measured again.
     assert!(method(report, "uniform-area").everything.is_none());
 
     let page = study.page();
