@@ -29,10 +29,11 @@ fn integrators() -> Vec<Box<dyn Render<World>>> {
 
 /// Everything that a rendering computed, as bits.
 fn bits(rendering: &Rendering) -> Vec<u64> {
-    let Counters { samples, closest_rays, shadow_rays, scattered, connections, non_finite, truncated_walks, ledger } = rendering.counters;
+    let Counters { samples, light_walks, closest_rays, shadow_rays, scattered, connections, non_finite, truncated_walks, ledger } =
+        rendering.counters;
     let flux = [ledger.emitted, ledger.absorbed, ledger.escaped, ledger.truncated, ledger.rejected];
     let pixels = rendering.image.pixels().iter().chain(&flux).flat_map(|p| p.0.map(f64::to_bits));
-    pixels.chain([samples, closest_rays, shadow_rays, scattered, connections, non_finite, truncated_walks]).collect()
+    pixels.chain([samples, light_walks, closest_rays, shadow_rays, scattered, connections, non_finite, truncated_walks]).collect()
 }
 
 fn run(scene: &TestScene, integrator: &dyn Render<World>, settings: &Settings) -> Result<Rendering> {
