@@ -85,7 +85,7 @@ impl LightTracer {
         sampler: &mut P,
         scratch: &mut Scratch<'s, S>,
     ) -> Option<Contribution> {
-        let lens: Vertex<S::Bsdf<'s>> = sample_lens(camera, &vertex.point, sampler)?;
+        let lens = sample_lens(camera, &vertex.point, sampler)?;
         let edge = Edge::between(&lens.point, &vertex.point)?;
         let raster = camera.raster(&lens.point, edge.direction)? - film.offset;
         camera.film().pixel_index(raster)?;
@@ -106,7 +106,7 @@ impl LightTracer {
             return None;
         }
         let importance = camera.emit(&lens.point, edge.direction);
-        let value = (vertex.throughput * light_or_f) * (edge.geometry * (importance * lens.throughput));
+        let value = (vertex.throughput * light_or_f) * (edge.geometry * (importance * lens.throughput()));
         if value.is_black() {
             return None;
         }

@@ -12,7 +12,8 @@ use super::{Depth, Integrator};
 use crate::bsdf::Walk;
 use crate::endpoint::{Camera, Endpoint, Light};
 use crate::film::{Contribution, FilmSample, Sink, Technique};
-use crate::math::Rgb;
+use crate::geometry::SurfacePoint;
+use crate::math::{PerProjected, Rgb};
 use crate::path::{Counters, Edge, Heuristic, RandomWalk, Roulette, Scattered, Scratch, TechniqueSet, Vertex, sample_emitter};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{Needs, Scene};
@@ -42,6 +43,14 @@ pub struct PathTracer {
     pub heuristic: Heuristic,
 }
 
+/// What the weight of a light that was hit has to know of the vertex before.
+struct Previous<'a> {
+    point: &'a SurfacePoint,
+    pdf_next: PerProjected,
+    /// Whether emitter sampling could have drawn the path from there.
+    competes: bool,
+}
+
 impl PathTracer {
     /// Path tracing with both techniques up to a number of scattering events.
     #[must_use]
@@ -50,22 +59,15 @@ impl PathTracer {
     }
 
     /// The contribution of a vertex that is on a light.
-    fn emitted<'s, S: Scene + ?Sized>(
-        &self,
-        scene: &'s S,
-        set: &TechniqueSet,
-        previous: &Vertex<S::Bsdf<'s>>,
-        vertex: &Vertex<S::Bsdf<'s>>,
-    ) -> Option<(Rgb, f64)> {
+    fn emitted<'s, S: Scene + ?Sized>(&self, scene: &'s S, previous: &Previous<'_>, vertex: &Vertex<S::Bsdf<'s>>) -> Option<(Rgb, f64)> {
         let id = vertex.light?;
         let light = scene.light(id);
         let radiance = light.emit(&vertex.point, vertex.to_previous);
         if radiance.is_black() {
             return None;
         }
-        let competes = set.emitter_sampling && previous.bsdf.is_some() && !previous.dirac && light.can_be_connected();
-        let weight = if competes {
-            let connection = light.pdf_from(&previous.point, &vertex.point).value() * scene.pick_pmf(id);
+        let weight = if previous.competes && light.can_be_connected() {
+            let connection = light.pdf_from(previous.point, &vertex.point).value() * scene.pick_pmf(id);
             self.heuristic.weight([connection / (previous.pdf_next.value() * vertex.geometry)])
         } else {
             1.0
@@ -87,7 +89,7 @@ impl PathTracer {
         let bsdf = vertex.bsdf.as_ref()?;
         let edge = Edge::between(&vertex.point, &emitter.point)?;
         counters.connections += 1;
-        let incoming = edge.geometry * (light.emit(&emitter.point, -edge.direction) * emitter.throughput);
+        let incoming = edge.geometry * (light.emit(&emitter.point, -edge.direction) * emitter.throughput());
         if incoming.is_black() {
             return None;
         }
@@ -141,13 +143,14 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
             sink.add(&Contribution { raster: film.raster, value, weight, technique });
         };
         let u = camera.film().to_window(film.raster + film.offset);
-        let Some((mut walk, mut previous)) = RandomWalk::from_camera(scene, camera, u, sampler) else { return };
+        let Some((mut walk, _)) = RandomWalk::from_camera(scene, camera, u, sampler) else { return };
+        let (mut competes, mut pdf_next) = (false, PerProjected::ZERO);
         // `bounces` is the number of scattering events of a path that ends on a light at the vertex just reached.
         for bounces in 0.. {
             let Some(mut vertex) = walk.arrive(counters) else { break };
             if set.emitter_hits
                 && depth.contains(bounces)
-                && let Some((value, weight)) = self.emitted(scene, &set, &previous, &vertex)
+                && let Some((value, weight)) = self.emitted(scene, &Previous { point: walk.from(), pdf_next, competes }, &vertex)
             {
                 add(0, bounces, value, weight);
             }
@@ -182,7 +185,7 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
                     break;
                 }
             }
-            previous = vertex;
+            (competes, pdf_next) = (set.emitter_sampling && !vertex.dirac, vertex.pdf_next);
         }
     }
 }

@@ -1,22 +1,46 @@
 //! Points sampled on an endpoint for the sake of a given vertex: next event estimation and light tracing.
 
 use super::{StartDensity, Vertex};
-use crate::endpoint::{Camera, Endpoint, Light, PointSample};
+use crate::bsdf::Bsdf;
+use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use glam::DVec2;
 
-/// Samples a point on a light to connect `receiver` to; the vertex's throughput is the inverse of its density.
+/// A point sampled on a light or on the lens to connect a vertex to.
+#[derive(Clone, Copy, Debug)]
+pub struct SampledEndpoint {
+    /// Where it is.
+    pub point: SurfacePoint,
+    /// Whose it is; `None` on the lens.
+    pub light: Option<LightId>,
+    /// Its densities; that of the connection is not 0.
+    pub start: StartDensity,
+}
+
+impl SampledEndpoint {
+    /// The inverse of the density with which it was chosen.
+    #[inline]
+    #[must_use]
+    pub fn throughput(&self) -> f64 {
+        1.0 / self.start.connection.value()
+    }
+
+    /// As a vertex of a path.
+    #[inline]
+    #[must_use]
+    pub fn vertex<B: Bsdf>(&self) -> Vertex<B> {
+        Vertex { throughput: Rgb::splat(self.throughput()), ..Vertex::endpoint(self.point, self.light, self.start) }
+    }
+}
+
+/// Samples a point on a light to connect `receiver` to.
 ///
 /// `None` if there is no light, or if the one chosen has nothing to offer to the receiver.
 #[inline]
-pub fn sample_emitter<'s, S: Scene + ?Sized, P: Sampler>(
-    scene: &'s S,
-    receiver: &SurfacePoint,
-    sampler: &mut P,
-) -> Option<Vertex<S::Bsdf<'s>>> {
+pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(scene: &S, receiver: &SurfacePoint, sampler: &mut P) -> Option<SampledEndpoint> {
     // All numbers are drawn first, so that later dimensions do not depend on the outcome.
     let (u0, u1, u2) = (sampler.next_1d(), sampler.next_1d(), sampler.next_2d());
     let (id, pmf) = scene.pick_light(u0)?;
@@ -26,8 +50,7 @@ pub fn sample_emitter<'s, S: Scene + ?Sized, P: Sampler>(
     }
     let PointSample { point, pdf } = light.sample_from(receiver, u1, u2)?;
     let start = StartDensity { walk: light.point_pdf(&point) * pmf, connection: pdf * pmf };
-    (start.connection.value() > 0.0)
-        .then(|| Vertex { throughput: Rgb::splat(1.0 / start.connection.value()), ..Vertex::endpoint(point, Some(id), start) })
+    (start.connection.value() > 0.0).then_some(SampledEndpoint { point, light: Some(id), start })
 }
 
 /// The numbers that a point on the lens is sampled with; a lens that is a point needs none.
@@ -41,15 +64,11 @@ pub(super) fn lens_numbers<C: Camera + ?Sized, P: Sampler>(camera: &C, sampler: 
     (sampler.next_1d(), sampler.next_2d())
 }
 
-/// Samples a point on the lens to connect `receiver` to; the vertex's throughput is the inverse of its density.
+/// Samples a point on the lens to connect `receiver` to.
 #[inline]
-pub fn sample_lens<B: crate::bsdf::Bsdf, C: Camera + ?Sized, P: Sampler>(
-    camera: &C,
-    receiver: &SurfacePoint,
-    sampler: &mut P,
-) -> Option<Vertex<B>> {
+pub fn sample_lens<C: Camera + ?Sized, P: Sampler>(camera: &C, receiver: &SurfacePoint, sampler: &mut P) -> Option<SampledEndpoint> {
     let (u1, u2) = lens_numbers(camera, sampler);
     let PointSample { point, pdf } = Endpoint::sample_from(camera, receiver, u1, u2)?;
     let start = StartDensity { walk: camera.point_pdf(&point), connection: pdf };
-    (pdf.value() > 0.0).then(|| Vertex { throughput: Rgb::splat(1.0 / pdf.value()), ..Vertex::endpoint(point, None, start) })
+    (pdf.value() > 0.0).then_some(SampledEndpoint { point, light: None, start })
 }

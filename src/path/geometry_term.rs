@@ -10,6 +10,9 @@
 use crate::geometry::{Place, SurfacePoint};
 use glam::DVec3;
 
+/// Above it squares have lost nothing to underflow, not even those of components that are a millionth of the largest.
+const LEAST_SQUARE: f64 = 1e-270;
+
 /// The straight line between two vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
@@ -30,12 +33,17 @@ impl Edge {
             (_, Place::Infinite) => -b.geometric_normal,
             _ => {
                 let difference = b.position - a.position;
-                // Scaled by the largest component, so that the square neither overflows nor underflows.
-                let scale = difference.abs().max_element();
-                if !(scale > 0.0 && scale.is_finite()) {
-                    return None;
+                let square = difference.length_squared();
+                if square > LEAST_SQUARE && square.is_finite() {
+                    difference / square.sqrt()
+                } else {
+                    // Scaled by the largest component, so that the square neither overflows nor underflows.
+                    let scale = difference.abs().max_element();
+                    if !(scale > 0.0 && scale.is_finite()) {
+                        return None;
+                    }
+                    (difference / scale).normalize()
                 }
-                (difference / scale).normalize()
             }
         };
         Some(Self::along(a, b, direction))
@@ -50,8 +58,9 @@ impl Edge {
             cosines
         } else {
             let distance = (b.position - a.position).dot(direction);
-            // Two divisions: the square of a distance can leave the range of f64 where the quotient does not.
-            cosines / distance / distance
+            let square = distance * distance;
+            // Else two divisions: the square of a distance can leave the range of f64 where the quotient does not.
+            if square > LEAST_SQUARE && square.is_finite() { cosines / square } else { cosines / distance / distance }
         };
         Self { direction, geometry }
     }

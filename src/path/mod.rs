@@ -26,7 +26,7 @@ mod view;
 mod walk;
 mod weight;
 
-pub use connect::{sample_emitter, sample_lens};
+pub use connect::{SampledEndpoint, sample_emitter, sample_lens};
 pub use counters::{Counters, Ledger};
 pub use geometry_term::Edge;
 pub use light_walks::LightWalks;

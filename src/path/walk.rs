@@ -108,6 +108,13 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         self.vertices
     }
 
+    /// Where the ray starts that leads to the next vertex, and after [`arrive`](Self::arrive) the one that led there.
+    #[inline]
+    #[must_use]
+    pub fn from(&self) -> &SurfacePoint {
+        &self.from
+    }
+
     /// The throughput that the next vertex will have.
     #[must_use]
     pub fn throughput(&self) -> Rgb {
