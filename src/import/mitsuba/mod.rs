@@ -21,12 +21,13 @@
 //! | emitters | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
 //! | sensors | `perspective`, `thinlens`, `orthographic` with film, crop window and reconstruction filter |
 //! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials |
-//! | colours | `rgb`, `float`, `spectrum` as one value or as list of wavelengths and values |
+//! | colours | `rgb`, `float`, `spectrum` as one value, or as list or file of wavelengths and values |
 //!
 //! # Conventions
 //!
 //! - Spectra become linear RGB by the CIE 1931 observer: emission as it is seen, so that a constant spectrum has the colour of the equal-energy illuminant; everything
 //!   else under daylight (D65), so that constant reflectances are grey. Nothing is assumed outside of the listed wavelengths.
+//! - Conductors, by name or by spectra of `eta` and `k`, reflect at normal incidence what their spectrum reflects; their indices follow from that.
 //! - A shape without a material is diffuse and grey, or black if it emits.
 //! - A material that is not `twosided` absorbs on its back, unless it transmits light.
 //! - Which side is the front is decided by the vertex normals of a mesh. Meshes without them get normals weighted by the angles of their triangles,
