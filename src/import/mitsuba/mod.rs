@@ -85,7 +85,8 @@ struct Loader<'a> {
     limits: Limits,
     warnings: Warnings,
     builder: WorldBuilder,
-    names: HashSet<String>,
+    /// Names of objects, and how many have wanted each.
+    names: HashMap<String, u64>,
     hints: Hints,
     materials: HashMap<*const Element, MaterialId>,
     textures: HashMap<(*const Element, bool), Texture>,
@@ -103,7 +104,7 @@ impl<'a> Loader<'a> {
             limits: options.limits,
             warnings: Warnings::new(options.strict),
             builder: WorldBuilder::new(),
-            names: HashSet::new(),
+            names: HashMap::new(),
             hints: Hints::default(),
             materials: HashMap::new(),
             textures: HashMap::new(),
@@ -161,12 +162,17 @@ impl<'a> Loader<'a> {
     /// A name that nothing else has: the id, or kind and line.
     fn name(&mut self, element: &Element) -> String {
         let base = element.id().map_or_else(|| format!("{} {} in line {}", element.kind(), element.tag, element.line()), str::to_owned);
-        let mut name = base.clone();
-        let mut number = 1;
-        while !self.names.insert(name.clone()) {
+        let mut number = self.names.get(&base).copied().unwrap_or(0);
+        // Another object may have the name "base (2)" for its id.
+        let name = loop {
             number += 1;
-            name = format!("{base} ({number})");
-        }
+            let name = if number == 1 { base.clone() } else { format!("{base} ({number})") };
+            if number == 1 || !self.names.contains_key(&name) {
+                break name;
+            }
+        };
+        self.names.insert(base, number);
+        self.names.entry(name.clone()).or_insert(1);
         name
     }
 
