@@ -116,7 +116,8 @@ fn limits_hold() {
     assert!(with(|limits| limits.triangles = 0).contains("exceed the limits"));
     assert!(with(|limits| limits.pixels = 255).contains("16 × 16 pixels"));
     assert!(with(|limits| limits.bytes = 255).contains("more bytes than the limit"));
-    assert!(with(|limits| limits.elements = 5).contains("the limit is 5"));
+    assert!(with(|limits| limits.elements = 5).contains("objects of JSON; the limit is 4 times 5"));
+    assert!(with(|limits| limits.elements = 12).contains("the limit is 12"));
     assert_eq!(with(|_| {}), "");
     // Small files that would take much memory, or much time.
     let with = |elements: u64, triangles: u64, text: String| {
