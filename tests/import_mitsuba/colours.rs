@@ -61,3 +61,43 @@ fn conductors_reflect_what_their_spectra_reflect() {
         assert_relative_eq!(named[c], exact[c], max_relative = 1e-3);
     }
 }
+
+/// All names that Mitsuba 3.9 knows.
+#[test]
+fn materials_are_known_by_name() {
+    let directory = Directory::new("names");
+    let conductors = "none Ag Al AlAs AlAs_palik AlSb Au Be Cr CsI Cu Cu_palik Cu2O CuO Hg HgTe Ir K Li MgO Mo Na_palik Nb Ni_palik Rh Se Se-e SiC SnTe Ta Te Te-e ThF4 TiC TiN \
+         TiO2 TiO2-e VC V_palik VN W a-C d-C d-C_palik";
+    let dielectrics = [
+        "vacuum",
+        "helium",
+        "hydrogen",
+        "air",
+        "carbon dioxide",
+        "water",
+        "acetone",
+        "ethanol",
+        "carbon tetrachloride",
+        "glycerol",
+        "benzene",
+        "silicone oil",
+        "bromine",
+        "water ice",
+        "fused quartz",
+        "pyrex",
+        "acrylic glass",
+        "polypropylene",
+        "bk7",
+        "sodium chloride",
+        "amber",
+        "pet",
+        "diamond",
+    ];
+    let bsdf = |kind: &str, parameter: &str, name: &str| {
+        format!("<shape type='rectangle'><bsdf type='{kind}'><string name='{parameter}' value='{name}'/></bsdf></shape>")
+    };
+    let shapes = conductors.split_whitespace().map(|name| bsdf("conductor", "material", name));
+    let shapes: String = shapes.chain(dielectrics.map(|name| bsdf("dielectric", "int_ior", name))).collect();
+    let import = directory.load(&format!("{SENSOR}{shapes}")).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(import.warnings, []);
+}
