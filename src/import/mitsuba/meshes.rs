@@ -109,7 +109,7 @@ fn obj(bytes: &[u8], most: u64) -> Result<Mesh, String> {
     let faces = bytes.split(|byte| *byte == b'\n').filter(|line| matches!(line.trim_ascii_start().first(), Some(b'f' | b'l' | b'p')));
     let corners: u64 = faces.map(|line| line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count() as u64 - 1).sum();
     if corners > most.saturating_mul(3) {
-        return Err("the meshes have more triangles than the limit admits".to_owned());
+        return Err(format!("its {corners} corners make more triangles than the limit admits"));
     }
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
     let (models, _) =
