@@ -5,6 +5,9 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
+/// Each file is looked for in all of them.
+const MOST_DIRECTORIES: usize = 64;
+
 /// Finds and reads the files that a scene refers to, within the limits.
 #[derive(Debug)]
 pub(crate) struct Files {
@@ -27,6 +30,9 @@ impl Files {
 
     /// Adds a directory where relative paths are looked for, after the others.
     pub fn add_directory(&mut self, path: &str, location: Location) -> Result<(), Error> {
+        if self.directories.len() >= MOST_DIRECTORIES {
+            return Err(Error::new(location, format!("files are looked for in more than {MOST_DIRECTORIES} directories")));
+        }
         let directory = self.allowed(path, &location)?;
         self.directories.push(directory);
         Ok(())

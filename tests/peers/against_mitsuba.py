@@ -72,18 +72,8 @@ def main():
     parser.add_argument("--seeds", type=int, default=12)
     parser.add_argument("--samples", type=int, default=256)
     parser.add_argument("--integrator", default="path-tracing")
-    parser.add_argument("--reference", help="an image to compare --image with, by the means of 16 blocks per row")
-    parser.add_argument("--image")
     options = parser.parse_args()
     mi.set_variant("scalar_rgb")
-    if options.reference:
-        image, reference = load(options.image), load(options.reference)
-        rows = round(16 * image.shape[0] / image.shape[1])
-        ratio = blocks(image, 16, rows) / np.maximum(blocks(reference, 16, rows), 1e-9) - 1
-        print(f"mean {100 * (image.mean((0, 1)) / reference.mean((0, 1)) - 1)} %")
-        print(f"blocks: median {100 * np.median(np.abs(ratio)):.2f} %, largest {100 * np.abs(ratio).max():.2f} %")
-        print(f"within 2 %: {100 * (np.abs(ratio) < 0.02).mean():.1f} % of the blocks")
-        return
     for name in options.scenes or sorted(path.stem for path in SCENES.glob("*.xml")):
         compare(name, options)
 

@@ -20,6 +20,9 @@ const KNOWN_EXTENSIONS: [&str; 7] = [
     "KHR_texture_transform",
 ];
 
+/// Objects of JSON for each element.
+const MOST_OBJECTS: u64 = 4;
+
 /// A valid document whose buffers have been read.
 pub(super) struct Document {
     path: PathBuf,
@@ -37,6 +40,11 @@ impl Document {
         let mut files = Files::new(path, &limits)?;
         let bytes = files.read_path(path, whole.clone())?;
         let (json, binary) = split(&bytes).map_err(|reason| Error::new(whole.clone(), reason))?;
+        // Each takes up to 1.3 kB, however short it is in the file.
+        let objects = json.iter().filter(|byte| **byte == b'{').count() as u64;
+        if objects > limits.elements.saturating_mul(MOST_OBJECTS) {
+            return Err(Error::new(whole, format!("{objects} objects of JSON; the limit is {MOST_OBJECTS} times {}", limits.elements)));
+        }
         let mut root = Root::from_slice(json).map_err(|error| Error::caused(whole.clone(), error))?;
         let mut warnings = Warnings::new(options.strict);
         check_extensions(&mut root, &mut warnings, &whole)?;

@@ -136,12 +136,13 @@ impl<'a> SceneReader<'a> {
             let material = self.document.root.meshes[mesh].primitives[primitive].material.map(|material| material.value());
             let (id, look) = self.material(material)?;
             let name = self.unique_name(name.as_deref(), node, (primitives > 1).then_some(primitive));
-            let Some(Some(geometry)) = self.meshes.get(&(mesh, primitive)) else { continue };
-            // Vertices that no triangle uses are copied, too, for every instance.
-            let triangles = geometry.indices.len().max(geometry.positions.len() / 3) as u64;
+            let geometry = self.meshes.get(&(mesh, primitive)).and_then(Option::as_ref);
+            // Vertices that no triangle uses are copied, too, for every instance; and what has no triangles takes time in every instance.
+            let triangles = geometry.map_or(1, |geometry| geometry.indices.len().max(geometry.positions.len() / 3)) as u64;
             self.triangles = self.triangles.checked_sub(triangles).ok_or_else(|| {
                 Error::new(location.clone(), format!("more than {} triangles, which is the limit", self.document.limits.triangles))
             })?;
+            let Some(geometry) = geometry else { continue };
             let caused = |error| Error::caused(location.clone(), error);
             let surface = self.builder.add_mesh(name, geometry, transform, id).map_err(caused)?;
             if let Some(radiance) = look.emission {

@@ -11,7 +11,11 @@ const MOST_NESTED: u32 = 64;
 /// Longest name of a parameter that is looked for.
 const LONGEST_NAME: usize = 256;
 /// Largest XML file; meshes and images are not in it.
-const MOST_XML_BYTES: usize = 1 << 28;
+const MOST_XML_BYTES: usize = 1 << 26;
+/// Most attributes of an element: the time to read them grows with the square of their number.
+const MOST_ATTRIBUTES: usize = 256;
+/// Attributes that count as one element.
+const ATTRIBUTES_PER_ELEMENT: u64 = 8;
 
 /// An element after parameters have been put in.
 #[derive(Debug)]
@@ -125,9 +129,14 @@ impl Reader<'_> {
     fn file(&mut self, path: &Path, bytes: &[u8], depth: u32) -> Result<Vec<Element>, Error> {
         let whole = |line: Option<u32>| Location { file: path.to_owned(), line, ..Location::default() };
         if bytes.len() > MOST_XML_BYTES {
-            return Err(Error::new(whole(None), "the XML file is larger than 256 MiB"));
+            return Err(Error::new(whole(None), "the XML file is larger than 64 MiB"));
         }
         let text = std::str::from_utf8(bytes).map_err(|error| Error::caused(whole(None), error))?;
+        // No attribute has a < in it, so that no element is longer than one of these parts.
+        let too_many = |part: &&str| !part.starts_with("!--") && part.bytes().filter(|byte| *byte == b'=').count() > MOST_ATTRIBUTES;
+        if text.split('<').any(|part| too_many(&part)) {
+            return Err(Error::new(whole(None), format!("an element has more than {MOST_ATTRIBUTES} attributes")));
+        }
         // Text and comments are nodes, too.
         let nodes_limit = u32::try_from(self.limits.elements.saturating_mul(4)).unwrap_or(u32::MAX);
         // Documents with a DTD, and with it entities that expand without end, are refused by default.
@@ -158,7 +167,7 @@ impl Reader<'_> {
                 file: Rc::clone(&source.path),
                 line: source.line(node.range().start),
             };
-            let left = self.elements_left.checked_sub(1);
+            let left = self.elements_left.checked_sub(1 + node.attributes().len() as u64 / ATTRIBUTES_PER_ELEMENT);
             self.elements_left = left.ok_or_else(|| element.error("the scene has more elements than the limit admits"))?;
             if nested >= MOST_NESTED {
                 return Err(element.error("elements are nested too deeply"));

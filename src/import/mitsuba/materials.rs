@@ -196,6 +196,14 @@ impl<'a> Loader<'a> {
 
     fn complex_ior(&mut self, object: &Object<'a>) -> Result<(Rgb, Rgb), Error> {
         let element = object.element;
+        let mut spectrum = |name| object.get(name).map_or(Ok(None), |child| self.spectrum(child));
+        if let (Some(n), Some(k)) = (spectrum("eta")?, spectrum("k")?) {
+            if n.is_empty() || k.is_empty() || n.iter().any(|(_, n)| *n <= 0.0) || k.iter().any(|(_, k)| *k < 0.0) {
+                return Err(element.error("eta must be positive at all its wavelengths, and k not negative"));
+            }
+            let [eta, k] = conductors::from_spectra(&n, &k);
+            return Ok((eta, k));
+        }
         let name = object.string("material")?;
         let eta = self.colour(object, "eta", Illuminant::D65)?;
         let k = self.colour(object, "k", Illuminant::D65)?;
@@ -205,7 +213,7 @@ impl<'a> Loader<'a> {
             (Some(name), None, None) => match conductors::by_name(name) {
                 Some([eta, k]) => Ok((eta, k)),
                 None => {
-                    self.warn(element, format!("the metal {name} is not known (Ag, Al, Au, Cu are); it is a perfect mirror instead"))?;
+                    self.warn(element, format!("the conductor {name} is not known; it is a perfect mirror instead"))?;
                     Ok((Rgb::BLACK, Rgb::WHITE))
                 }
             },

@@ -21,7 +21,7 @@ impl<'a> Loader<'a> {
         let name = object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
         let (path, bytes) = self.files.read(name, element.location())?;
         let parsed = match kind {
-            "obj" => obj(&bytes),
+            "obj" => obj(&bytes, self.triangles_left),
             "ply" => ply(&bytes, self.triangles_left),
             _ => {
                 let index = object.integer("shape_index")?.unwrap_or(0);
@@ -104,7 +104,13 @@ fn vectors<const N: usize>(values: &[f32]) -> Vec<[f64; N]> {
     values.as_chunks::<N>().0.iter().map(|v| v.map(f64::from)).collect()
 }
 
-fn obj(bytes: &[u8]) -> Result<Mesh, String> {
+fn obj(bytes: &[u8], most: u64) -> Result<Mesh, String> {
+    // The parser takes much more memory than the file for corners, of which triangles have three and other polygons fewer for each triangle that they become.
+    let faces = bytes.split(|byte| *byte == b'\n').filter(|line| matches!(line.trim_ascii_start().first(), Some(b'f' | b'l' | b'p')));
+    let corners: u64 = faces.map(|line| line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count() as u64 - 1).sum();
+    if corners > most.saturating_mul(3) {
+        return Err(format!("its {corners} corners make more triangles than the limit admits"));
+    }
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
     let (models, _) =
         tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Ok((Vec::new(), Default::default()))).map_err(|e| e.to_string())?;

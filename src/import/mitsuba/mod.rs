@@ -21,12 +21,13 @@
 //! | emitters | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
 //! | sensors | `perspective`, `thinlens`, `orthographic` with film, crop window and reconstruction filter |
 //! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials |
-//! | colours | `rgb`, `float`, `spectrum` as one value or as list of wavelengths and values |
+//! | colours | `rgb`, `float`, `spectrum` as one value, or as list or file of wavelengths and values |
 //!
 //! # Conventions
 //!
 //! - Spectra become linear RGB by the CIE 1931 observer: emission as it is seen, so that a constant spectrum has the colour of the equal-energy illuminant; everything
 //!   else under daylight (D65), so that constant reflectances are grey. Nothing is assumed outside of the listed wavelengths.
+//! - Conductors, by name or by spectra of `eta` and `k`, reflect at normal incidence what their spectrum reflects; their indices follow from that.
 //! - A shape without a material is diffuse and grey, or black if it emits.
 //! - A material that is not `twosided` absorbs on its back, unless it transmits light.
 //! - Which side is the front is decided by the vertex normals of a mesh. Meshes without them get normals weighted by the angles of their triangles,
@@ -84,7 +85,8 @@ struct Loader<'a> {
     limits: Limits,
     warnings: Warnings,
     builder: WorldBuilder,
-    names: HashSet<String>,
+    /// Names of objects, and how many have wanted each.
+    names: HashMap<String, u64>,
     hints: Hints,
     materials: HashMap<*const Element, MaterialId>,
     textures: HashMap<(*const Element, bool), Texture>,
@@ -102,7 +104,7 @@ impl<'a> Loader<'a> {
             limits: options.limits,
             warnings: Warnings::new(options.strict),
             builder: WorldBuilder::new(),
-            names: HashSet::new(),
+            names: HashMap::new(),
             hints: Hints::default(),
             materials: HashMap::new(),
             textures: HashMap::new(),
@@ -160,12 +162,17 @@ impl<'a> Loader<'a> {
     /// A name that nothing else has: the id, or kind and line.
     fn name(&mut self, element: &Element) -> String {
         let base = element.id().map_or_else(|| format!("{} {} in line {}", element.kind(), element.tag, element.line()), str::to_owned);
-        let mut name = base.clone();
-        let mut number = 1;
-        while !self.names.insert(name.clone()) {
+        let mut number = self.names.get(&base).copied().unwrap_or(0);
+        // Another object may have the name "base (2)" for its id.
+        let name = loop {
             number += 1;
-            name = format!("{base} ({number})");
-        }
+            let name = if number == 1 { base.clone() } else { format!("{base} ({number})") };
+            if number == 1 || !self.names.contains_key(&name) {
+                break name;
+            }
+        };
+        self.names.insert(base, number);
+        self.names.entry(name.clone()).or_insert(1);
         name
     }
 

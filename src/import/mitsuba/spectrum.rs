@@ -46,6 +46,20 @@ fn at(spectrum: &[(f64, f64)], wavelength: f64) -> f64 {
     }
 }
 
+/// The same, going on as it begins and ends.
+pub(super) fn extended(spectrum: &[(f64, f64)], wavelength: f64) -> f64 {
+    match (spectrum.first(), spectrum.last()) {
+        (Some(first), Some(last)) => at(spectrum, wavelength.clamp(first.0, last.0)),
+        _ => 0.0,
+    }
+}
+
+/// What can be seen, nanometre by nanometre.
+pub(super) fn wavelengths() -> impl Iterator<Item = f64> {
+    let steps = (STEP * (OBSERVER.len() - 1) as f64) as u32;
+    (0..=steps).map(|i| FIRST + f64::from(i))
+}
+
 fn observer(wavelength: f64) -> Option<[f64; 4]> {
     let position = (wavelength - FIRST) / STEP;
     let lower = position.floor();

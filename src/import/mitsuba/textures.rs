@@ -4,7 +4,7 @@ use super::super::Error;
 use super::Loader;
 use super::document::Element;
 use super::spectrum::Illuminant;
-use super::values::{Object, colour};
+use super::values::{Object, colour, listed_colour, wavelengths};
 use crate::film::{Image, linear_from_srgb};
 use crate::math::Rgb;
 use crate::texture::{Interpolation, Texture, Wrap};
@@ -27,8 +27,11 @@ impl<'a> Loader<'a> {
 
     fn texture_of(&mut self, element: &'a Element, illuminant: Illuminant) -> Result<Texture, Error> {
         let element = self.resolved(element)?;
+        if let Some(spectrum) = self.spectrum(element)? {
+            return listed_colour(element, &spectrum, illuminant, &mut self.warnings).map(Texture::from);
+        }
         if element.tag != "texture" {
-            return colour(element, illuminant, &mut self.warnings).map(Texture::from);
+            return colour(element, illuminant).map(Texture::from);
         }
         let key = (std::ptr::from_ref(element), illuminant == Illuminant::Equal);
         if let Some(texture) = self.textures.get(&key) {
@@ -52,6 +55,20 @@ impl<'a> Loader<'a> {
         object.finish(&mut self.warnings)?;
         self.textures.insert(key, texture.clone());
         Ok(texture)
+    }
+
+    /// The values of a `<spectrum>` that has a list or a file of them, wavelength by wavelength.
+    pub(super) fn spectrum(&mut self, element: &'a Element) -> Result<Option<Vec<(f64, f64)>>, Error> {
+        let element = self.resolved(element)?;
+        if element.tag != "spectrum" {
+            return Ok(None);
+        }
+        if let Some(name) = element.attribute("filename") {
+            let (_, bytes) = self.files.read(name, element.location())?;
+            let text = std::str::from_utf8(&bytes).map_err(|error| element.caused(error))?;
+            return wavelengths(element, text, true).map(Some);
+        }
+        element.attribute("value").filter(|text| text.contains(':')).map(|text| wavelengths(element, text, false)).transpose()
     }
 
     fn bitmap(&mut self, object: &Object<'a>) -> Result<Texture, Error> {

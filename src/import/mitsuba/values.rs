@@ -197,23 +197,12 @@ fn look_at(element: &Element) -> Result<DMat4, Error> {
     Ok(DMat4::from_cols(left.extend(0.0), forward.cross(left).extend(0.0), forward.extend(0.0), origin.extend(1.0)))
 }
 
-/// The colour of an `<rgb>`, `<spectrum>` or `<float>`.
-pub(super) fn colour(element: &Element, illuminant: Illuminant, warnings: &mut Warnings) -> Result<Rgb, Error> {
+/// The colour of an `<rgb>`, a `<float>`, or a `<spectrum>` that is the same everywhere.
+pub(super) fn colour(element: &Element, illuminant: Illuminant) -> Result<Rgb, Error> {
     let text = element.required("value")?;
     match element.tag.as_str() {
         "float" | "integer" => number(element, text).map(Rgb::splat),
         "rgb" => three(element, text).map(|v| Rgb(v.to_array())),
-        "spectrum" if text.contains(':') => {
-            let spectrum = wavelengths(element, text)?;
-            let colour = spectrum::to_rgb(&spectrum, illuminant);
-            let greatest =
-                if illuminant == Illuminant::D65 && spectrum.iter().all(|(_, value)| *value <= 1.0) { 1.0 } else { f64::INFINITY };
-            let inside = colour.map(|c| c.clamp(0.0, greatest));
-            if (0..3).any(|i| (colour[i] - inside[i]).abs() > 1e-3 * colour.max_component().max(1e-3)) {
-                warnings.warn(element.location(), format!("the spectrum is outside of the colours of sRGB: {:?} is clipped", colour.0))?;
-            }
-            Ok(inside)
-        }
         "spectrum" => {
             let value = number(element, text)?;
             let constant = [(360.0, value), (830.0, value)];
@@ -223,11 +212,34 @@ pub(super) fn colour(element: &Element, illuminant: Illuminant, warnings: &mut W
     }
 }
 
-/// "400:0.1, 500:0.2": wavelengths in nanometres with values.
-fn wavelengths(element: &Element, text: &str) -> Result<Vec<(f64, f64)>, Error> {
-    let mut spectrum: Vec<(f64, f64)> = Vec::new();
-    for pair in text.split(|c: char| c == ',' || c.is_whitespace()).filter(|part| !part.is_empty()) {
-        let (wavelength, value) = pair.split_once(':').ok_or_else(|| element.error(format!("\"{pair}\" is not wavelength:value")))?;
+/// The colour of a spectrum's values.
+pub(super) fn listed_colour(
+    element: &Element,
+    spectrum: &[(f64, f64)],
+    illuminant: Illuminant,
+    warnings: &mut Warnings,
+) -> Result<Rgb, Error> {
+    let colour = spectrum::to_rgb(spectrum, illuminant);
+    let greatest = if illuminant == Illuminant::D65 && spectrum.iter().all(|(_, value)| *value <= 1.0) { 1.0 } else { f64::INFINITY };
+    let inside = colour.map(|c| c.clamp(0.0, greatest));
+    if (0..3).any(|i| (colour[i] - inside[i]).abs() > 1e-3 * colour.max_component().max(1e-3)) {
+        warnings.warn(element.location(), format!("the spectrum is outside of the colours of sRGB: {:?} is clipped", colour.0))?;
+    }
+    Ok(inside)
+}
+
+/// Wavelengths in nanometres with values: "400:0.1, 500:0.2" in an attribute, or lines of a file with two numbers each, where # begins a comment.
+pub(super) fn wavelengths(element: &Element, text: &str, in_file: bool) -> Result<Vec<(f64, f64)>, Error> {
+    let pairs: Vec<(&str, &str)> = if in_file {
+        let lines = text.lines().map(|line| line.split('#').next().unwrap_or("").trim()).filter(|line| !line.is_empty());
+        lines.map(|line| line.split_once(char::is_whitespace).unwrap_or((line, ""))).collect()
+    } else {
+        let parts = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|part| !part.is_empty());
+        let wrong = |part: &str| element.error(format!("\"{part}\" is not wavelength:value"));
+        parts.map(|part| part.split_once(':').ok_or_else(|| wrong(part))).collect::<Result<_, _>>()?
+    };
+    let mut spectrum: Vec<(f64, f64)> = Vec::with_capacity(pairs.len());
+    for (wavelength, value) in pairs {
         let (wavelength, value) = (number(element, wavelength)?, number(element, value)?);
         if spectrum.last().is_some_and(|(before, _)| *before >= wavelength) {
             return Err(element.error("wavelengths must rise"));

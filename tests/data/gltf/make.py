@@ -61,6 +61,25 @@ def png(width, height, pixels, channels):
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
 
 
+def jpeg(blocks):
+    """A row of 8 x 8 blocks of one (Y, Cb, Cr) each: a baseline JPEG with constant terms only, whose quantum of 8 makes one level of each step."""
+    segment = lambda marker, data: struct.pack(">BBH", 0xFF, marker, 2 + len(data)) + data
+    constant = bytes([0, 0, 0, 0, 12] + [0] * 12 + list(range(12)))  # twelve sizes, each with a code of four bits
+    others = bytes([0x10, 1] + [0] * 15 + [0])  # one code, of one bit: no further terms
+    bits, last = "", [128] * 3
+    for block in blocks:
+        for component, value in enumerate(block):
+            step = value - last[component]
+            size = abs(step).bit_length()
+            bits += f"{size:04b}" + (f"{step if step > 0 else step + (1 << size) - 1:0{size}b}" if size else "") + "0"
+        last = block
+    bits += "1" * (-len(bits) % 8)
+    scan = bytes(int(bits[k:k + 8], 2) for k in range(0, len(bits), 8)).replace(b"\xff", b"\xff\0")
+    frame = struct.pack(">BHHB", 8, 8, 8 * len(blocks), 3) + b"".join(bytes([k, 0x11, 0]) for k in (1, 2, 3))
+    tables = segment(0xDB, bytes([0] + [8] * 64)) + segment(0xC0, frame) + segment(0xC4, constant) + segment(0xC4, others)
+    return b"\xff\xd8" + tables + segment(0xDA, bytes([3, 1, 0, 2, 0, 3, 0, 0, 63, 0])) + scan + b"\xff\xd9"
+
+
 def punctual(lights):
     return {"extensionsUsed": ["KHR_lights_punctual"], "extensions": {"KHR_lights_punctual": {"lights": lights}}}
 
@@ -232,8 +251,48 @@ def meshes():
     save("meshes.gltf", writer.into(document, writer.embedded()))
 
 
+def wraps():
+    """Three squares, each with another wrap mode, on which u runs from -1 to 2 over a JPEG of a grey and a pink half."""
+    writer = Writer()
+    (HERE / "halves.jpg").write_bytes(jpeg([(100, 128, 128), (150, 128, 178)]))
+    stretched = {"extensions": {"KHR_texture_transform": {"offset": [-1, 0], "scale": [3, 1]}}}
+    modes = [10497, 33648, 33071]
+    materials = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": k, **stretched}, "metallicFactor": 0}} for k in range(3)]
+    document = {
+        "extensionsUsed": ["KHR_texture_transform"], "scenes": [{"nodes": [0, 1, 2]}],
+        "nodes": [{"mesh": k, "translation": [3 * k, 0, 0]} for k in range(3)], "meshes": [{"primitives": [square(writer, material=k)]} for k in range(3)],
+        "materials": materials, "images": [{"uri": "halves.jpg"}], "samplers": [{"wrapS": mode, "magFilter": 9728} for mode in modes],
+        "textures": [{"source": 0, "sampler": k} for k in range(3)],
+    }
+    save("wraps.gltf", writer.into(document, writer.embedded()))
+
+
+def nodes():
+    """A lamp with tilted normals, turned inside nodes that scale unevenly, once mirrored and once not; cameras of both kinds inside a turned node."""
+    writer = Writer()
+    lamp = square(writer, material=0)
+    lamp["attributes"]["NORMAL"] = writer.accessor("VEC3", [(0.6, 0, 0.8)] * 4)
+    turn = {"rotation": [0.25881904510252076, 0, 0, 0.96592582628906829]}
+    quarter = {"rotation": [0, HALF, 0, HALF]}
+    document = {
+        "scenes": [{"nodes": [0, 3, 6]}],
+        "nodes": [
+            {"scale": [-2, 1, 3], "children": [1]}, {**turn, "translation": [1, 2, 3], "children": [2]}, {"name": "mirrored", "mesh": 0, "scale": [1, 0.5, 1]},
+            {"scale": [2, 1, 3], "children": [4]}, {**turn, "translation": [9, 2, 3], "children": [5]}, {"name": "plain", "mesh": 0, "scale": [1, 0.5, 1]},
+            {**quarter, "scale": [2, 2, 2], "children": [7, 8]}, {"name": "perspective", "camera": 0, "translation": [0, 0, 1]},
+            {"name": "orthographic", "camera": 1, "translation": [0, 0, 1]},
+        ],
+        "meshes": [{"primitives": [lamp]}], "materials": [{"emissiveFactor": [1, 1, 1]}],
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "aspectRatio": 2, "znear": 0.125}},
+                    {"type": "orthographic", "orthographic": {"xmag": 3, "ymag": 1.5, "znear": 0, "zfar": 10}}],
+    }
+    save("nodes.gltf", writer.into(document, writer.embedded()))
+
+
 box()
 lights()
 materials()
 textures()
 meshes()
+wraps()
+nodes()

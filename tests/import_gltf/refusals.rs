@@ -1,0 +1,179 @@
+//! What is refused, and what is left out with a warning.
+
+use crate::files::{SQUARE, altered, data, directory, load_bytes, load_text};
+use glam::UVec2;
+use pathspace::import::{Limits, Options, gltf};
+
+#[test]
+fn malformed_files_are_refused_for_their_reason() {
+    use serde_json::json;
+    let cases = [
+        ("/nodes/8/children", json!([0]), "node 0 \"room\": it is reached twice"),
+        ("/nodes/1/children", json!([1]), "it is reached twice"),
+        ("/nodes/1/children", json!([77]), "Index out of bounds"),
+        ("/nodes/1/rotation", json!([1, 1, 1, 1]), "not a unit quaternion"),
+        ("/nodes/5/matrix", json!([1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]), "not affine"),
+        ("/nodes/1/scale", json!([1, 0, 0]), "not invertible"),
+        ("/scene", json!(3), "Index out of bounds"),
+        ("/meshes/0/primitives/0/attributes/POSITION", json!(99), "accessor 99"),
+        ("/meshes/0/primitives/0/attributes/POSITION", json!(2), "Missing data"),
+        ("/meshes/0/primitives/0/attributes/TEXCOORD_0", json!(3), "accessor 3: Vec2 is needed"),
+        ("/meshes/0/primitives/0/indices", json!(0), "unsigned whole numbers"),
+        ("/accessors/0/count", json!(5), "do not fit"),
+        ("/accessors/0/count", json!(u64::MAX), "exceed the limits"),
+        ("/accessors/0/count", json!(100_000_000), "do not fit"),
+        ("/accessors/0/byteOffset", json!(u64::MAX), "do not fit"),
+        ("/accessors/2/count", json!(5), "whole triangles"),
+        ("/bufferViews/0/byteOffset", json!(u64::MAX), "buffer view 0"),
+        ("/bufferViews/0/byteStride", json!(4), "do not fit"),
+        ("/buffers/0/byteLength", json!(1_000_000), "should have 1000000 bytes"),
+        ("/buffers/0/uri", json!("data:;base64,%"), "data URI"),
+        ("/buffers/0/uri", json!("../scene.bin"), "outside of the scene's directory"),
+        ("/buffers/0/uri", json!("missing.bin"), "missing.bin"),
+        ("/buffers/0/uri", json!("."), "is not a file"),
+        ("/buffers/0/uri", json!("https://host/scene.bin"), "only files and data URIs"),
+        ("/buffers/0/uri", json!("file:///etc/passwd"), "only files and data URIs"),
+        ("/buffers/0/uri", serde_json::Value::Null, "it has no uri"),
+        ("/materials/0/pbrMetallicRoughness/roughnessFactor", json!(1.5), "material 0 \"white\""),
+        ("/materials/3/emissiveFactor", json!([-1, 0, 0]), "radiance"),
+        ("/cameras/0/perspective", json!({"yfov": 4, "znear": 1}), "field of view"),
+        ("/cameras/0/perspective/aspectRatio", json!(0), "aspect ratio"),
+        ("/cameras/0", json!({"type": "orthographic", "perspective": {"yfov": 1, "znear": 1}}), "lacks the properties"),
+        ("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression is required"),
+    ];
+    for (pointer, value, reason) in cases {
+        let text = altered("box.gltf", pointer, value.clone());
+        let error = load_text("malformed", &text, &Options::default()).expect_err(pointer).to_string();
+        assert!(error.contains(reason) && error.contains("scene.gltf"), "{pointer} = {value}: {error}");
+    }
+    let files: [(&[u8], &str); 6] = [
+        (b"", "EOF"),
+        (b"glTF", "version ?"),
+        (b"glTF\x01\0\0\0\x0c\0\0\0", "version 1"),
+        (b"glTF\x02\0\0\0\xff\0\0\0", "ends before"),
+        (b"glTF\x02\0\0\0\x0c\0\0\0", "first chunk"),
+        (b"glTF\x02\0\0\0\x14\0\0\0\xff\xff\xff\xffJSON", "longer than the file"),
+    ];
+    for (bytes, reason) in files {
+        let error = load_bytes("malformed", bytes, &Options::default()).expect_err(reason).to_string();
+        assert!(error.contains(reason), "{error}");
+    }
+    assert!(gltf::load(directory("malformed"), SQUARE, &Options::default()).is_err(), "a directory");
+    assert!(gltf::load(data("box.gltf"), UVec2::ZERO, &Options::default()).is_err(), "no pixels");
+}
+
+#[test]
+fn sparse_accessors_and_images_are_checked() {
+    use serde_json::json;
+    let cases = [
+        ("meshes.gltf", "/accessors/3/count", json!(2_000_000), "exceed the limits"),
+        ("meshes.gltf", "/accessors/3/sparse/count", json!(4), "4 sparse values"),
+        ("meshes.gltf", "/accessors/2/sparse/values/byteOffset", json!(4), "do not fit"),
+        ("meshes.gltf", "/accessors/2/sparse/indices/componentType", json!(5126), "Invalid value"),
+        ("textures.gltf", "/images/0/uri", json!("textures.bin"), "neither PNG nor JPEG"),
+        ("textures.gltf", "/images/0/uri", json!("%2e%2e/textures.bin"), "outside of the scene's directory"),
+        ("textures.gltf", "/images/0", json!({}), "either a uri or a buffer view"),
+        ("textures.gltf", "/textures/0/source", json!(9), "Index out of bounds"),
+        ("lights.gltf", "/extensions/KHR_lights_punctual/lights/0/intensity", json!(-1), "intensity"),
+        ("lights.gltf", "/extensions/KHR_lights_punctual/lights/2/spot/innerConeAngle", json!(1), "inner angle"),
+        ("lights.gltf", "/extensions", json!({}), "Index out of bounds"),
+    ];
+    for (file, pointer, value, reason) in cases {
+        for other in ["textures.bin", "two by two.png"] {
+            std::fs::copy(data(other), directory("checked").join(other)).expect("copied");
+        }
+        let error = load_text("checked", &altered(file, pointer, value.clone()), &Options::default()).expect_err(pointer).to_string();
+        assert!(error.contains(reason), "{file} {pointer} = {value}: {error}");
+    }
+}
+
+#[test]
+fn files_outside_are_read_only_if_allowed() {
+    let inner = directory("outside/inner");
+    std::fs::copy(data("textures.bin"), directory("outside").join("textures.bin")).expect("copied");
+    std::fs::copy(data("two by two.png"), inner.join("two by two.png")).expect("copied");
+    let path = inner.join("scene.gltf");
+    let mut allowed = Options::default();
+    allowed.limits.outside_files = true;
+    let absolute = directory("outside").join("textures.bin").display().to_string();
+    for uri in ["../textures.bin", "%2E%2E/textures.bin", "./../../outside/textures.bin", &absolute] {
+        std::fs::write(&path, altered("textures.gltf", "/buffers/0/uri", serde_json::json!(uri))).expect("writable");
+        let error = gltf::load(&path, SQUARE, &Options::default()).expect_err(uri).to_string();
+        assert!(error.contains("outside of the scene's directory"), "{error}");
+        gltf::load(&path, SQUARE, &allowed).unwrap_or_else(|error| panic!("{uri}: {error}"));
+    }
+}
+
+#[test]
+fn limits_hold() {
+    let limited = |limits: Limits| gltf::load(data("textures.gltf"), SQUARE, &Options { limits, ..Options::default() });
+    let with = |change: fn(&mut Limits)| {
+        let mut limits = Limits::default();
+        change(&mut limits);
+        limited(limits).err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    assert!(with(|limits| limits.triangles = 3).contains("more than 3 triangles"));
+    assert!(with(|limits| limits.triangles = 0).contains("exceed the limits"));
+    assert!(with(|limits| limits.pixels = 255).contains("16 × 16 pixels"));
+    assert!(with(|limits| limits.bytes = 255).contains("more bytes than the limit"));
+    assert!(with(|limits| limits.elements = 5).contains("objects of JSON; the limit is 4 times 5"));
+    assert!(with(|limits| limits.elements = 12).contains("the limit is 12"));
+    assert_eq!(with(|_| {}), "");
+    // Small files that would take much memory, or much time.
+    let with = |elements: u64, triangles: u64, text: String| {
+        let mut limits = Limits::default();
+        (limits.elements, limits.triangles) = (elements, triangles);
+        load_text("limits", &text, &Options { limits, ..Options::default() }).expect_err("too much").to_string()
+    };
+    let start = std::time::Instant::now();
+    let materials = format!("{{\"asset\": {{\"version\": \"2.0\"}}, \"images\": [{}]}}", vec!["{}"; 401].join(","));
+    assert!(with(100, 1000, materials).contains("403 objects of JSON"));
+    let points = vec![serde_json::json!({"attributes": {"POSITION": 0}, "mode": 0}); 1000];
+    let mut many = serde_json::from_str::<serde_json::Value>(&altered("box.gltf", "/meshes/0/primitives", points.into())).expect("valid");
+    many["nodes"] = vec![serde_json::json!({"mesh": 0}); 10_000].into();
+    many["scenes"][0]["nodes"] = (0..10_000).collect::<Vec<usize>>().into();
+    assert!(with(1_000_000, 100_000, many.to_string()).contains("more than 100000 triangles"));
+    assert!(start.elapsed().as_secs() < 10);
+}
+
+#[test]
+fn what_is_left_out_is_named_and_strict_readers_refuse_it() {
+    use serde_json::json;
+    let cases = [
+        ("box.gltf", "/extensionsUsed", json!(["KHR_materials_sheen"]), "extension \"KHR_materials_sheen\": it is not supported"),
+        (
+            "box.gltf",
+            "/materials/0/extensions",
+            json!({"KHR_materials_unlit": {}}),
+            "material 0 \"white\": the extension KHR_materials_unlit",
+        ),
+        (
+            "box.gltf",
+            "/nodes/1/extensions",
+            json!({"EXT_mesh_gpu_instancing": {}}),
+            "node 1 \"back\": the extension EXT_mesh_gpu_instancing",
+        ),
+        ("box.gltf", "/nodes/1/weights", json!([0.5]), "morph targets"),
+        ("box.gltf", "/nodes/9/scale", json!([-1, 1, 1]), "mirroring of a camera"),
+        ("box.gltf", "/meshes/0/primitives/0/mode", json!(1), "points and lines"),
+        ("box.gltf", "/meshes/0/primitives/0/attributes/COLOR_0", json!(0), "colours of vertices"),
+        ("box.gltf", "/materials/3/emissiveFactor", json!([0, 0, 0]), "no light"),
+        ("lights.gltf", "/extensions/KHR_lights_punctual/lights/0/range", json!(5), "the range of light 0"),
+        ("materials.gltf", "/materials/4/pbrMetallicRoughness/roughnessFactor", json!(0.5), "rough thin wall"),
+        ("materials.gltf", "/materials/2/pbrMetallicRoughness/baseColorFactor", json!([1, 0.5, 1, 1]), "colours its reflections, too"),
+        (
+            "materials.gltf",
+            "/materials/2/extensions/KHR_materials_volume",
+            json!({"thicknessFactor": 1, "attenuationDistance": 1, "attenuationColor": [1, 0, 0]}),
+            "absorption",
+        ),
+    ];
+    for (file, pointer, value, reason) in cases {
+        let text = altered(file, pointer, value);
+        let import = load_text("warnings", &text, &Options::default()).unwrap_or_else(|error| panic!("{pointer}: {error}"));
+        let warnings: Vec<String> = import.warnings.iter().map(ToString::to_string).collect();
+        assert!(!warnings.is_empty() && warnings.iter().all(|warning| warning.contains(reason)), "{pointer}: {warnings:?}");
+        let error = load_text("warnings", &text, &Options { strict: true, ..Options::default() }).expect_err(pointer).to_string();
+        assert!(error.contains(reason), "{pointer}: {error}");
+    }
+}
