@@ -1,4 +1,4 @@
-//! The acceleration structure: obvhs builds a binary tree over padded f32 boxes, [`Wide`] makes nodes of eight boxes and blocks of four
+//! The acceleration structure: [`binary`] builds a tree over padded f32 boxes, [`Wide`] makes nodes of eight boxes and blocks of four
 //! triangles of it, and exact f64 tests decide what is hit.
 //!
 //! Boxes and blocks live in a space of their own, `(p - center) / extent`, in which the scene fills [-1, 1]³. So neither the scene's scale nor
@@ -52,20 +52,19 @@
 //!
 //! Whatever is not flat is always tested exactly.
 
-use super::traverse::BoxRay;
-use super::wide::{BinaryNode, Facet, Wide};
+use super::binary;
+use super::traverse::{BoxRay, prefetch};
+use super::wide::{Facet, Wide};
 use crate::geometry::{Bounds, Contact, Intersection, Ray, Shape};
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use obvhs::splits::split_aabbs_precise;
 use obvhs::triangle::Triangle;
 use std::time::{Duration, Instant};
 
 /// Rounding of f32.
-const ROUNDOFF: f32 = 0.5 * f32::EPSILON;
+pub(super) const ROUNDOFF: f32 = 0.5 * f32::EPSILON;
 
 /// Padding of the boxes; see the module's documentation.
 const PADDING: f32 = 32.0 * ROUNDOFF;
@@ -127,8 +126,8 @@ pub(crate) struct Hit<'a> {
     pub primitive: u32,
     /// Its shape.
     pub shape: &'a Shape,
-    /// The ray that the intersection refers to, which may start further on than the one that was asked for.
-    pub ray: Ray,
+    /// Where the ray starts that the intersection refers to, which may be further on than where the one that was asked for does.
+    pub origin: DVec3,
     /// How much further on.
     pub moved: f64,
     /// Where it was hit.
@@ -189,22 +188,16 @@ impl Bvh {
         for b in &mut boxes {
             *b = Aabb::new(b.min - PADDING, b.max + PADDING);
         }
-        // Of obvhs' presets the middle one: more search and more optimization cost much time and gained nothing measurable.
-        let numbers = (0..boxes.len() as u32).collect();
-        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(PlocSearchDistance::Medium, &boxes, numbers, SortPrecision::U64, 3);
-        ReinsertionOptimizer::default().run(&mut tree, 0.05, None);
-        let binary: Vec<BinaryNode> = tree
-            .nodes
-            .iter()
-            .map(|node| {
-                let Aabb { min, max } = *node.aabb();
-                BinaryNode { min: min.to_array(), max: max.to_array(), first: node.first_index, count: node.prim_count }
-            })
-            .collect();
-        drop(tree);
-        let wide = Wide::collapse(&binary, &references, facet);
+        let (tree, order) = binary::build(&boxes);
+        drop(boxes);
+        let references: Vec<u32> = order.into_iter().map(|i| references[i as usize]).collect();
+        let wide = Wide::collapse(&tree, &references, facet);
         Self { wide, shapes, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
     }
+
+    pub(super) fn wide(&self) -> &Wide {
+        &self.wide
+    } // TMP
 
     /// Uses another instruction set, which this processor must have.
     #[cfg(test)]
@@ -232,34 +225,43 @@ impl Bvh {
     /// The nearest hit, of equally near ones that with the lowest primitive. `direction` is of unit length.
     #[inline]
     pub fn closest(&self, origin: DVec3, direction: DVec3, origin_primitive: u32) -> Option<Hit<'_>> {
+        dispatch!(self.level, simd => self.closest_with(simd, origin, direction, origin_primitive))
+    }
+
+    #[inline(always)]
+    fn closest_with<S: Simd>(&self, simd: S, origin: DVec3, direction: DVec3, origin_primitive: u32) -> Option<Hit<'_>> {
         let (origin, box_origin, moved) = self.clip(origin, direction)?;
-        let ray = Ray::new(origin, direction);
         let box_ray = BoxRay::new(box_origin.as_vec3(), direction.as_vec3());
         let mut nearest = Intersection { t: f64::INFINITY, u: 0.0, v: 0.0 };
         let mut nearest_primitive = u32::MAX;
         let test = |primitive: u32| {
             let contact = if primitive == origin_primitive { Contact::Origin } else { Contact::None };
-            let hit = self.shapes[primitive as usize].intersect_apart_from(&ray, contact)?;
+            let hit = self.shapes[primitive as usize].intersect_apart_from(&Ray::new(origin, direction), contact)?;
             if hit.t > nearest.t || (hit.t == nearest.t && primitive >= nearest_primitive) {
                 return None;
             }
             (nearest, nearest_primitive) = (hit, primitive);
             Some(self.round_up(hit.t))
         };
-        dispatch!(self.level, simd => self.wide.closest(simd, &box_ray, test));
+        let prepare = |primitive: u32| prefetch(simd, &self.shapes, primitive as usize);
+        self.wide.closest(simd, &box_ray, origin_primitive, prepare, test);
         let shape = self.shapes.get(nearest_primitive as usize)?;
-        Some(Hit { primitive: nearest_primitive, shape, ray, moved, intersection: nearest })
+        Some(Hit { primitive: nearest_primitive, shape, origin, moved, intersection: nearest })
     }
 
     /// Whether nothing lies between the origin and the point at distance `length`. `direction` is of unit length.
     #[inline]
     pub fn is_free(&self, origin: DVec3, direction: DVec3, length: f64, ends: Ends) -> bool {
+        dispatch!(self.level, simd => self.is_free_with(simd, origin, direction, length, ends))
+    }
+
+    #[inline(always)]
+    fn is_free_with<S: Simd>(&self, simd: S, origin: DVec3, direction: DVec3, length: f64, ends: Ends) -> bool {
         let Some((origin, box_origin, moved)) = self.clip(origin, direction) else { return true };
         let length = length - moved;
         if length.is_nan() || length <= 0.0 {
             return true;
         }
-        let ray = Ray::new(origin, direction);
         let box_ray = BoxRay::new(box_origin.as_vec3(), direction.as_vec3());
         let blocks = |primitive: u32, certain: bool| {
             if certain && primitive != ends.origin && primitive != ends.end {
@@ -271,9 +273,10 @@ impl Bvh {
                 (false, true) => Contact::End(length),
                 (true, true) => Contact::Both,
             };
+            let ray = Ray::new(origin, direction);
             self.shapes[primitive as usize].intersect_apart_from(&ray, contact).is_some_and(|hit| hit.t < length)
         };
-        !dispatch!(self.level, simd => self.wide.any(simd, &box_ray, self.round_up(length), blocks))
+        !self.wide.any(simd, &box_ray, self.round_up(length), blocks)
     }
 
     /// A distance in the space of the boxes, rounded up far enough to exceed the entry of every box that contains a hit there.

@@ -4,6 +4,7 @@
 //! parent, so that the expected cost by the surface area heuristic is least (Ylitie, Karras and Laine 2017, section 3). All numbers are
 //! f32 in the space of the boxes; [`super::bvh`] says what their rounding amounts to.
 
+use super::binary::BinaryNode;
 use super::bvh;
 use glam::DVec3;
 
@@ -15,19 +16,6 @@ pub(super) const LANES: usize = 4;
 
 /// What testing a node's boxes costs, in tests of a block.
 const NODE_COST: f32 = 1.0;
-
-/// A node or leaf of the binary tree that the wide one is made from.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct BinaryNode {
-    /// The box, padded.
-    pub min: [f32; 3],
-    /// The box, padded.
-    pub max: [f32; 3],
-    /// Index of the first of two adjacent children, or of the first reference of a leaf.
-    pub first: u32,
-    /// Number of references of a leaf, 0 for a node.
-    pub count: u32,
-}
 
 /// Eight boxes and what they contain. A lane without child has an empty box.
 #[derive(Clone, Copy, Debug)]
@@ -132,7 +120,7 @@ impl Wide {
                 wide.nodes[parent].children[lane] = Child(node as u32);
             }
             children.clear();
-            if tree[index as usize].count > 0 || (parent.is_none() && is_leaf(index)) {
+            if tree[index as usize].leaf || (parent.is_none() && is_leaf(index)) {
                 children.push(index);
             } else {
                 let first = tree[index as usize].first;
@@ -169,24 +157,14 @@ fn half_area(node: &BinaryNode) -> f32 {
     x * y + y * z + z * x
 }
 
-/// Numbers of references and least costs of all subtrees.
+/// Numbers of references and least costs of all subtrees. Children come after their parents.
 fn costs(tree: &[BinaryNode]) -> (Vec<u32>, Vec<Costs>) {
-    let mut order = Vec::with_capacity(tree.len());
-    let mut stack = vec![0u32];
-    while let Some(index) = stack.pop() {
-        order.push(index);
-        let node = &tree[index as usize];
-        if node.count == 0 {
-            stack.extend([node.first, node.first + 1]);
-        }
-    }
     let mut counts = vec![0u32; tree.len()];
     let mut costs = vec![[0.0; WIDTH - 1]; tree.len()];
-    for &index in order.iter().rev() {
-        let (i, node) = (index as usize, &tree[index as usize]);
+    for (i, node) in tree.iter().enumerate().rev() {
         let area = half_area(node);
-        if node.count > 0 {
-            counts[i] = node.count;
+        if node.leaf {
+            counts[i] = 1;
             costs[i] = [area; WIDTH - 1];
             continue;
         }
@@ -218,7 +196,7 @@ fn best_share(costs: &[Costs], first: u32, roots: usize) -> (usize, f32) {
 /// Of a subtree that fits into one leaf, whether that is what it should be.
 fn leaf_is_best(tree: &[BinaryNode], costs: &[Costs], index: u32) -> bool {
     let node = &tree[index as usize];
-    node.count > 0 || costs[index as usize][0] >= half_area(node)
+    node.leaf || costs[index as usize][0] >= half_area(node)
 }
 
 /// The binary nodes that become children when a subtree may take up to `roots` lanes.
@@ -244,10 +222,10 @@ fn block(tree: &[BinaryNode], references: &[u32], index: u32, facet: &impl Fn(u3
     let mut stack = vec![index];
     while let Some(index) = stack.pop() {
         let node = &tree[index as usize];
-        if node.count == 0 {
-            stack.extend([node.first, node.first + 1]);
+        if node.leaf {
+            found.push(references[node.first as usize]);
         } else {
-            found.extend(&references[node.first as usize..][..node.count as usize]);
+            stack.extend([node.first, node.first + 1]);
         }
     }
     found.sort_unstable();
