@@ -243,7 +243,7 @@ impl Bvh {
             (nearest, nearest_primitive) = (hit, primitive);
             Some(self.round_up(hit.t))
         };
-        let prepare = |primitive: u32| prefetch(simd, &self.shapes, primitive as usize);
+        let prepare = |primitive: u32| prefetch(simd, self.shapes.as_ptr().wrapping_add(primitive as usize));
         self.wide.closest(simd, &box_ray, origin_primitive, prepare, test);
         let shape = self.shapes.get(nearest_primitive as usize)?;
         Some(Hit { primitive: nearest_primitive, shape, origin, moved, intersection: nearest })

@@ -172,12 +172,11 @@ fearless_simd::kernel!(
 
 /// Asks for an item's memory, which will be needed soon.
 #[inline(always)]
-pub(super) fn prefetch<S: Simd, T>(simd: S, items: &[T], index: usize) {
+pub(super) fn prefetch<S: Simd, T>(simd: S, item: *const T) {
     #[cfg(target_arch = "x86_64")]
     if let Some(sse2) = simd.level().as_sse2() {
-        let address = items.as_ptr().wrapping_add(index).cast::<i8>();
         for line in 0..size_of::<T>().div_ceil(64) {
-            prefetch_line(sse2, address.wrapping_add(64 * line));
+            prefetch_line(sse2, item.cast::<i8>().wrapping_add(64 * line));
         }
     }
 }
@@ -194,10 +193,12 @@ impl Wide {
     /// Asks for what a ray will visit later.
     #[inline(always)]
     fn prefetch<S: Simd>(&self, simd: S, child: Child) {
-        match child.block() {
-            Some(block) => prefetch(simd, &self.blocks, block),
-            None => prefetch(simd, &self.nodes, child.0 as usize),
-        }
+        // One address for either, so that there is no branch.
+        let address = match child.block() {
+            Some(block) => self.blocks.as_ptr().wrapping_add(block).cast(),
+            None => self.nodes.as_ptr().wrapping_add(child.0 as usize),
+        };
+        prefetch(simd, address);
     }
 
     /// Offers candidates roughly from near to far. `test` gets a primitive and returns the limit from then on if it has come down.
