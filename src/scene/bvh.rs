@@ -207,11 +207,11 @@ impl Bvh {
 
     /// What the tree consists of.
     pub fn statistics(&self) -> TreeStatistics {
-        let Wide { nodes, blocks } = &self.wide;
+        let Wide { lines, nodes, blocks } = &self.wide;
         TreeStatistics {
-            nodes: nodes.len(),
-            leaves: blocks.len(),
-            bytes: size_of_val(&nodes[..]) + size_of_val(&blocks[..]) + size_of_val(&self.shapes[..]),
+            nodes: *nodes,
+            leaves: *blocks,
+            bytes: size_of_val(&lines[..]) + size_of_val(&self.shapes[..]),
             build_time: self.build_time,
             instruction_set: dispatch!(self.level, simd => instruction_set(simd)),
         }
@@ -361,6 +361,6 @@ pub(crate) fn unit(direction: DVec3) -> DVec3 {
 
 impl std::fmt::Debug for Bvh {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Bvh").field("primitives", &self.shapes.len()).field("nodes", &self.wide.nodes.len()).finish_non_exhaustive()
+        f.debug_struct("Bvh").field("primitives", &self.shapes.len()).field("nodes", &self.wide.nodes).finish_non_exhaustive()
     }
 }

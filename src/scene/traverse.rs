@@ -4,8 +4,8 @@
 //! exact test decides. Written once for all instruction sets; the caller chooses one at run time.
 
 use super::bvh::ROUNDOFF;
-use super::wide::{Block, Child, LANES, Node, WIDTH, Wide};
-use fearless_simd::{Simd, f32x4, f32x8, i32x8, prelude::*};
+use super::wide::{Block, Child, LANES, Line, Node, WIDTH, Wide};
+use fearless_simd::{Simd, f32x4, f32x8, i32x8, prelude::*, u32x4, u32x8};
 
 /// A bound on the distance of any hit, since rays start in or at the cube [-1, 1]³.
 pub(super) const FAR: f32 = 4.0;
@@ -70,9 +70,9 @@ impl<S: Simd> Splat<S> {
 /// Floats that are not negative have the order of their bits, and finding the greater of two integers takes less time. Negative ones have
 /// the reverse order, but since 0 is among the distances of entry and a box that is left at a negative one is missed, it does not matter.
 #[inline(always)]
-fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: &Node, limit: f32) -> (i32x8<S>, u64) {
+fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: Node<'_>, limit: f32) -> (i32x8<S>, u64) {
     let plane = |axis: usize, side: bool| {
-        let plane = f32x8::load_array_ref(simd, &node.planes[axis][usize::from(side)]);
+        let plane = u32x8::load_array_ref(simd, node.planes(axis, side)).bitcast::<f32x8<S>>();
         plane.mul_add(wide.reciprocal[axis], wide.offset[axis]).bitcast::<i32x8<S>>()
     };
     let [x, y, z] = ray.backwards;
@@ -97,16 +97,15 @@ struct Candidates<S: Simd> {
 
 impl<S: Simd> Candidates<S> {
     #[inline(always)]
-    fn new(simd: S, ray: &Splat<S>, block: &Block, limit: f32) -> Self {
-        let load = |v: &[[f32; LANES]; 3]| {
-            [f32x4::load_array_ref(simd, &v[0]), f32x4::load_array_ref(simd, &v[1]), f32x4::load_array_ref(simd, &v[2])]
-        };
+    fn new(simd: S, ray: &Splat<S>, block: Block<'_>, limit: f32) -> Self {
+        let row = |v: &[u32; LANES]| u32x4::load_array_ref(simd, v).bitcast::<f32x4<S>>();
+        let load = |v: [&[u32; LANES]; 3]| [row(v[0]), row(v[1]), row(v[2])];
         let cross = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| {
             [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
         };
         let dot = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
-        let vertex = load(&block.vertex);
-        let (edge1, edge2) = (load(&block.edge1), load(&block.edge2));
+        let vertex = load(block.vertex());
+        let (edge1, edge2) = (load(block.edge1()), load(block.edge2()));
         let c = [vertex[0] - ray.origin[0], vertex[1] - ray.origin[1], vertex[2] - ray.origin[2]];
         let r = cross(c, ray.direction);
         let n = cross(edge1, edge2);
@@ -114,11 +113,11 @@ impl<S: Simd> Candidates<S> {
         let u = dot(r, edge2);
         let minus_v = dot(r, edge1);
         let w = determinant - u + minus_v;
-        let tolerance = f32x4::load_array_ref(simd, &block.tolerance);
+        let tolerance = row(block.tolerance());
         let v = -minus_v;
         let (least, most) = (u.min(v).min(w), u.max(v).max(w));
         let t = dot(n, c);
-        let slack = f32x4::load_array_ref(simd, &block.distance_tolerance);
+        let slack = row(block.distance_tolerance());
         let sign = f32x4::splat(simd, 1.0).copysign(determinant);
         let (t, determinant) = (t * sign, determinant * sign);
         let inside = least.simd_ge(-tolerance) | most.simd_le(tolerance);
@@ -193,12 +192,7 @@ impl Wide {
     /// Asks for what a ray will visit later.
     #[inline(always)]
     fn prefetch<S: Simd>(&self, simd: S, child: Child) {
-        // One address for either, so that there is no branch.
-        let address = match child.block() {
-            Some(block) => self.blocks.as_ptr().wrapping_add(block).cast(),
-            None => self.nodes.as_ptr().wrapping_add(child.0 as usize),
-        };
-        prefetch(simd, address);
+        prefetch(simd, self.lines.as_ptr().wrapping_add(child.line()).cast::<[Line; 4]>());
     }
 
     /// Offers candidates roughly from near to far. `test` gets a primitive and returns the limit from then on if it has come down.
@@ -206,7 +200,7 @@ impl Wide {
     /// The ray does not hit the primitive `origin` unless `test` says so.
     #[inline(always)]
     pub fn closest<S: Simd>(&self, simd: S, ray: &BoxRay, origin: u32, prepare: impl Fn(u32), mut test: impl FnMut(u32) -> Option<f32>) {
-        if self.nodes.is_empty() {
+        if self.lines.is_empty() {
             return;
         }
         let wide = Splat::new(simd, ray);
@@ -215,8 +209,8 @@ impl Wide {
         let mut child = Child(0);
         let (mut held, mut held_near) = (u32::MAX, f32::INFINITY);
         'walk: loop {
-            if let Some(block) = child.block() {
-                let block = &self.blocks[block];
+            if child.is_leaf() {
+                let Some(block) = self.block(child.line()) else { break };
                 let candidates = Candidates::new(simd, &wide, block, limit);
                 let mut hits = candidates.hits;
                 if hits != 0 {
@@ -224,7 +218,7 @@ impl Wide {
                     let (near, far) = candidates.interval();
                     while hits != 0 {
                         let lane = take(&mut hits) % LANES;
-                        let primitive = block.primitive[lane];
+                        let primitive = block.primitive(lane);
                         let certain = certain >> lane & 1 != 0;
                         if certain && (primitive == held || primitive == origin || near[lane] > limit) {
                             continue;
@@ -241,11 +235,11 @@ impl Wide {
                     }
                 }
             } else {
-                let node = &self.nodes[child.0 as usize];
+                let Some(node) = self.node(child.line()) else { break };
                 let (near, mut hits) = enter(simd, ray, &wide, node, limit);
                 if hits != 0 {
                     let lane = take(&mut hits) % WIDTH;
-                    child = node.children[lane];
+                    child = node.child(lane);
                     if hits == 0 {
                         continue;
                     }
@@ -256,16 +250,16 @@ impl Wide {
                     self.prefetch(simd, child);
                     let mut best = key(near[lane], child);
                     let lane = take(&mut hits) % WIDTH;
-                    let other = key(near[lane], node.children[lane]);
-                    self.prefetch(simd, node.children[lane]);
+                    let other = key(near[lane], node.child(lane));
+                    self.prefetch(simd, node.child(lane));
                     let first = length;
                     stack[length % STACK] = best.max(other);
                     best = best.min(other);
                     length += 1;
                     while hits != 0 {
                         let lane = take(&mut hits) % WIDTH;
-                        let other = key(near[lane], node.children[lane]);
-                        self.prefetch(simd, node.children[lane]);
+                        let other = key(near[lane], node.child(lane));
+                        self.prefetch(simd, node.child(lane));
                         let farther = best.max(other);
                         best = best.min(other);
                         // Insertion, farthest first.
@@ -303,7 +297,7 @@ impl Wide {
     /// Whether `test` is true of any candidate before `limit`. It gets a primitive and whether that is certainly hit well before `limit`.
     #[inline(always)]
     pub fn any<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32, bool) -> bool) -> bool {
-        if self.nodes.is_empty() {
+        if self.lines.is_empty() {
             return false;
         }
         let wide = Splat::new(simd, ray);
@@ -311,29 +305,29 @@ impl Wide {
         let (mut stack, mut length, mut heap) = ([0u32; STACK], 0usize, Vec::new());
         let mut child = Child(0);
         loop {
-            if let Some(block) = child.block() {
-                let block = &self.blocks[block];
+            if child.is_leaf() {
+                let Some(block) = self.block(child.line()) else { return false };
                 let candidates = Candidates::new(simd, &wide, block, limit);
                 let mut hits = candidates.hits;
                 if hits != 0 {
                     let certain = candidates.certain_before(simd, limit);
                     while hits != 0 {
                         let lane = take(&mut hits) % LANES;
-                        if test(block.primitive[lane], certain >> lane & 1 != 0) {
+                        if test(block.primitive(lane), certain >> lane & 1 != 0) {
                             return true;
                         }
                     }
                 }
             } else {
-                let node = &self.nodes[child.0 as usize];
+                let Some(node) = self.node(child.line()) else { return false };
                 let mut hits = enter(simd, ray, &wide, node, limit).1;
                 if hits != 0 {
-                    child = node.children[take(&mut hits) % WIDTH];
+                    child = node.child(take(&mut hits) % WIDTH);
                     if length > STACK - WIDTH {
                         length = spill(&stack[..length], &mut heap);
                     }
                     while hits != 0 {
-                        let other = node.children[take(&mut hits) % WIDTH];
+                        let other = node.child(take(&mut hits) % WIDTH);
                         self.prefetch(simd, other);
                         stack[length % STACK] = other.0;
                         length += 1;

@@ -17,27 +17,47 @@ pub(super) const LANES: usize = 4;
 /// What testing a node's boxes costs, in tests of a block.
 const NODE_COST: f32 = 1.0;
 
-/// Eight boxes and what they contain. A lane without child has an empty box.
+/// A cache line. Nodes and blocks are made of them and lie in one array, a node's blocks right behind it, where the processor finds them
+/// soonest.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(super) struct Node {
-    /// For each axis the lower and the upper planes.
-    pub planes: [[[f32; WIDTH]; 2]; 3],
-    /// Where the lanes lead.
-    pub children: [Child; WIDTH],
+pub(super) struct Line(pub [[u32; 8]; 2]);
+
+/// Eight boxes and what they contain. A lane without child has an empty box.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node<'a>(&'a [Line; Node::LINES]);
+
+impl<'a> Node<'a> {
+    const LINES: usize = 4;
+
+    /// The lower or the upper planes along an axis.
+    #[inline(always)]
+    pub fn planes(self, axis: usize, upper: bool) -> &'a [u32; WIDTH] {
+        &self.0[axis].0[usize::from(upper)]
+    }
+
+    /// Where a lane leads.
+    #[inline(always)]
+    pub fn child(self, lane: usize) -> Child {
+        Child(self.0[3].0[0][lane % WIDTH])
+    }
 }
 
-/// Where a lane of a node leads: to a node or to a block of triangles.
+/// Where a lane of a node leads: to the first line of a node or of a block of triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Child(pub u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
 
-    /// The block, if it is a leaf.
     #[inline(always)]
-    pub fn block(self) -> Option<usize> {
-        (self.0 & Self::LEAF != 0).then_some((self.0 & !Self::LEAF) as usize)
+    pub fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF != 0
+    }
+
+    #[inline(always)]
+    pub fn line(self) -> usize {
+        (self.0 & !Self::LEAF) as usize
     }
 }
 
@@ -50,53 +70,61 @@ pub(super) enum Facet {
     Opaque,
 }
 
-/// Four triangles: a vertex, the edges to the others, and by how much what is computed from them may be off.
+/// Four triangles: for each axis a vertex and the edges to the others, by how much what is computed from them may be off, and their primitives.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(super) struct Block {
-    pub vertex: [[f32; LANES]; 3],
-    pub edge1: [[f32; LANES]; 3],
-    pub edge2: [[f32; LANES]; 3],
-    /// Of the edge functions: 0 for what is always a candidate, negative for a lane that is empty.
-    pub tolerance: [f32; LANES],
-    /// Of the distance times the determinant.
-    pub distance_tolerance: [f32; LANES],
-    /// The primitive of each lane.
-    pub primitive: [u32; LANES],
-}
+pub(super) struct Block<'a>(&'a [Line; Block::LINES]);
 
-impl Block {
-    const EMPTY: Self = Self {
-        vertex: [[0.0; LANES]; 3],
-        edge1: [[0.0; LANES]; 3],
-        edge2: [[0.0; LANES]; 3],
-        tolerance: [-1.0; LANES],
-        distance_tolerance: [0.0; LANES],
-        primitive: [u32::MAX; LANES],
-    };
+impl<'a> Block<'a> {
+    const LINES: usize = 3;
 
-    fn set(&mut self, lane: usize, primitive: u32, facet: Facet) {
-        self.primitive[lane] = primitive;
-        self.tolerance[lane] = 0.0;
-        let Facet::Triangle([a, b, c]) = facet else { return };
-        let (edge1, edge2) = (b - a, c - a);
-        for axis in 0..3 {
-            self.vertex[axis][lane] = a[axis] as f32;
-            self.edge1[axis][lane] = edge1[axis] as f32;
-            self.edge2[axis][lane] = edge2[axis] as f32;
-        }
-        let up = |x: f64| (x as f32).next_up();
-        let size = edge1.abs().element_sum() + edge2.abs().element_sum();
-        self.tolerance[lane] = up(bvh::EDGE_TOLERANCE * size + bvh::TOLERANCE_F64);
-        self.distance_tolerance[lane] = up(bvh::DISTANCE_TOLERANCE * edge1.length() * edge2.length() + bvh::TOLERANCE_F64);
+    /// By how much the edge functions may be off: 0 for what is always a candidate, negative for a lane that is empty.
+    const TOLERANCE: usize = 9;
+    const DISTANCE_TOLERANCE: usize = 10;
+    const PRIMITIVE: usize = 11;
+
+    #[inline(always)]
+    fn row(self, row: usize) -> &'a [u32; LANES] {
+        &self.0[row / 4].0.as_flattened().as_chunks().0[row % 4]
+    }
+
+    #[inline(always)]
+    pub fn vertex(self) -> [&'a [u32; LANES]; 3] {
+        [self.row(0), self.row(1), self.row(2)]
+    }
+
+    #[inline(always)]
+    pub fn edge1(self) -> [&'a [u32; LANES]; 3] {
+        [self.row(3), self.row(4), self.row(5)]
+    }
+
+    #[inline(always)]
+    pub fn edge2(self) -> [&'a [u32; LANES]; 3] {
+        [self.row(6), self.row(7), self.row(8)]
+    }
+
+    #[inline(always)]
+    pub fn tolerance(self) -> &'a [u32; LANES] {
+        self.row(Self::TOLERANCE)
+    }
+
+    /// By how much the distance times the determinant may be off.
+    #[inline(always)]
+    pub fn distance_tolerance(self) -> &'a [u32; LANES] {
+        self.row(Self::DISTANCE_TOLERANCE)
+    }
+
+    #[inline(always)]
+    pub fn primitive(self, lane: usize) -> u32 {
+        self.row(Self::PRIMITIVE)[lane % LANES]
     }
 }
 
 /// The wide tree. The root is the first node.
 #[derive(Debug, Default)]
 pub(super) struct Wide {
-    pub nodes: Vec<Node>,
-    pub blocks: Vec<Block>,
+    pub lines: Vec<Line>,
+    pub nodes: usize,
+    pub blocks: usize,
 }
 
 /// Least costs of the subtree below a binary node: as one leaf or node, and as a forest of at most 2, 3, … 7 of them.
@@ -111,13 +139,13 @@ impl Wide {
         }
         let (counts, costs) = costs(tree);
         let is_leaf = |index: u32| counts[index as usize] as usize <= LANES && leaf_is_best(tree, &costs, index);
-        // Binary nodes to make wide ones of, with the lane of the parent that leads there.
+        // Binary nodes to make wide ones of, with the line and lane of the parent that lead there.
         let mut work: Vec<(u32, Option<(usize, usize)>)> = vec![(0, None)];
         let mut children = Vec::new();
         while let Some((index, parent)) = work.pop() {
-            let node = wide.nodes.len();
-            if let Some((parent, lane)) = parent {
-                wide.nodes[parent].children[lane] = Child(node as u32);
+            let node = wide.lines.len();
+            if let Some((line, lane)) = parent {
+                wide.lines[line].0[0][lane] = node as u32;
             }
             children.clear();
             if tree[index as usize].leaf || (parent.is_none() && is_leaf(index)) {
@@ -128,26 +156,38 @@ impl Wide {
                 forest(tree, &costs, first, left, &mut children);
                 forest(tree, &costs, first + 1, WIDTH - left, &mut children);
             }
-            let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
-            let mut links = [Child(0); WIDTH];
+            let nothing = Line([[f32::INFINITY.to_bits(); WIDTH], [f32::NEG_INFINITY.to_bits(); WIDTH]]);
+            wide.lines.extend([nothing, nothing, nothing, Line([[0; WIDTH]; 2])]);
+            wide.nodes += 1;
             for (lane, &child) in children.iter().enumerate() {
                 let binary = &tree[child as usize];
-                for (axis, [near, far]) in planes.iter_mut().enumerate() {
-                    near[lane] = binary.min[axis];
-                    far[lane] = binary.max[axis];
+                for axis in 0..3 {
+                    let Line([low, high]) = &mut wide.lines[node + axis];
+                    (low[lane], high[lane]) = (binary.min[axis].to_bits(), binary.max[axis].to_bits());
                 }
                 if is_leaf(child) {
-                    links[lane] = Child(Child::LEAF | wide.blocks.len() as u32);
-                    wide.blocks.push(block(tree, references, child, &facet));
+                    wide.lines[node + 3].0[0][lane] = Child::LEAF | wide.lines.len() as u32;
+                    wide.lines.extend(block(tree, references, child, &facet));
+                    wide.blocks += 1;
                 } else {
-                    work.push((child, Some((node, lane))));
+                    work.push((child, Some((node + 3, lane))));
                 }
             }
-            wide.nodes.push(Node { planes, children: links });
         }
-        wide.nodes.shrink_to_fit();
-        wide.blocks.shrink_to_fit();
+        wide.lines.shrink_to_fit();
         wide
+    }
+
+    /// The node that starts at a line.
+    #[inline(always)]
+    pub fn node(&self, line: usize) -> Option<Node<'_>> {
+        self.lines.get(line..)?.first_chunk().map(Node)
+    }
+
+    /// The block that starts at a line.
+    #[inline(always)]
+    pub fn block(&self, line: usize) -> Option<Block<'_>> {
+        self.lines.get(line..)?.first_chunk().map(Block)
     }
 }
 
@@ -217,7 +257,7 @@ fn forest(tree: &[BinaryNode], costs: &[Costs], index: u32, roots: usize, found:
 }
 
 /// The block of all references below a binary node; parts of the same facet are one.
-fn block(tree: &[BinaryNode], references: &[u32], index: u32, facet: &impl Fn(u32) -> (u32, Facet)) -> Block {
+fn block(tree: &[BinaryNode], references: &[u32], index: u32, facet: &impl Fn(u32) -> (u32, Facet)) -> [Line; Block::LINES] {
     let mut found: Vec<u32> = Vec::with_capacity(LANES);
     let mut stack = vec![index];
     while let Some(index) = stack.pop() {
@@ -230,10 +270,28 @@ fn block(tree: &[BinaryNode], references: &[u32], index: u32, facet: &impl Fn(u3
     }
     found.sort_unstable();
     found.dedup();
-    let mut block = Block::EMPTY;
+    let mut rows = [[0u32; LANES]; 12];
+    rows[Block::TOLERANCE] = [(-1.0f32).to_bits(); LANES];
+    rows[Block::PRIMITIVE] = [u32::MAX; LANES];
     for (lane, &reference) in found.iter().enumerate() {
         let (primitive, facet) = facet(reference);
-        block.set(lane, primitive, facet);
+        rows[Block::PRIMITIVE][lane] = primitive;
+        rows[Block::TOLERANCE][lane] = 0;
+        let Facet::Triangle([a, b, c]) = facet else { continue };
+        let (edge1, edge2) = (b - a, c - a);
+        for axis in 0..3 {
+            for (row, v) in [(0, a), (3, edge1), (6, edge2)] {
+                rows[row + axis][lane] = (v[axis] as f32).to_bits();
+            }
+        }
+        let up = |x: f64| (x as f32).next_up().to_bits();
+        let size = edge1.abs().element_sum() + edge2.abs().element_sum();
+        rows[Block::TOLERANCE][lane] = up(bvh::EDGE_TOLERANCE * size + bvh::TOLERANCE_F64);
+        rows[Block::DISTANCE_TOLERANCE][lane] = up(bvh::DISTANCE_TOLERANCE * edge1.length() * edge2.length() + bvh::TOLERANCE_F64);
     }
-    block
+    let half = |k: usize| {
+        let ([a, b, c, d], [e, f, g, h]) = (rows[2 * k], rows[2 * k + 1]);
+        [a, b, c, d, e, f, g, h]
+    };
+    [0, 1, 2].map(|line| Line([half(2 * line), half(2 * line + 1)]))
 }
