@@ -188,10 +188,10 @@ impl Bvh {
         for b in &mut boxes {
             *b = Aabb::new(b.min - PADDING, b.max + PADDING);
         }
-        let (tree, order) = binary::build(&boxes);
+        let tree = binary::build(&boxes);
         drop(boxes);
-        let references: Vec<u32> = order.into_iter().map(|i| references[i as usize]).collect();
-        let wide = Wide::collapse(&tree, &references, facet);
+        let references: Vec<u32> = tree.primitive_indices.iter().map(|&i| references[i as usize]).collect();
+        let wide = Wide::collapse(&tree.nodes, &references, facet);
         Self { wide, shapes, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
     }
 

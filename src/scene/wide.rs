@@ -4,9 +4,9 @@
 //! parent, so that the expected cost by the surface area heuristic is least (Ylitie, Karras and Laine 2017, section 3). All numbers are
 //! f32 in the space of the boxes; [`super::bvh`] says what their rounding amounts to.
 
-use super::binary::BinaryNode;
 use super::bvh;
 use glam::DVec3;
+use obvhs::bvh2::node::Bvh2Node;
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -132,7 +132,7 @@ type Costs = [f32; WIDTH - 1];
 
 impl Wide {
     /// Collapses a binary tree, whose root is its first node. `facet` tells primitive and shape of a reference.
-    pub fn collapse(tree: &[BinaryNode], references: &[u32], facet: impl Fn(u32) -> (u32, Facet)) -> Self {
+    pub fn collapse(tree: &[Bvh2Node], references: &[u32], facet: impl Fn(u32) -> (u32, Facet)) -> Self {
         let mut wide = Self::default();
         if tree.is_empty() {
             return wide;
@@ -148,10 +148,10 @@ impl Wide {
                 wide.lines[line].0[0][lane] = node as u32;
             }
             children.clear();
-            if tree[index as usize].leaf || (parent.is_none() && is_leaf(index)) {
+            if tree[index as usize].is_leaf() || (parent.is_none() && is_leaf(index)) {
                 children.push(index);
             } else {
-                let first = tree[index as usize].first;
+                let first = tree[index as usize].first_index;
                 let left = best_share(&costs, first, WIDTH).0;
                 forest(tree, &costs, first, left, &mut children);
                 forest(tree, &costs, first + 1, WIDTH - left, &mut children);
@@ -160,10 +160,10 @@ impl Wide {
             wide.lines.extend([nothing, nothing, nothing, Line([[0; WIDTH]; 2])]);
             wide.nodes += 1;
             for (lane, &child) in children.iter().enumerate() {
-                let binary = &tree[child as usize];
+                let bounds = tree[child as usize].aabb();
                 for axis in 0..3 {
                     let Line([low, high]) = &mut wide.lines[node + axis];
-                    (low[lane], high[lane]) = (binary.min[axis].to_bits(), binary.max[axis].to_bits());
+                    (low[lane], high[lane]) = (bounds.min[axis].to_bits(), bounds.max[axis].to_bits());
                 }
                 if is_leaf(child) {
                     wide.lines[node + 3].0[0][lane] = Child::LEAF | wide.lines.len() as u32;
@@ -191,29 +191,33 @@ impl Wide {
     }
 }
 
-/// Half the area of a box.
-fn half_area(node: &BinaryNode) -> f32 {
-    let [x, y, z] = [0, 1, 2].map(|axis| node.max[axis] - node.min[axis]);
-    x * y + y * z + z * x
-}
-
-/// Numbers of references and least costs of all subtrees. Children come after their parents.
-fn costs(tree: &[BinaryNode]) -> (Vec<u32>, Vec<Costs>) {
+/// Numbers of references and least costs of all subtrees.
+fn costs(tree: &[Bvh2Node]) -> (Vec<u32>, Vec<Costs>) {
+    let mut order = Vec::with_capacity(tree.len());
+    let mut stack = vec![0u32];
+    while let Some(index) = stack.pop() {
+        order.push(index);
+        let node = &tree[index as usize];
+        if !node.is_leaf() {
+            stack.extend([node.first_index, node.first_index + 1]);
+        }
+    }
     let mut counts = vec![0u32; tree.len()];
     let mut costs = vec![[0.0; WIDTH - 1]; tree.len()];
-    for (i, node) in tree.iter().enumerate().rev() {
-        let area = half_area(node);
-        if node.leaf {
+    for &index in order.iter().rev() {
+        let (i, node) = (index as usize, &tree[index as usize]);
+        let area = node.aabb().half_area();
+        if node.is_leaf() {
             counts[i] = 1;
             costs[i] = [area; WIDTH - 1];
             continue;
         }
-        counts[i] = counts[node.first as usize] + counts[node.first as usize + 1];
-        let inner = best_share(&costs, node.first, WIDTH).1 + NODE_COST * area;
+        counts[i] = counts[node.first_index as usize] + counts[node.first_index as usize + 1];
+        let inner = best_share(&costs, node.first_index, WIDTH).1 + NODE_COST * area;
         let mut best = if counts[i] as usize <= LANES { inner.min(area) } else { inner };
         costs[i][0] = best;
         for roots in 2..WIDTH {
-            best = best.min(best_share(&costs, node.first, roots).1);
+            best = best.min(best_share(&costs, node.first_index, roots).1);
             costs[i][roots - 1] = best;
         }
     }
@@ -234,13 +238,13 @@ fn best_share(costs: &[Costs], first: u32, roots: usize) -> (usize, f32) {
 }
 
 /// Of a subtree that fits into one leaf, whether that is what it should be.
-fn leaf_is_best(tree: &[BinaryNode], costs: &[Costs], index: u32) -> bool {
+fn leaf_is_best(tree: &[Bvh2Node], costs: &[Costs], index: u32) -> bool {
     let node = &tree[index as usize];
-    node.leaf || costs[index as usize][0] >= half_area(node)
+    node.is_leaf() || costs[index as usize][0] >= node.aabb().half_area()
 }
 
 /// The binary nodes that become children when a subtree may take up to `roots` lanes.
-fn forest(tree: &[BinaryNode], costs: &[Costs], index: u32, roots: usize, found: &mut Vec<u32>) {
+fn forest(tree: &[Bvh2Node], costs: &[Costs], index: u32, roots: usize, found: &mut Vec<u32>) {
     let own = &costs[index as usize];
     let mut roots = roots;
     while roots > 1 && own[roots - 2] <= own[roots - 1] {
@@ -250,22 +254,22 @@ fn forest(tree: &[BinaryNode], costs: &[Costs], index: u32, roots: usize, found:
         found.push(index);
         return;
     }
-    let first = tree[index as usize].first;
+    let first = tree[index as usize].first_index;
     let left = best_share(costs, first, roots).0;
     forest(tree, costs, first, left, found);
     forest(tree, costs, first + 1, roots - left, found);
 }
 
 /// The block of all references below a binary node; parts of the same facet are one.
-fn block(tree: &[BinaryNode], references: &[u32], index: u32, facet: &impl Fn(u32) -> (u32, Facet)) -> [Line; Block::LINES] {
+fn block(tree: &[Bvh2Node], references: &[u32], index: u32, facet: &impl Fn(u32) -> (u32, Facet)) -> [Line; Block::LINES] {
     let mut found: Vec<u32> = Vec::with_capacity(LANES);
     let mut stack = vec![index];
     while let Some(index) = stack.pop() {
         let node = &tree[index as usize];
-        if node.leaf {
-            found.push(references[node.first as usize]);
+        if node.is_leaf() {
+            found.push(references[node.first_index as usize]);
         } else {
-            stack.extend([node.first, node.first + 1]);
+            stack.extend([node.first_index, node.first_index + 1]);
         }
     }
     found.sort_unstable();
