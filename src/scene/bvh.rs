@@ -51,6 +51,15 @@
 //! a triangle is certainly hit if it passes with the tolerances turned inwards; the any-hit query needs no more.
 //!
 //! Whatever is not flat is always tested exactly.
+//!
+//! # Why an exact test may wait
+//!
+//! The nearest hit needs one exact test as a rule, when all else is done. For a triangle that is certainly hit, the rows T and D of the table
+//! say that T - L D is off by at most (42 + 11 L) ε M, which is below the tolerance of 112 ε M for all L < 6. So the exact distance lies between
+//! (T - 112 ε M) / D and (T + 112 ε M) / D; the sum and the quotient in f32, and making the bounds wider by 4 ε, are another 3 ε of them. The upper
+//! bound then limits the walk as an exact distance would, and the triangle is held back. Another one that is certainly nearer takes its place, one
+//! that is certainly farther is dropped, and one of which neither is certain is tested exactly at once. What was dropped is farther than
+//! something that is hit, and all that was not dropped is compared by its exact distance, so the answer is the same.
 
 use super::binary;
 use super::traverse::{BoxRay, prefetch};
@@ -194,10 +203,6 @@ impl Bvh {
         let wide = Wide::collapse(&tree.nodes, &references, facet);
         Self { wide, shapes, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
     }
-
-    pub(super) fn wide(&self) -> &Wide {
-        &self.wide
-    } // TMP
 
     /// Uses another instruction set, which this processor must have.
     #[cfg(test)]
