@@ -67,8 +67,7 @@ fn run(options: &Options) -> Result<()> {
         print!("{scene:6} build {build:.2} s, {share:.0} bytes per triangle, {set} |");
         let mut differences = String::new();
         for set in SETS {
-            let rays = rays(&directory.join(format!("{scene}_{set}.rays")))?;
-            let rays: Vec<&Ray> = rays.iter().step_by(step).collect();
+            let rays = rays(&directory.join(format!("{scene}_{set}.rays")), step)?;
             let rate = |seconds: f64| rays.len() as f64 / seconds / 1e6;
             let blocked = |r: &Ray| !world.is_clear(r.origin, r.direction, r.length);
             let first = |r: &Ray| world.first_hit(r.origin, r.direction);
@@ -93,7 +92,7 @@ fn run(options: &Options) -> Result<()> {
 }
 
 /// The shortest time, in seconds of this thread, that one of some passes over all rays took.
-fn best<T>(passes: u32, rays: &[&Ray], query: impl Fn(&Ray) -> T) -> f64 {
+fn best<T>(passes: u32, rays: &[Ray], query: impl Fn(&Ray) -> T) -> f64 {
     let pass = |_| {
         let start = ThreadTime::now();
         for ray in rays {
@@ -132,7 +131,7 @@ fn world(path: &Path) -> Result<World> {
     Ok(builder.build()?)
 }
 
-fn rays(path: &Path) -> Result<Vec<Ray>> {
+fn rays(path: &Path, step: usize) -> Result<Vec<Ray>> {
     let ray = |r: &[u32]| Ray { origin: vector(r), direction: vector(&r[4..]).normalize(), length: f64::from(f32::from_bits(r[7])) };
-    Ok(words(path, b"RAY1", [8])?[2..].chunks_exact(8).map(ray).collect())
+    Ok(words(path, b"RAY1", [8])?[2..].chunks_exact(8).step_by(step).map(ray).collect())
 }

@@ -1,5 +1,6 @@
 //! The [`Scene`] trait, the one seam for other renderers, the ready-made [`World`], and a gallery of worlds.
 
+mod binary;
 mod builder;
 mod bvh;
 mod error;

@@ -3,14 +3,15 @@
 //! Eight boxes or four triangles are tested at a time, in f32, with tolerances that let nothing slip; what passes is handed to the caller, whose
 //! exact test decides. Written once for all instruction sets; the caller chooses one at run time.
 
-use super::wide::{Block, Child, LANES, Node, WIDTH, Wide};
-use fearless_simd::{Simd, f32x4, f32x8, prelude::*};
+use super::bvh::ROUNDOFF;
+use super::wide::{Block, Child, LANES, Line, Node, WIDTH, Wide};
+use fearless_simd::{Simd, f32x4, f32x8, i32x8, prelude::*, u32x4, u32x8};
 
 /// A bound on the distance of any hit, since rays start in or at the cube [-1, 1]³.
 pub(super) const FAR: f32 = 4.0;
 
-/// Entries that a ray's stack holds before it moves some to the heap.
-const STACK: usize = 64;
+/// Entries that a ray's stack holds before it moves some to the heap; few in tests, so that it comes to that.
+const STACK: usize = if cfg!(test) { 16 } else { 64 };
 
 /// A ray in the space of the boxes.
 pub(super) struct BoxRay {
@@ -20,8 +21,8 @@ pub(super) struct BoxRay {
     reciprocal: [f32; 3],
     /// Minus origin times reciprocal.
     offset: [f32; 3],
-    /// 1 for axes along which the ray runs downwards: which of a box's two planes it meets first.
-    backwards: [usize; 3],
+    /// For axes along which the ray runs downwards: which of a box's two planes it meets first.
+    backwards: [bool; 3],
 }
 
 impl BoxRay {
@@ -31,7 +32,7 @@ impl BoxRay {
         // A component too small to matter still needs a finite reciprocal.
         let reciprocal = direction.map(|d| 1.0 / if d.abs() < SMALLEST { SMALLEST.copysign(d) } else { d });
         let offset = [0, 1, 2].map(|i| -origin[i] * reciprocal[i]);
-        let backwards = reciprocal.map(|r| usize::from(r < 0.0));
+        let backwards = reciprocal.map(|r| r < 0.0);
         Self { origin, direction, reciprocal, offset, backwards }
     }
 }
@@ -64,59 +65,91 @@ impl<S: Simd> Splat<S> {
     }
 }
 
-/// The distances at which the ray enters a node's boxes, and a bit for each that it enters before `limit`.
+/// The distances at which the ray enters a node's boxes, as bits, and a bit for each that it enters before `limit`.
+///
+/// Floats that are not negative have the order of their bits, and finding the greater of two integers takes less time. Negative ones have
+/// the reverse order, but since 0 is among the distances of entry and a box that is left at a negative one is missed, it does not matter.
 #[inline(always)]
-fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: &Node, limit: f32) -> (f32x8<S>, u64) {
-    let plane = |axis: usize, side: usize| {
-        f32x8::load_array_ref(simd, &node.planes[axis][side & 1]).mul_add(wide.reciprocal[axis], wide.offset[axis])
+fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: Node<'_>, limit: f32) -> (i32x8<S>, u64) {
+    let plane = |axis: usize, side: bool| {
+        let plane = u32x8::load_array_ref(simd, node.planes(axis, side)).bitcast::<f32x8<S>>();
+        plane.mul_add(wide.reciprocal[axis], wide.offset[axis]).bitcast::<i32x8<S>>()
     };
     let [x, y, z] = ray.backwards;
-    let near = plane(0, x).max(plane(1, y)).max(plane(2, z).max(f32x8::splat(simd, 0.0)));
-    let far = plane(0, x ^ 1).min(plane(1, y ^ 1)).min(plane(2, z ^ 1).min(f32x8::splat(simd, limit)));
+    let near = plane(0, x).max(plane(1, y)).max(plane(2, z).max(i32x8::splat(simd, 0)));
+    let far = plane(0, !x).min(plane(1, !y)).min(plane(2, !z).min(i32x8::splat(simd, limit.to_bits() as i32)));
     (near, near.simd_le(far).to_bitmask())
 }
 
-/// A bit for each triangle that the ray may hit before `limit`, and one for each that it certainly does; see "Why no triangle is missed" in
-/// [`super::bvh`].
-#[inline(always)]
-fn candidates<S: Simd>(simd: S, ray: &Splat<S>, block: &Block, limit: f32) -> (u64, impl FnOnce() -> u64) {
-    let load = |v: &[[f32; LANES]; 3]| {
-        [f32x4::load_array_ref(simd, &v[0]), f32x4::load_array_ref(simd, &v[1]), f32x4::load_array_ref(simd, &v[2])]
-    };
-    let cross = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| {
-        [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
-    };
-    let dot = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
-    let vertex = load(&block.vertex);
-    let (edge1, edge2) = (load(&block.edge1), load(&block.edge2));
-    let c = [vertex[0] - ray.origin[0], vertex[1] - ray.origin[1], vertex[2] - ray.origin[2]];
-    let r = cross(c, ray.direction);
-    let n = cross(edge1, edge2);
-    let determinant = dot(n, ray.direction);
-    let u = dot(r, edge2);
-    let minus_v = dot(r, edge1);
-    let w = determinant - u + minus_v;
-    let tolerance = f32x4::load_array_ref(simd, &block.tolerance);
-    let v = -minus_v;
-    let (least, most) = (u.min(v).min(w), u.max(v).max(w));
-    let t = dot(n, c);
-    let slack = f32x4::load_array_ref(simd, &block.distance_tolerance);
-    let sign = f32x4::splat(simd, 1.0).copysign(determinant);
-    let (t, end) = (t * sign, determinant * sign * f32x4::splat(simd, limit));
-    let inside = least.simd_ge(-tolerance) | most.simd_le(tolerance);
-    let reached = t.simd_ge(-slack) & t.simd_le(end + slack);
-    let certain = move || {
-        let inside = least.simd_gt(tolerance) | most.simd_lt(-tolerance);
-        let reached = t.simd_gt(slack) & t.simd_lt(end - slack);
-        (inside & reached).to_bitmask()
-    };
-    ((inside & reached).to_bitmask(), certain)
+/// What the test in f32 says about the triangles of a block; see "Why no triangle is missed" in [`super::bvh`].
+struct Candidates<S: Simd> {
+    /// A bit for each triangle that the ray may hit before the limit.
+    hits: u64,
+    tolerance: f32x4<S>,
+    slack: f32x4<S>,
+    /// The least and the greatest edge function.
+    least: f32x4<S>,
+    most: f32x4<S>,
+    /// Positive, with the distance times it.
+    determinant: f32x4<S>,
+    t: f32x4<S>,
+}
+
+impl<S: Simd> Candidates<S> {
+    #[inline(always)]
+    fn new(simd: S, ray: &Splat<S>, block: Block<'_>, limit: f32) -> Self {
+        let row = |v: &[u32; LANES]| u32x4::load_array_ref(simd, v).bitcast::<f32x4<S>>();
+        let load = |v: [&[u32; LANES]; 3]| [row(v[0]), row(v[1]), row(v[2])];
+        let cross = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| {
+            [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
+        };
+        let dot = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
+        let vertex = load(block.vertex());
+        let (edge1, edge2) = (load(block.edge1()), load(block.edge2()));
+        let c = [vertex[0] - ray.origin[0], vertex[1] - ray.origin[1], vertex[2] - ray.origin[2]];
+        let r = cross(c, ray.direction);
+        let n = cross(edge1, edge2);
+        let determinant = dot(n, ray.direction);
+        let u = dot(r, edge2);
+        let minus_v = dot(r, edge1);
+        let w = determinant - u + minus_v;
+        let tolerance = row(block.tolerance());
+        let v = -minus_v;
+        let (least, most) = (u.min(v).min(w), u.max(v).max(w));
+        let t = dot(n, c);
+        let slack = row(block.distance_tolerance());
+        let sign = f32x4::splat(simd, 1.0).copysign(determinant);
+        let (t, determinant) = (t * sign, determinant * sign);
+        let inside = least.simd_ge(-tolerance) | most.simd_le(tolerance);
+        let reached = t.simd_ge(-slack) & t.simd_le(determinant.mul_add(f32x4::splat(simd, limit), slack));
+        Self { hits: (inside & reached).to_bitmask(), tolerance, slack, least, most, determinant, t }
+    }
+
+    /// A bit for each triangle that the ray certainly hits somewhere.
+    #[inline(always)]
+    fn certain(&self) -> u64 {
+        let inside = self.least.simd_gt(self.tolerance) | self.most.simd_lt(-self.tolerance);
+        (inside & self.t.simd_gt(self.slack)).to_bitmask()
+    }
+
+    /// The same for before the limit.
+    #[inline(always)]
+    fn certain_before(&self, simd: S, limit: f32) -> u64 {
+        self.certain() & self.t.simd_lt(self.determinant * f32x4::splat(simd, limit) - self.slack).to_bitmask()
+    }
+
+    /// Bounds on the distance to triangles that are certainly hit.
+    #[inline(always)]
+    fn interval(&self) -> ([f32; LANES], [f32; LANES]) {
+        let (near, far) = ((self.t - self.slack) / self.determinant, (self.t + self.slack) / self.determinant);
+        ((near * (1.0 - 4.0 * ROUNDOFF)).to_array(), (far * (1.0 + 4.0 * ROUNDOFF)).to_array())
+    }
 }
 
 /// Entry distance and child in one number, which sorts by distance.
 #[inline(always)]
-fn key(distance: f32, child: Child) -> u64 {
-    u64::from(distance.to_bits()) << 32 | u64::from(child.0)
+fn key(distance: i32, child: Child) -> u64 {
+    u64::from(distance as u32) << 32 | u64::from(child.0)
 }
 
 /// Moves what a ray has yet to visit out of the array, for trees so deep that it does not suffice; returns the array's new length.
@@ -138,12 +171,11 @@ fearless_simd::kernel!(
 
 /// Asks for an item's memory, which will be needed soon.
 #[inline(always)]
-fn prefetch<S: Simd, T>(simd: S, items: &[T], index: usize) {
+pub(super) fn prefetch<S: Simd, T>(simd: S, item: *const T) {
     #[cfg(target_arch = "x86_64")]
     if let Some(sse2) = simd.level().as_sse2() {
-        let address = items.as_ptr().wrapping_add(index).cast::<i8>();
         for line in 0..size_of::<T>().div_ceil(64) {
-            prefetch_line(sse2, address.wrapping_add(64 * line));
+            prefetch_line(sse2, item.cast::<i8>().wrapping_add(64 * line));
         }
     }
 }
@@ -160,37 +192,54 @@ impl Wide {
     /// Asks for what a ray will visit later.
     #[inline(always)]
     fn prefetch<S: Simd>(&self, simd: S, child: Child) {
-        match child.block() {
-            Some(block) => prefetch(simd, &self.blocks, block),
-            None => prefetch(simd, &self.nodes, child.0 as usize),
-        }
+        prefetch(simd, self.lines.as_ptr().wrapping_add(child.line()).cast::<[Line; 4]>());
     }
 
     /// Offers candidates roughly from near to far. `test` gets a primitive and returns the limit from then on if it has come down.
+    /// A hit that is certain is held back until another one is about as near or nothing else is left; `prepare` gets its primitive before.
+    /// The ray does not hit the primitive `origin` unless `test` says so.
     #[inline(always)]
-    pub fn closest<S: Simd>(&self, simd: S, ray: &BoxRay, mut test: impl FnMut(u32) -> Option<f32>) {
-        if self.nodes.is_empty() {
+    pub fn closest<S: Simd>(&self, simd: S, ray: &BoxRay, origin: u32, prepare: impl Fn(u32), mut test: impl FnMut(u32) -> Option<f32>) {
+        if self.lines.is_empty() {
             return;
         }
         let wide = Splat::new(simd, ray);
         let mut limit = FAR;
         let (mut stack, mut length, mut heap) = ([0u64; STACK], 0usize, Vec::new());
         let mut child = Child(0);
-        loop {
-            if let Some(block) = child.block() {
-                let block = &self.blocks[block];
-                let (mut hits, _) = candidates(simd, &wide, block, limit);
-                while hits != 0 {
-                    if let Some(nearer) = test(block.primitive[take(&mut hits) % LANES]) {
-                        limit = nearer;
+        let (mut held, mut held_near) = (u32::MAX, f32::INFINITY);
+        'walk: loop {
+            if child.is_leaf() {
+                let Some(block) = self.block(child.line()) else { break };
+                let candidates = Candidates::new(simd, &wide, block, limit);
+                let mut hits = candidates.hits;
+                if hits != 0 {
+                    let certain = candidates.certain();
+                    let (near, far) = candidates.interval();
+                    while hits != 0 {
+                        let lane = take(&mut hits) % LANES;
+                        let primitive = block.primitive(lane);
+                        let certain = certain >> lane & 1 != 0;
+                        if certain && (primitive == held || primitive == origin || near[lane] > limit) {
+                            continue;
+                        }
+                        if certain && far[lane] < held_near {
+                            (held, held_near) = (primitive, near[lane]);
+                            limit = limit.min(far[lane]);
+                            prepare(primitive);
+                            continue;
+                        }
+                        if let Some(nearer) = test(primitive) {
+                            limit = limit.min(nearer);
+                        }
                     }
                 }
             } else {
-                let node = &self.nodes[child.0 as usize];
+                let Some(node) = self.node(child.line()) else { break };
                 let (near, mut hits) = enter(simd, ray, &wide, node, limit);
                 if hits != 0 {
                     let lane = take(&mut hits) % WIDTH;
-                    child = node.children[lane];
+                    child = node.child(lane);
                     if hits == 0 {
                         continue;
                     }
@@ -201,16 +250,16 @@ impl Wide {
                     self.prefetch(simd, child);
                     let mut best = key(near[lane], child);
                     let lane = take(&mut hits) % WIDTH;
-                    let other = key(near[lane], node.children[lane]);
-                    self.prefetch(simd, node.children[lane]);
+                    let other = key(near[lane], node.child(lane));
+                    self.prefetch(simd, node.child(lane));
                     let first = length;
                     stack[length % STACK] = best.max(other);
                     best = best.min(other);
                     length += 1;
                     while hits != 0 {
                         let lane = take(&mut hits) % WIDTH;
-                        let other = key(near[lane], node.children[lane]);
-                        self.prefetch(simd, node.children[lane]);
+                        let other = key(near[lane], node.child(lane));
+                        self.prefetch(simd, node.child(lane));
                         let farther = best.max(other);
                         best = best.min(other);
                         // Insertion, farthest first.
@@ -231,7 +280,7 @@ impl Wide {
                     length -= 1;
                     stack[length % STACK]
                 } else {
-                    let Some(next) = heap.pop() else { return };
+                    let Some(next) = heap.pop() else { break 'walk };
                     next
                 };
                 if (next >> 32) as u32 <= limit.to_bits() {
@@ -240,12 +289,15 @@ impl Wide {
                 }
             }
         }
+        if held != u32::MAX {
+            test(held);
+        }
     }
 
     /// Whether `test` is true of any candidate before `limit`. It gets a primitive and whether that is certainly hit well before `limit`.
     #[inline(always)]
     pub fn any<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32, bool) -> bool) -> bool {
-        if self.nodes.is_empty() {
+        if self.lines.is_empty() {
             return false;
         }
         let wide = Splat::new(simd, ray);
@@ -253,28 +305,29 @@ impl Wide {
         let (mut stack, mut length, mut heap) = ([0u32; STACK], 0usize, Vec::new());
         let mut child = Child(0);
         loop {
-            if let Some(block) = child.block() {
-                let block = &self.blocks[block];
-                let (mut hits, certain) = candidates(simd, &wide, block, limit);
+            if child.is_leaf() {
+                let Some(block) = self.block(child.line()) else { return false };
+                let candidates = Candidates::new(simd, &wide, block, limit);
+                let mut hits = candidates.hits;
                 if hits != 0 {
-                    let certain = certain();
+                    let certain = candidates.certain_before(simd, limit);
                     while hits != 0 {
                         let lane = take(&mut hits) % LANES;
-                        if test(block.primitive[lane], certain >> lane & 1 != 0) {
+                        if test(block.primitive(lane), certain >> lane & 1 != 0) {
                             return true;
                         }
                     }
                 }
             } else {
-                let node = &self.nodes[child.0 as usize];
+                let Some(node) = self.node(child.line()) else { return false };
                 let mut hits = enter(simd, ray, &wide, node, limit).1;
                 if hits != 0 {
-                    child = node.children[take(&mut hits) % WIDTH];
+                    child = node.child(take(&mut hits) % WIDTH);
                     if length > STACK - WIDTH {
                         length = spill(&stack[..length], &mut heap);
                     }
                     while hits != 0 {
-                        let other = node.children[take(&mut hits) % WIDTH];
+                        let other = node.child(take(&mut hits) % WIDTH);
                         self.prefetch(simd, other);
                         stack[length % STACK] = other.0;
                         length += 1;

@@ -6,6 +6,7 @@
 
 use super::bvh;
 use glam::DVec3;
+use obvhs::bvh2::node::Bvh2Node;
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -16,40 +17,47 @@ pub(super) const LANES: usize = 4;
 /// What testing a node's boxes costs, in tests of a block.
 const NODE_COST: f32 = 1.0;
 
-/// A node or leaf of the binary tree that the wide one is made from.
+/// A cache line. Nodes and blocks are made of them and lie in one array, a node's blocks right behind it, where the processor finds them
+/// soonest.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BinaryNode {
-    /// The box, padded.
-    pub min: [f32; 3],
-    /// The box, padded.
-    pub max: [f32; 3],
-    /// Index of the first of two adjacent children, or of the first reference of a leaf.
-    pub first: u32,
-    /// Number of references of a leaf, 0 for a node.
-    pub count: u32,
-}
+#[repr(align(64))]
+pub(super) struct Line(pub [[u32; 8]; 2]);
 
 /// Eight boxes and what they contain. A lane without child has an empty box.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(super) struct Node {
-    /// For each axis the lower and the upper planes.
-    pub planes: [[[f32; WIDTH]; 2]; 3],
-    /// Where the lanes lead.
-    pub children: [Child; WIDTH],
+pub(super) struct Node<'a>(&'a [Line; Node::LINES]);
+
+impl<'a> Node<'a> {
+    const LINES: usize = 4;
+
+    /// The lower or the upper planes along an axis.
+    #[inline(always)]
+    pub fn planes(self, axis: usize, upper: bool) -> &'a [u32; WIDTH] {
+        &self.0[axis].0[usize::from(upper)]
+    }
+
+    /// Where a lane leads.
+    #[inline(always)]
+    pub fn child(self, lane: usize) -> Child {
+        Child(self.0[3].0[0][lane % WIDTH])
+    }
 }
 
-/// Where a lane of a node leads: to a node or to a block of triangles.
+/// Where a lane of a node leads: to the first line of a node or of a block of triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Child(pub u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
 
-    /// The block, if it is a leaf.
     #[inline(always)]
-    pub fn block(self) -> Option<usize> {
-        (self.0 & Self::LEAF != 0).then_some((self.0 & !Self::LEAF) as usize)
+    pub fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF != 0
+    }
+
+    #[inline(always)]
+    pub fn line(self) -> usize {
+        (self.0 & !Self::LEAF) as usize
     }
 }
 
@@ -62,53 +70,61 @@ pub(super) enum Facet {
     Opaque,
 }
 
-/// Four triangles: a vertex, the edges to the others, and by how much what is computed from them may be off.
+/// Four triangles: for each axis a vertex and the edges to the others, by how much what is computed from them may be off, and their primitives.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(super) struct Block {
-    pub vertex: [[f32; LANES]; 3],
-    pub edge1: [[f32; LANES]; 3],
-    pub edge2: [[f32; LANES]; 3],
-    /// Of the edge functions: 0 for what is always a candidate, negative for a lane that is empty.
-    pub tolerance: [f32; LANES],
-    /// Of the distance times the determinant.
-    pub distance_tolerance: [f32; LANES],
-    /// The primitive of each lane.
-    pub primitive: [u32; LANES],
-}
+pub(super) struct Block<'a>(&'a [Line; Block::LINES]);
 
-impl Block {
-    const EMPTY: Self = Self {
-        vertex: [[0.0; LANES]; 3],
-        edge1: [[0.0; LANES]; 3],
-        edge2: [[0.0; LANES]; 3],
-        tolerance: [-1.0; LANES],
-        distance_tolerance: [0.0; LANES],
-        primitive: [u32::MAX; LANES],
-    };
+impl<'a> Block<'a> {
+    const LINES: usize = 3;
 
-    fn set(&mut self, lane: usize, primitive: u32, facet: Facet) {
-        self.primitive[lane] = primitive;
-        self.tolerance[lane] = 0.0;
-        let Facet::Triangle([a, b, c]) = facet else { return };
-        let (edge1, edge2) = (b - a, c - a);
-        for axis in 0..3 {
-            self.vertex[axis][lane] = a[axis] as f32;
-            self.edge1[axis][lane] = edge1[axis] as f32;
-            self.edge2[axis][lane] = edge2[axis] as f32;
-        }
-        let up = |x: f64| (x as f32).next_up();
-        let size = edge1.abs().element_sum() + edge2.abs().element_sum();
-        self.tolerance[lane] = up(bvh::EDGE_TOLERANCE * size + bvh::TOLERANCE_F64);
-        self.distance_tolerance[lane] = up(bvh::DISTANCE_TOLERANCE * edge1.length() * edge2.length() + bvh::TOLERANCE_F64);
+    /// By how much the edge functions may be off: 0 for what is always a candidate, negative for a lane that is empty.
+    const TOLERANCE: usize = 9;
+    const DISTANCE_TOLERANCE: usize = 10;
+    const PRIMITIVE: usize = 11;
+
+    #[inline(always)]
+    fn row(self, row: usize) -> &'a [u32; LANES] {
+        &self.0[row / 4].0.as_flattened().as_chunks().0[row % 4]
+    }
+
+    #[inline(always)]
+    pub fn vertex(self) -> [&'a [u32; LANES]; 3] {
+        [self.row(0), self.row(1), self.row(2)]
+    }
+
+    #[inline(always)]
+    pub fn edge1(self) -> [&'a [u32; LANES]; 3] {
+        [self.row(3), self.row(4), self.row(5)]
+    }
+
+    #[inline(always)]
+    pub fn edge2(self) -> [&'a [u32; LANES]; 3] {
+        [self.row(6), self.row(7), self.row(8)]
+    }
+
+    #[inline(always)]
+    pub fn tolerance(self) -> &'a [u32; LANES] {
+        self.row(Self::TOLERANCE)
+    }
+
+    /// By how much the distance times the determinant may be off.
+    #[inline(always)]
+    pub fn distance_tolerance(self) -> &'a [u32; LANES] {
+        self.row(Self::DISTANCE_TOLERANCE)
+    }
+
+    #[inline(always)]
+    pub fn primitive(self, lane: usize) -> u32 {
+        self.row(Self::PRIMITIVE)[lane % LANES]
     }
 }
 
 /// The wide tree. The root is the first node.
 #[derive(Debug, Default)]
 pub(super) struct Wide {
-    pub nodes: Vec<Node>,
-    pub blocks: Vec<Block>,
+    pub lines: Vec<Line>,
+    pub nodes: usize,
+    pub blocks: usize,
 }
 
 /// Least costs of the subtree below a binary node: as one leaf or node, and as a forest of at most 2, 3, … 7 of them.
@@ -116,86 +132,92 @@ type Costs = [f32; WIDTH - 1];
 
 impl Wide {
     /// Collapses a binary tree, whose root is its first node. `facet` tells primitive and shape of a reference.
-    pub fn collapse(tree: &[BinaryNode], references: &[u32], facet: impl Fn(u32) -> (u32, Facet)) -> Self {
+    pub fn collapse(tree: &[Bvh2Node], references: &[u32], facet: impl Fn(u32) -> (u32, Facet)) -> Self {
         let mut wide = Self::default();
         if tree.is_empty() {
             return wide;
         }
         let (counts, costs) = costs(tree);
         let is_leaf = |index: u32| counts[index as usize] as usize <= LANES && leaf_is_best(tree, &costs, index);
-        // Binary nodes to make wide ones of, with the lane of the parent that leads there.
+        // Binary nodes to make wide ones of, with the line and lane of the parent that lead there.
         let mut work: Vec<(u32, Option<(usize, usize)>)> = vec![(0, None)];
         let mut children = Vec::new();
         while let Some((index, parent)) = work.pop() {
-            let node = wide.nodes.len();
-            if let Some((parent, lane)) = parent {
-                wide.nodes[parent].children[lane] = Child(node as u32);
+            let node = wide.lines.len();
+            if let Some((line, lane)) = parent {
+                wide.lines[line].0[0][lane] = node as u32;
             }
             children.clear();
-            if tree[index as usize].count > 0 || (parent.is_none() && is_leaf(index)) {
+            if tree[index as usize].is_leaf() || (parent.is_none() && is_leaf(index)) {
                 children.push(index);
             } else {
-                let first = tree[index as usize].first;
+                let first = tree[index as usize].first_index;
                 let left = best_share(&costs, first, WIDTH).0;
                 forest(tree, &costs, first, left, &mut children);
                 forest(tree, &costs, first + 1, WIDTH - left, &mut children);
             }
-            let mut planes = [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3];
-            let mut links = [Child(0); WIDTH];
+            let nothing = Line([[f32::INFINITY.to_bits(); WIDTH], [f32::NEG_INFINITY.to_bits(); WIDTH]]);
+            wide.lines.extend([nothing, nothing, nothing, Line([[0; WIDTH]; 2])]);
+            wide.nodes += 1;
             for (lane, &child) in children.iter().enumerate() {
-                let binary = &tree[child as usize];
-                for (axis, [near, far]) in planes.iter_mut().enumerate() {
-                    near[lane] = binary.min[axis];
-                    far[lane] = binary.max[axis];
+                let bounds = tree[child as usize].aabb();
+                for axis in 0..3 {
+                    let Line([low, high]) = &mut wide.lines[node + axis];
+                    (low[lane], high[lane]) = (bounds.min[axis].to_bits(), bounds.max[axis].to_bits());
                 }
                 if is_leaf(child) {
-                    links[lane] = Child(Child::LEAF | wide.blocks.len() as u32);
-                    wide.blocks.push(block(tree, references, child, &facet));
+                    wide.lines[node + 3].0[0][lane] = Child::LEAF | wide.lines.len() as u32;
+                    wide.lines.extend(block(tree, references, child, &facet));
+                    wide.blocks += 1;
                 } else {
-                    work.push((child, Some((node, lane))));
+                    work.push((child, Some((node + 3, lane))));
                 }
             }
-            wide.nodes.push(Node { planes, children: links });
         }
-        wide.nodes.shrink_to_fit();
-        wide.blocks.shrink_to_fit();
+        wide.lines.shrink_to_fit();
         wide
+    }
+
+    /// The node that starts at a line.
+    #[inline(always)]
+    pub fn node(&self, line: usize) -> Option<Node<'_>> {
+        self.lines.get(line..)?.first_chunk().map(Node)
+    }
+
+    /// The block that starts at a line.
+    #[inline(always)]
+    pub fn block(&self, line: usize) -> Option<Block<'_>> {
+        self.lines.get(line..)?.first_chunk().map(Block)
     }
 }
 
-/// Half the area of a box.
-fn half_area(node: &BinaryNode) -> f32 {
-    let [x, y, z] = [0, 1, 2].map(|axis| node.max[axis] - node.min[axis]);
-    x * y + y * z + z * x
-}
-
 /// Numbers of references and least costs of all subtrees.
-fn costs(tree: &[BinaryNode]) -> (Vec<u32>, Vec<Costs>) {
+fn costs(tree: &[Bvh2Node]) -> (Vec<u32>, Vec<Costs>) {
     let mut order = Vec::with_capacity(tree.len());
     let mut stack = vec![0u32];
     while let Some(index) = stack.pop() {
         order.push(index);
         let node = &tree[index as usize];
-        if node.count == 0 {
-            stack.extend([node.first, node.first + 1]);
+        if !node.is_leaf() {
+            stack.extend([node.first_index, node.first_index + 1]);
         }
     }
     let mut counts = vec![0u32; tree.len()];
     let mut costs = vec![[0.0; WIDTH - 1]; tree.len()];
     for &index in order.iter().rev() {
         let (i, node) = (index as usize, &tree[index as usize]);
-        let area = half_area(node);
-        if node.count > 0 {
-            counts[i] = node.count;
+        let area = node.aabb().half_area();
+        if node.is_leaf() {
+            counts[i] = 1;
             costs[i] = [area; WIDTH - 1];
             continue;
         }
-        counts[i] = counts[node.first as usize] + counts[node.first as usize + 1];
-        let inner = best_share(&costs, node.first, WIDTH).1 + NODE_COST * area;
+        counts[i] = counts[node.first_index as usize] + counts[node.first_index as usize + 1];
+        let inner = best_share(&costs, node.first_index, WIDTH).1 + NODE_COST * area;
         let mut best = if counts[i] as usize <= LANES { inner.min(area) } else { inner };
         costs[i][0] = best;
         for roots in 2..WIDTH {
-            best = best.min(best_share(&costs, node.first, roots).1);
+            best = best.min(best_share(&costs, node.first_index, roots).1);
             costs[i][roots - 1] = best;
         }
     }
@@ -216,13 +238,13 @@ fn best_share(costs: &[Costs], first: u32, roots: usize) -> (usize, f32) {
 }
 
 /// Of a subtree that fits into one leaf, whether that is what it should be.
-fn leaf_is_best(tree: &[BinaryNode], costs: &[Costs], index: u32) -> bool {
+fn leaf_is_best(tree: &[Bvh2Node], costs: &[Costs], index: u32) -> bool {
     let node = &tree[index as usize];
-    node.count > 0 || costs[index as usize][0] >= half_area(node)
+    node.is_leaf() || costs[index as usize][0] >= node.aabb().half_area()
 }
 
 /// The binary nodes that become children when a subtree may take up to `roots` lanes.
-fn forest(tree: &[BinaryNode], costs: &[Costs], index: u32, roots: usize, found: &mut Vec<u32>) {
+fn forest(tree: &[Bvh2Node], costs: &[Costs], index: u32, roots: usize, found: &mut Vec<u32>) {
     let own = &costs[index as usize];
     let mut roots = roots;
     while roots > 1 && own[roots - 2] <= own[roots - 1] {
@@ -232,30 +254,48 @@ fn forest(tree: &[BinaryNode], costs: &[Costs], index: u32, roots: usize, found:
         found.push(index);
         return;
     }
-    let first = tree[index as usize].first;
+    let first = tree[index as usize].first_index;
     let left = best_share(costs, first, roots).0;
     forest(tree, costs, first, left, found);
     forest(tree, costs, first + 1, roots - left, found);
 }
 
 /// The block of all references below a binary node; parts of the same facet are one.
-fn block(tree: &[BinaryNode], references: &[u32], index: u32, facet: &impl Fn(u32) -> (u32, Facet)) -> Block {
+fn block(tree: &[Bvh2Node], references: &[u32], index: u32, facet: &impl Fn(u32) -> (u32, Facet)) -> [Line; Block::LINES] {
     let mut found: Vec<u32> = Vec::with_capacity(LANES);
     let mut stack = vec![index];
     while let Some(index) = stack.pop() {
         let node = &tree[index as usize];
-        if node.count == 0 {
-            stack.extend([node.first, node.first + 1]);
+        if node.is_leaf() {
+            found.push(references[node.first_index as usize]);
         } else {
-            found.extend(&references[node.first as usize..][..node.count as usize]);
+            stack.extend([node.first_index, node.first_index + 1]);
         }
     }
     found.sort_unstable();
     found.dedup();
-    let mut block = Block::EMPTY;
+    let mut rows = [[0u32; LANES]; 12];
+    rows[Block::TOLERANCE] = [(-1.0f32).to_bits(); LANES];
+    rows[Block::PRIMITIVE] = [u32::MAX; LANES];
     for (lane, &reference) in found.iter().enumerate() {
         let (primitive, facet) = facet(reference);
-        block.set(lane, primitive, facet);
+        rows[Block::PRIMITIVE][lane] = primitive;
+        rows[Block::TOLERANCE][lane] = 0;
+        let Facet::Triangle([a, b, c]) = facet else { continue };
+        let (edge1, edge2) = (b - a, c - a);
+        for axis in 0..3 {
+            for (row, v) in [(0, a), (3, edge1), (6, edge2)] {
+                rows[row + axis][lane] = (v[axis] as f32).to_bits();
+            }
+        }
+        let up = |x: f64| (x as f32).next_up().to_bits();
+        let size = edge1.abs().element_sum() + edge2.abs().element_sum();
+        rows[Block::TOLERANCE][lane] = up(bvh::EDGE_TOLERANCE * size + bvh::TOLERANCE_F64);
+        rows[Block::DISTANCE_TOLERANCE][lane] = up(bvh::DISTANCE_TOLERANCE * edge1.length() * edge2.length() + bvh::TOLERANCE_F64);
     }
-    block
+    let half = |k: usize| {
+        let ([a, b, c, d], [e, f, g, h]) = (rows[2 * k], rows[2 * k + 1]);
+        [a, b, c, d, e, f, g, h]
+    };
+    [0, 1, 2].map(|line| Line([half(2 * line), half(2 * line + 1)]))
 }

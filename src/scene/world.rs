@@ -7,7 +7,7 @@ use super::scattering::{Scattering, SurfaceBsdf};
 use super::{Needs, Scene, SurfaceArea, Warning};
 use crate::bsdf::Lobes;
 use crate::endpoint::{Light, LightId};
-use crate::geometry::{Bounds, Place, Shape, SurfacePoint};
+use crate::geometry::{Bounds, Place, Ray, Shape, SurfacePoint};
 use glam::{DVec2, DVec3};
 
 /// A scene made by a [`WorldBuilder`](super::WorldBuilder). Immutable; share it between threads.
@@ -177,7 +177,7 @@ impl Scene for World {
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         let direction = unit(direction);
         let hit = self.bvh.closest(from.origin_towards(direction), direction, contact(from))?;
-        Some(self.complete(hit.primitive, hit.shape, hit.shape.point_at_hit(&hit.ray, &hit.intersection)))
+        Some(self.complete(hit.primitive, hit.shape, hit.shape.point_at_hit(&Ray::new(hit.origin, direction), &hit.intersection)))
     }
 
     /// Coincident points, two points at infinity and points that are not finite do not see each other: they have no geometry term.
