@@ -13,7 +13,7 @@
 //! from its connections with each light walk, x = A + (b_1 + b_2)/2, D = (b_1 - b_2)², S = (b_1² + b_2²)/2, the variance with n light walks is
 //!
 //! ```text
-//! Var x + (1/(2n) - 1/4) E D    for n ≥ 1,        Var x + E D / 4 + (1/n - 1) E S    for n < 1.
+//! V + E D / (2n)    for n ≥ 1,        V + E D / 2 + (1/n - 1) E S    for n < 1,        V = Var x - E D / 4.
 //! ```
 //!
 //! Var x comes from the set's own samples. Where Σ a², the sum of the squares of its single contributions, differs by more than a tenth from what E_C says that it
@@ -269,8 +269,9 @@ impl Findings {
         let (sums, samples) = (&self.sums[index], self.samples.max(1) as f64);
         let n = set.light_walks.count();
         let (difference, square) = (sums.difference / samples, sums.square / samples);
-        let more = if n >= 1.0 { (0.5 / n - 0.25) * difference } else { 0.25 * difference + (1.0 / n - 1.0) * square };
-        let seen = (sums.variance * f64::from(PASSES) / samples + more).max(0.0);
+        // Not negative each for itself: noise must not cancel what light walks add.
+        let camera = (sums.variance * f64::from(PASSES) / samples - 0.25 * difference).max(0.0);
+        let seen = camera + if n >= 1.0 { 0.5 / n * difference } else { 0.5 * difference + (1.0 / n - 1.0) * square };
         let (direct, robust) = (sums.direct / samples, sums.robust / samples);
         let own = if (robust - direct).abs() <= 0.1 * robust.max(direct) {
             seen

@@ -51,7 +51,11 @@ const PIXELS: [u64; 2] = [128, 4096];
 /// Exponents of the numbers of light walks per camera walk.
 const EXPONENTS: std::ops::RangeInclusive<i8> = -3..=4;
 /// A simpler set is taken if it is worse by no more than this: its estimate is the more certain one.
-const TIE: f64 = 1.05;
+const TIE: f64 = 1.02;
+/// A choice that takes so many times the variance × cost of its estimate when it is run counts with what it took, and there is another choice.
+const MISTRUST: f64 = 2.0;
+/// Choices that are run at most.
+const RUNS: u32 = 4;
 
 impl Adaptive {
     /// Up to a number of scattering events.
@@ -139,11 +143,10 @@ impl Adaptive {
     }
 }
 
-/// The candidate with the least variance × cost, where that of each is taken as large as it may well be: times e to the power of two standard errors of the
+/// The index of the candidate with the least variance × cost, where that of each is taken as large as it may well be: times e to the power of two standard errors of the
 /// logarithm of its ratio to plain bidirectional path tracing, by the jackknife over groups. A pilot that saw no more of a set's noise than one huge contribution
 /// is not to be trusted.
-fn choose(all: &[Candidate], without_one: &[Vec<Candidate>]) -> Option<Candidate> {
-    let plain = all.last()?;
+fn choose(all: &[Candidate], without_one: &[Vec<Candidate>]) -> usize {
     let pessimistic = |i: usize| {
         let ratios: Vec<f64> = without_one.iter().filter_map(|part| Some((part[i].work() / part.last()?.work()).ln())).collect();
         let n = ratios.len() as f64;
@@ -155,10 +158,10 @@ fn choose(all: &[Candidate], without_one: &[Vec<Candidate>]) -> Option<Candidate
     };
     let works: Vec<f64> = (0..all.len()).map(pessimistic).collect();
     let best = works.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut good = all.iter().zip(&works).filter(|(_, work)| **work <= best * TIE).map(|(candidate, _)| *candidate);
+    let mut good = (0..all.len()).filter(|i| works[*i] <= best * TIE);
     // Without noise, or without light, the cheapest is best.
-    let chosen = if best > 0.0 { good.next() } else { good.min_by(|a, b| a.cost.total_cmp(&b.cost)) };
-    Some(chosen.unwrap_or(*plain))
+    let chosen = if best > 0.0 { good.next() } else { good.min_by(|i, j| all[*i].cost.total_cmp(&all[*j].cost)) };
+    chosen.unwrap_or(all.len() - 1)
 }
 
 /// Sums what samples add to their own pixel, and squares what they splat.
@@ -214,15 +217,25 @@ impl<S: Scene + ?Sized> Integrator<S> for Adaptive {
             let all = (0..).zip(&sets).map(|(i, set)| findings.candidate(i, *set, film_pixels)).collect();
             (findings, all)
         };
-        let (findings, all) = candidates(None);
-        let without_one: Vec<Vec<Candidate>> = (0..GROUPS).map(|group| candidates(Some(group)).1).collect();
-        let chosen = choose(&all, &without_one)?;
-        let integrator = Self { techniques: Some(chosen.set), ..*self };
-        let (achieved, more) = integrator.measure(scene, camera, pilot, pixels);
+        let (findings, mut all) = candidates(None);
+        let mut without_one: Vec<Vec<Candidate>> = (0..GROUPS).map(|group| candidates(Some(group)).1).collect();
+        let mut counters = findings.counters();
+        let mut runs = 0;
+        let (integrator, chosen, achieved) = loop {
+            let index = choose(&all, &without_one);
+            let chosen = all[index];
+            let integrator = Self { techniques: Some(chosen.set), ..*self };
+            let (achieved, more) = integrator.measure(scene, camera, pilot, pixels);
+            counters += more;
+            runs += 1;
+            if achieved.work() <= MISTRUST * chosen.work() || runs == RUNS {
+                break (integrator, chosen, achieved);
+            }
+            all[index] = achieved;
+            without_one.iter_mut().for_each(|part| part[index] = achieved);
+        };
         let left_out = Integrator::<S>::left_out(self, &needs);
         let decision = Decision::measured(&findings, all, chosen, achieved, left_out);
-        let mut counters = findings.counters();
-        counters += more;
         Some(Adapted { integrator, decision, counters })
     }
 
