@@ -206,3 +206,11 @@ fn memory_per_triangle_does_not_grow() {
         assert!(statistics.leaves * 4 >= shapes.len() && statistics.build_time > std::time::Duration::ZERO);
     }
 }
+
+/// A vertex is what a bidirectional sample keeps for each scattering event; `docs/performance.md` states its size.
+#[test]
+fn memory_per_vertex_does_not_grow() {
+    let bytes = size_of::<crate::path::Vertex<<super::World as super::Scene>::Bsdf<'static>>>();
+    println!("{bytes} bytes per vertex, {} per surface point", size_of::<crate::geometry::SurfacePoint>());
+    assert!(bytes <= 400, "{bytes}");
+}
