@@ -39,14 +39,14 @@ fn room(side: u32) -> Result<(World, PinholeCamera), SceneError> {
     let grey = builder.add_material("grey", Material::Lambert { albedo: Rgb::splat(0.5) })?;
     for (i, axis) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
         let (u, v) = [(DVec3::Y, DVec3::Z), (DVec3::Z, DVec3::X), (DVec3::X, DVec3::Y)][i];
-        builder.add_quad(&format!("wall {i} below"), Quad { origin: -axis - u - v, edge_u: u * 2.0, edge_v: v * 2.0 }, grey)?;
-        builder.add_quad(&format!("wall {i} above"), Quad { origin: axis - u - v, edge_u: v * 2.0, edge_v: u * 2.0 }, grey)?;
+        builder.add_quad(format!("wall {i} below"), Quad { origin: -axis - u - v, edge_u: u * 2.0, edge_v: v * 2.0 }, grey)?;
+        builder.add_quad(format!("wall {i} above"), Quad { origin: axis - u - v, edge_u: v * 2.0, edge_v: u * 2.0 }, grey)?;
     }
     let step = 2.0 / f64::from(side);
     for i in 0..side * side {
         let origin = DVec3::new(f64::from(i % side) * step - 1.0, 0.99, f64::from(i / side) * step - 1.0);
         let lamp = Quad { origin, edge_u: DVec3::X * step * 0.5, edge_v: DVec3::Z * step * 0.5 };
-        let id = builder.add_quad(&format!("lamp {i}"), lamp, grey)?;
+        let id = builder.add_quad(format!("lamp {i}"), lamp, grey)?;
         builder.set_emission(id, Emission { radiance: Rgb::WHITE, two_sided: false })?;
     }
     let camera = PinholeCamera::new(DVec3::new(0.0, 0.2, 0.95), DVec3::ZERO, DVec3::Y, 60.0, UVec2::splat(64)).expect("a valid camera");
