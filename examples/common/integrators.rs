@@ -1,11 +1,11 @@
 //! The integrators by name.
 
 use clap::ValueEnum;
-use pathspace::integrator::{Adaptive, Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
+use pathspace::integrator::{Adaptive, Bidirectional, Depth, Integrator, LightTracer, PathTracer, UniformArea};
 use pathspace::path::TechniqueSet;
-use pathspace::report::{Everything, Method};
-use pathspace::scene::World;
+use pathspace::report::{Contestant, Everything, Method};
 use pathspace::scene::gallery::Claims;
+use pathspace::scene::{WithNeeds, World};
 
 /// One of the integrators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
@@ -39,29 +39,31 @@ impl AnyIntegrator {
 
     /// The integrator itself, over paths with `min_bounces` to `max_bounces` scattering events.
     pub fn build(self, min_bounces: u32, max_bounces: Option<u32>) -> Box<dyn Method<World>> {
-        let depth = Depth { min_bounces, max_bounces };
+        self.build_with(Depth { min_bounces, max_bounces }, false)
+    }
+
+    /// The integrator, and the same leaving nothing out.
+    pub fn build_both(self, max_bounces: Option<u32>) -> [Box<dyn Method<World>>; 2] {
+        [false, true].map(|everything| self.build_with(Depth { min_bounces: 0, max_bounces }, everything))
+    }
+
+    fn build_with(self, depth: Depth, everything: bool) -> Box<dyn Method<World>> {
         match self {
-            Self::PathTracing => Box::new(PathTracer { depth, ..PathTracer::default() }),
-            Self::LightTracing => Box::new(LightTracer { depth, ..LightTracer::default() }),
-            Self::UniformArea => Box::new(UniformArea { depth, ..UniformArea::default() }),
-            Self::Bidirectional => Box::new(Bidirectional { depth, ..Bidirectional::default() }),
-            Self::Adaptive => Box::new(Adaptive { depth, ..Adaptive::default() }),
+            Self::PathTracing => boxed(PathTracer { depth, ..PathTracer::default() }, everything),
+            Self::LightTracing => boxed(LightTracer { depth, ..LightTracer::default() }, everything),
+            Self::UniformArea => boxed(UniformArea { depth, ..UniformArea::default() }, everything),
+            Self::Bidirectional => boxed(Bidirectional { depth, ..Bidirectional::default() }, everything),
+            Self::Adaptive => {
+                // All techniques are what nothing is left out of by a pilot.
+                let techniques = everything.then_some(TechniqueSet::BIDIRECTIONAL);
+                boxed(Adaptive { depth, techniques, ..Adaptive::default() }, everything)
+            }
         }
     }
 
-    /// The same leaving nothing out; bidirectional path tracing with all techniques is what nothing is left out of by a pilot.
-    pub fn build_everything(self, min_bounces: u32, max_bounces: Option<u32>) -> Box<dyn Method<World>> {
-        let depth = Depth { min_bounces, max_bounces };
-        match self {
-            Self::PathTracing => Box::new(Everything(PathTracer { depth, ..PathTracer::default() })),
-            Self::LightTracing => Box::new(Everything(LightTracer { depth, ..LightTracer::default() })),
-            Self::UniformArea => Box::new(Everything(UniformArea { depth, ..UniformArea::default() })),
-            Self::Bidirectional => Box::new(Everything(Bidirectional { depth, ..Bidirectional::default() })),
-            Self::Adaptive => {
-                let techniques = Some(TechniqueSet::BIDIRECTIONAL);
-                Box::new(Everything(Adaptive { depth, techniques, ..Adaptive::default() }))
-            }
-        }
+    /// What [`build_both`](Self::build_both) gave, as an entry of a study on a scene that makes these claims.
+    pub fn contestant<'a>(self, [method, everything]: &'a [Box<dyn Method<World>>; 2], claims: &Claims) -> Contestant<'a, World> {
+        Contestant { everything: Some(&**everything), ..Contestant::new(self.name(), &**method, self.sees_all(claims)) }
     }
 
     /// Whether it sees every path of a scene that makes these claims.
@@ -79,4 +81,11 @@ impl std::fmt::Display for AnyIntegrator {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name())
     }
+}
+
+fn boxed<I>(integrator: I, everything: bool) -> Box<dyn Method<World>>
+where
+    I: Method<World> + for<'a> Integrator<WithNeeds<'a, World>> + 'static,
+{
+    if everything { Box::new(Everything(integrator)) } else { Box::new(integrator) }
 }

@@ -20,7 +20,7 @@ use pathspace::film::ImageFile;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Depth};
 use pathspace::render::{Budget, Settings};
-use pathspace::report::{Contestant, Method, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, exposure, study};
+use pathspace::report::{Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, exposure, study};
 use pathspace::scene::{World, gallery};
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -146,19 +146,9 @@ fn compare(options: &Options, scene: &NamedScene, directory: &Path, interrupted:
             integrators.push(*integrator);
         }
     }
-    let build = |everything: bool| -> Vec<Box<dyn Method<World>>> {
-        let build = if everything { AnyIntegrator::build_everything } else { AnyIntegrator::build };
-        integrators.iter().map(|integrator| build(*integrator, 0, depth)).collect()
-    };
-    let (methods, everything) = (build(false), build(true));
-    let contestants: Vec<Contestant<'_, World>> = integrators
-        .iter()
-        .zip(methods.iter().zip(&everything))
-        .map(|(integrator, (method, everything))| {
-            let contestant = Contestant::new(integrator.name(), &**method, integrator.sees_all(&scene.claims));
-            Contestant { everything: Some(&**everything), ..contestant }
-        })
-        .collect();
+    let methods: Vec<_> = integrators.iter().map(|integrator| (*integrator, integrator.build_both(depth))).collect();
+    let contestants: Vec<Contestant<'_, World>> =
+        methods.iter().map(|(integrator, both)| integrator.contestant(both, &scene.claims)).collect();
 
     let settings =
         Settings { seed: options.seed, threads: options.threads.map(|n| n as usize), filter: scene.filter, ..Settings::default() };

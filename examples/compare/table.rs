@@ -62,19 +62,15 @@ fn left_out(report: &Report) {
         if method.left_out.is_empty() && !adapts {
             continue;
         }
-        let what = if method.left_out.is_empty() { "what does not pay".to_owned() } else { reasons(&method.left_out) };
+        let what = if method.left_out.is_empty() { "what does not pay".to_owned() } else { Omission::sentence(&method.left_out) };
         let gain = gain.map_or_else(String::new, |gain| {
             format!("; variance × processor time with everything is {} times as much", interval(&gain.cpu))
         });
         println!("{} leaves out {what}{gain}", method.name);
     }
     for method in &report.left_out {
-        println!("{} leaves out {}", method.name, reasons(&method.left_out));
+        println!("{} leaves out {}", method.name, Omission::sentence(&method.left_out));
     }
-}
-
-fn reasons(left_out: &[Omission]) -> String {
-    left_out.iter().map(|o| format!("{}: {}", o.what, o.why)).collect::<Vec<_>>().join("; ")
 }
 
 fn row(m: &MethodReport) -> [String; 14] {

@@ -59,17 +59,9 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
 fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
     let scene = scenes::build(name, options.size)?;
     let (world, camera) = (&scene.world, &*scene.camera.0);
-    let methods = AnyIntegrator::ALL.map(|integrator| {
-        let build = [AnyIntegrator::build, AnyIntegrator::build_everything];
-        (integrator, build.map(|build| build(integrator, 0, scene.max_bounces)))
-    });
-    let contestants: Vec<Contestant<'_, World>> = methods
-        .iter()
-        .map(|(integrator, [method, everything])| {
-            let contestant = Contestant::new(integrator.name(), &**method, integrator.sees_all(&scene.claims));
-            Contestant { everything: Some(&**everything), ..contestant }
-        })
-        .collect();
+    let methods = AnyIntegrator::ALL.map(|integrator| (integrator, integrator.build_both(scene.max_bounces)));
+    let contestants: Vec<Contestant<'_, World>> =
+        methods.iter().map(|(integrator, both)| integrator.contestant(both, &scene.claims)).collect();
     let quiet = &mut |_: &pathspace::report::Step<'_>| ControlFlow::Continue(());
     let settings = Settings { seed: options.seed, threads: Some(1), ..Settings::default() };
     // Variances need no reference; this one only gives brightness a scale.

@@ -52,9 +52,6 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// What a dedicated integrator costs over the general kernel with the same techniques.
-    pub const DEDICATED: f64 = 0.9;
-
     /// Cost in units of a ray that is traced for its nearest hit: counts times constants, so that it is the same on every machine and in every run.
     /// The constants were fitted to processor times of all integrators on the gallery (docs/leave-out.md).
     #[must_use]

@@ -274,6 +274,14 @@ impl TechniqueSet {
         if !caustics && sparing.is_complete(needs, lens) { sparing } else { self }
     }
 
+    /// What the kernel that runs the set costs over the general one with the same [`Counters::cost`](super::Counters::cost): the dedicated ones, and lens sampling that
+    /// comes first, have few weights or none. Fitted like the constants there.
+    #[must_use]
+    pub fn kernel_cost(&self) -> f64 {
+        let dedicated = self.lens_first || !(self.has_camera_walk() && self.has_light_walk());
+        if dedicated { 0.9 } else { 1.0 }
+    }
+
     /// Whether walks from the light are needed.
     #[inline]
     #[must_use]

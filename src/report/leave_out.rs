@@ -129,10 +129,13 @@ pub(super) fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
 
-/// All omissions in one line.
-pub(super) fn sentence(left_out: &[Omission]) -> String {
-    let items: Vec<String> = left_out.iter().map(|o| format!("{}: {}", o.what, o.why)).collect();
-    if items.is_empty() { "nothing".to_owned() } else { items.join("; ") }
+impl Omission {
+    /// All of them in one line, or "nothing".
+    #[must_use]
+    pub fn sentence(left_out: &[Self]) -> String {
+        let items: Vec<String> = left_out.iter().map(|o| format!("{}: {}", o.what, o.why)).collect();
+        if items.is_empty() { "nothing".to_owned() } else { items.join("; ") }
+    }
 }
 
 impl Report {
@@ -156,10 +159,10 @@ impl Report {
                 gain.map(|gain| gain.cpu.value),
                 gain.map(|gain| gain.rays.value),
             ];
-            let _ = writeln!(csv, "{},{},{}", quoted(&m.name), quoted(&sentence(&m.left_out)), numbers.map(field).join(","));
+            let _ = writeln!(csv, "{},{},{}", quoted(&m.name), quoted(&Omission::sentence(&m.left_out)), numbers.map(field).join(","));
         }
         for m in &self.left_out {
-            let _ = writeln!(csv, "{},{},0,,0,,,,,", quoted(&m.name), quoted(&sentence(&m.left_out)));
+            let _ = writeln!(csv, "{},{},0,,0,,,,,", quoted(&m.name), quoted(&Omission::sentence(&m.left_out)));
         }
         csv
     }

@@ -7,7 +7,7 @@ use pathspace::endpoint::{Camera, PinholeCamera, SpotLight};
 use pathspace::geometry::Sphere;
 use pathspace::integrator::{Adaptive, Bidirectional, Decision, Depth};
 use pathspace::math::Rgb;
-use pathspace::path::{Counters, TechniqueSet};
+use pathspace::path::TechniqueSet;
 use pathspace::render::{Budget, Render, Rendering, Settings, unattended};
 use pathspace::scene::{World, gallery};
 use rooms::{Room, lambert, v};
@@ -41,11 +41,6 @@ fn work(world: &World, camera: &dyn Camera, integrator: &dyn Render<World>, samp
         moments.variance()
     };
     cost * (0..pixels).map(variance).sum::<f64>() / pixels as f64
-}
-
-/// What a set's kernel costs over the general one, which counts do not know: the dedicated ones are cheaper.
-fn kernel(set: &TechniqueSet) -> f64 {
-    if set.lens_first || !set.has_camera_walk() || !set.has_light_walk() { Counters::DEDICATED } else { 1.0 }
 }
 
 #[test]
@@ -91,7 +86,7 @@ fn predictions_hold() {
                 continue;
             }
             let integrator = Adaptive { depth: DEPTH, techniques: Some(set), ..Adaptive::default() };
-            let measured = work(&scene.world, &*scene.camera, &integrator, 4, 8) / f64::from(side * side) * kernel(&set);
+            let measured = work(&scene.world, &*scene.camera, &integrator, 4, 8) / f64::from(side * side) * set.kernel_cost();
             let ratio = measured / candidate.work();
             println!("{name}, {set}: predicted {:.4}, measured {measured:.4}, ratio {ratio:.3}", candidate.work());
             assert!((0.8..1.25).contains(&ratio), "{name}, {set}: {ratio}");
@@ -143,7 +138,7 @@ fn useless_light_walks_are_left_out() {
         let samples = if name == "Cornell box" { 4 } else { 16 };
         let plain = work(world, camera, &Bidirectional { depth: DEPTH, ..Bidirectional::default() }, samples, 8);
         let chosen = Adaptive { depth: DEPTH, techniques: Some(decision.chosen.set), ..Adaptive::default() };
-        let chosen = work(world, camera, &chosen, samples, 8) * kernel(&decision.chosen.set);
+        let chosen = work(world, camera, &chosen, samples, 8) * decision.chosen.set.kernel_cost();
         println!("{name}: {}, expected {:.2}, measured {:.2}", decision.chosen.set, decision.expected_gain(), plain / chosen);
         assert!(plain >= 1.5 * 1.04 * chosen, "{name}: {} of {}", chosen, plain);
     }

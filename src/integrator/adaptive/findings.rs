@@ -22,8 +22,7 @@
 
 use super::pilot::{PASSES, WALKS};
 use crate::film::Technique;
-use crate::integrator::Bidirectional;
-use crate::path::{Counters, TechniqueSet};
+use crate::path::{Counters, Heuristic, TechniqueSet};
 
 /// Techniques of longer paths are drawn but not told apart.
 pub(super) const MOST_BOUNCES: u16 = 5;
@@ -100,10 +99,10 @@ pub(super) struct Factors {
 }
 
 impl Factors {
-    pub fn new(integrator: &Bidirectional, set: &TechniqueSet) -> Self {
+    pub fn new(heuristic: Heuristic, set: &TechniqueSet) -> Self {
         let on = |family: bool| f64::from(u8::from(family));
         let walks = set.light_walks.count();
-        let weight = integrator.heuristic.raise(walks);
+        let weight = heuristic.raise(walks);
         Self {
             families: [set.emitter_hits, set.emitter_sampling, set.connections, set.lens_sampling].map(on),
             walks,
@@ -206,12 +205,6 @@ impl<'a> Tally<'a> {
     }
 }
 
-/// What the kernel that runs a set costs relative to the general one: the dedicated ones, and lens sampling that comes first, have few weights or none.
-pub(super) fn kernel_cost(set: &TechniqueSet) -> f64 {
-    let dedicated = set.lens_first || !(set.has_camera_walk() && set.has_light_walk());
-    if dedicated { Counters::DEDICATED } else { 1.0 }
-}
-
 /// Index of a technique among [`Findings::shares`].
 pub(super) fn share_index(technique: Technique) -> Option<usize> {
     let bounces = (technique.s + technique.t).checked_sub(2).filter(|b| *b <= MOST_BOUNCES)?;
@@ -293,6 +286,6 @@ impl Findings {
             if set.connections { light(&self.connections) } else { 0.0 },
             if set.lens_sampling { light(&self.lens) } else { 0.0 },
         ];
-        Candidate { set, variance: own + lens, cost: total.iter().sum::<f64>() * kernel_cost(&set) }
+        Candidate { set, variance: own + lens, cost: total.iter().sum::<f64>() * set.kernel_cost() }
     }
 }

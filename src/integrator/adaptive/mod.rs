@@ -20,7 +20,7 @@ use crate::math::Rgb;
 use crate::path::{Counters, Heuristic, LightWalks, Roulette, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
 use crate::scene::{Needs, Scene};
-use findings::{Findings, kernel_cost};
+use findings::Findings;
 use pilot::{GROUPS, PASSES, for_each_sample, in_parallel};
 
 /// Bidirectional path tracing that leaves out what does not pay.
@@ -139,7 +139,7 @@ impl Adaptive {
         let samples = (pixels * u64::from(PASSES)) as f64;
         let set = self.set();
         let variance = variance / pixels as f64 + splats / samples;
-        (Candidate { set, variance, cost: kernel_cost(&set) * counters.cost() / samples }, counters)
+        (Candidate { set, variance, cost: set.kernel_cost() * counters.cost() / samples }, counters)
     }
 }
 

@@ -33,7 +33,7 @@ pub(super) fn run<S: Scene + ?Sized, C: Camera + ?Sized>(
 ) -> [Findings; GROUPS] {
     let walks = LightWalks::power_of_two(1).unwrap_or_default();
     let proxy = Bidirectional { techniques: TechniqueSet { light_walks: walks, ..integrator.techniques }, ..*integrator };
-    let factors: Vec<Factors> = candidates.iter().map(|set| Factors::new(&proxy, set)).collect();
+    let factors: Vec<Factors> = candidates.iter().map(|set| Factors::new(proxy.heuristic, set)).collect();
     let parts = in_parallel(pilot, pixels, |range, scratch| {
         let mut tally = Tally::new(&factors);
         for site in range {
