@@ -29,7 +29,7 @@ pub struct ShadedBsdf<B> {
 
 impl<B: Bsdf> ShadedBsdf<B> {
     /// Places a BSDF at a surface point.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn new(bsdf: B, point: &SurfacePoint) -> Self {
         let frame = if point.tangent == DVec3::ZERO {
@@ -84,7 +84,7 @@ impl<B: Bsdf> ShadedBsdf<B> {
         let mut sample = self.bsdf.sample(local_fixed, walk, u1, u2)?;
         let local_next = sample.next;
         // Through a null interface the direction must stay the same to the last bit, so that it cannot drift.
-        sample.next = if local_next == -local_fixed { -fixed } else { self.frame.to_world(local_next).normalize() };
+        sample.next = if local_next == -local_fixed { -fixed } else { renormalized(self.frame.to_world(local_next)) };
         if self.geometric_normal.is_some() {
             let ratio_next = self.ratio(sample.next, local_next)?;
             let (ratio_light, ratio_camera) = match walk {
@@ -131,4 +131,12 @@ impl<B: Bsdf> ShadedBsdf<B> {
             }
         }
     }
+}
+
+/// A vector of unit length up to rounding, as which a turned one is, to unit length again: one step of Newton's method for the inverse square root.
+#[inline]
+fn renormalized(v: DVec3) -> DVec3 {
+    let excess = v.length_squared() - 1.0;
+    // A model of a user's may be less exact.
+    if excess.abs() < 1e-9 { v * (1.0 - 0.5 * excess) } else { v.normalize() }
 }

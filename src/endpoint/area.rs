@@ -134,14 +134,14 @@ impl AreaLight {
     }
 
     /// A point of a shape, uniform by area, as the scene reports it.
+    #[inline(always)]
     fn point_on(&self, index: usize, u: DVec2) -> SurfacePoint {
-        let mut point = self.with_ids(index, self.shapes[index].sample_area(u));
-        if let Some(uvs) = &self.uvs {
-            point.uv = interpolated(uvs[index], point.uv);
-        }
-        point
+        let point = self.with_ids(index, self.shapes[index].sample_area(u));
+        let uv = self.uvs.as_ref().map_or(point.uv, |uvs| interpolated(uvs[index], point.uv));
+        SurfacePoint { uv, ..point }
     }
 
+    #[inline(always)]
     fn with_ids(&self, index: usize, point: SurfacePoint) -> SurfacePoint {
         SurfacePoint { primitive: self.first_primitive + index as u32, surface: self.surface, ..point }
     }

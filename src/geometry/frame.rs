@@ -15,6 +15,7 @@ pub struct Frame {
 
 impl Frame {
     /// Some frame around a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited", listing 3).
+    #[inline]
     #[must_use]
     pub fn from_normal(normal: DVec3) -> Self {
         let sign = 1.0f64.copysign(normal.z);
@@ -28,6 +29,7 @@ impl Frame {
     }
 
     /// The frame around a unit normal whose x axis is the given tangent, made orthogonal; some frame if they are parallel.
+    #[inline]
     #[must_use]
     pub fn from_normal_and_tangent(normal: DVec3, tangent: DVec3) -> Self {
         let x = tangent - normal * normal.dot(tangent);

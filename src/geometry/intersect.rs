@@ -115,6 +115,7 @@ impl Shape {
     ///
     /// The position is recomputed from the shape's parameters or projected onto the shape, so its error bound is that of the shape's
     /// coordinates. The normals are those of the front side, whichever side the ray comes from.
+    #[inline]
     #[must_use]
     pub fn point_at_hit(&self, ray: &Ray, hit: &Intersection) -> SurfacePoint {
         match self {

@@ -42,6 +42,7 @@ impl SurfacePoint {
     pub const NONE: u32 = u32::MAX;
 
     /// A point on a surface whose shading normal is the geometric one.
+    #[inline]
     #[must_use]
     pub fn on_surface(position: DVec3, error: f64, normal: DVec3) -> Self {
         Self {
@@ -95,19 +96,10 @@ impl SurfacePoint {
             return self.position;
         }
         let n = self.geometric_normal;
-        // A cube of half side `error` around the position extends this far along the normal.
-        let offset = self.error * n.abs().element_sum();
-        let origin = self.position + n * if n.dot(w) < 0.0 { -offset } else { offset };
-        // The sum is rounded; go one step further away in each coordinate that moved.
-        let away = |p: f64, o: f64| {
-            if o > p {
-                o.next_up()
-            } else if o < p {
-                o.next_down()
-            } else {
-                o
-            }
-        };
-        DVec3::new(away(self.position.x, origin.x), away(self.position.y, origin.y), away(self.position.z, origin.z))
+        // Rounding the sum moves each coordinate by half a unit in its last place at most.
+        let rounding = f64::EPSILON * (self.position.abs().max_element() + self.error);
+        // A cube of that half side around the position extends this far along the normal.
+        let offset = (self.error + rounding) * n.abs().element_sum();
+        self.position + n * offset.copysign(n.dot(w))
     }
 }

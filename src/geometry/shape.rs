@@ -82,6 +82,7 @@ pub(crate) fn interpolated(corners: [DVec2; 3], barycentric: DVec2) -> DVec2 {
 
 impl Triangle {
     /// Twice the area times the unit normal, from the two shortest edges: their cross product cancels least.
+    #[inline]
     #[must_use]
     pub fn cross(&self) -> DVec3 {
         let [a, b, c] = self.vertices;
@@ -97,6 +98,7 @@ impl Triangle {
     }
 
     /// The point with barycentric coordinates `1 - u - v, u, v` and the given normal, with its error bound.
+    #[inline(always)]
     #[must_use]
     pub fn point_at(&self, u: f64, v: f64, normal: DVec3) -> SurfacePoint {
         let [a, b, c] = self.vertices;
@@ -149,6 +151,7 @@ impl Quad {
     }
 
     /// The point with parameters u, v, with its error bound.
+    #[inline]
     #[must_use]
     pub fn point_at(&self, u: f64, v: f64) -> SurfacePoint {
         let (pu, pv) = (self.edge_u * u, self.edge_v * v);
@@ -184,6 +187,7 @@ impl Shape {
     }
 
     /// The point that the unit square's `u` maps to, uniform by area; primitive and surface ids are left to the caller.
+    #[inline]
     #[must_use]
     pub fn sample_area(&self, u: DVec2) -> SurfacePoint {
         match self {

@@ -4,7 +4,7 @@ use super::{StartDensity, Vertex};
 use crate::bsdf::Bsdf;
 use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
 use crate::geometry::{Place, SurfacePoint};
-use crate::math::Rgb;
+use crate::math::{PerArea, Rgb};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use glam::DVec2;
@@ -21,6 +21,19 @@ pub struct SampledEndpoint {
 }
 
 impl SampledEndpoint {
+    /// What was sampled on an endpoint that was chosen with probability `pmf`. Borrowed, because points are large and copied only where they stay.
+    #[inline(always)]
+    fn new(
+        sample: &Option<PointSample>,
+        light: Option<LightId>,
+        pmf: f64,
+        point_pdf: impl FnOnce(&SurfacePoint) -> PerArea,
+    ) -> Option<Self> {
+        let PointSample { point, pdf } = sample.as_ref()?;
+        let start = StartDensity { walk: point_pdf(point) * pmf, connection: *pdf * pmf };
+        if start.connection.value() > 0.0 { Some(Self { point: *point, light, start }) } else { None }
+    }
+
     /// The inverse of the density with which it was chosen.
     #[inline]
     #[must_use]
@@ -39,7 +52,7 @@ impl SampledEndpoint {
 /// Samples a point on a light to connect `receiver` to.
 ///
 /// `None` if there is no light, or if the one chosen has nothing to offer to the receiver.
-#[inline]
+#[inline(always)]
 pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(scene: &S, receiver: &SurfacePoint, sampler: &mut P) -> Option<SampledEndpoint> {
     // All numbers are drawn first, so that later dimensions do not depend on the outcome.
     let (u0, u1, u2) = (sampler.next_1d(), sampler.next_1d(), sampler.next_2d());
@@ -48,9 +61,8 @@ pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(scene: &S, receiver: &Surfa
     if !light.can_be_connected() {
         return None;
     }
-    let PointSample { point, pdf } = light.sample_from(receiver, u1, u2)?;
-    let start = StartDensity { walk: light.point_pdf(&point) * pmf, connection: pdf * pmf };
-    (start.connection.value() > 0.0).then_some(SampledEndpoint { point, light: Some(id), start })
+    let sample = light.sample_from(receiver, u1, u2);
+    SampledEndpoint::new(&sample, Some(id), pmf, |point| light.point_pdf(point))
 }
 
 /// The numbers that a point on the lens is sampled with; a lens that is a point needs none.
@@ -65,10 +77,9 @@ pub(super) fn lens_numbers<C: Camera + ?Sized, P: Sampler>(camera: &C, sampler: 
 }
 
 /// Samples a point on the lens to connect `receiver` to.
-#[inline]
+#[inline(always)]
 pub fn sample_lens<C: Camera + ?Sized, P: Sampler>(camera: &C, receiver: &SurfacePoint, sampler: &mut P) -> Option<SampledEndpoint> {
     let (u1, u2) = lens_numbers(camera, sampler);
-    let PointSample { point, pdf } = Endpoint::sample_from(camera, receiver, u1, u2)?;
-    let start = StartDensity { walk: camera.point_pdf(&point), connection: pdf };
-    (pdf.value() > 0.0).then_some(SampledEndpoint { point, light: None, start })
+    let sample = Endpoint::sample_from(camera, receiver, u1, u2);
+    SampledEndpoint::new(&sample, None, 1.0, |point| camera.point_pdf(point))
 }

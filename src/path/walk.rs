@@ -9,7 +9,7 @@ use crate::bsdf::Walk;
 use crate::bsdf::shading::ShadedBsdf;
 use crate::endpoint::{Camera, Endpoint, LightId};
 use crate::geometry::SurfacePoint;
-use crate::math::Rgb;
+use crate::math::{PerProjected, Rgb};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
@@ -122,7 +122,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     }
 
     /// Traces the ray. Returns the vertex that it meets: on a surface, or at infinity if a camera walk reaches an environment.
-    #[inline]
+    #[inline(always)]
     pub fn arrive(&mut self, counters: &mut Counters) -> Option<Vertex<S::Bsdf<'s>>> {
         counters.closest_rays += 1;
         let Some(point) = self.scene.intersect(&self.from, self.direction) else {
@@ -139,15 +139,21 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         Some(self.vertex(point, Some(bsdf), self.scene.light_at(&point)))
     }
 
-    #[inline]
+    #[inline(always)]
     fn vertex(&self, point: SurfacePoint, bsdf: Option<ShadedBsdf<S::Bsdf<'s>>>, light: Option<LightId>) -> Vertex<S::Bsdf<'s>> {
+        // Not by way of another vertex, which would be copied.
         Vertex {
             bsdf,
+            light,
             throughput: self.throughput,
             survival: self.survival,
-            geometry: Edge::along(&self.from, &point, self.direction).geometry,
             to_previous: -self.direction,
-            ..Vertex::endpoint(point, light, StartDensity::default())
+            pdf_next: PerProjected::ZERO,
+            pdf_back: PerProjected::ZERO,
+            geometry: Edge::along(&self.from, &point, self.direction).geometry,
+            dirac: false,
+            start: StartDensity::default(),
+            point,
         }
     }
 

@@ -148,6 +148,21 @@ impl Mesh {
     }
 }
 
+/// The fields of a [`SurfacePoint`] that vertex attributes replace.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shading {
+    pub normal: DVec3,
+    pub tangent: DVec3,
+    pub uv: DVec2,
+}
+
+impl Shading {
+    #[inline(always)]
+    pub fn of(x: &SurfacePoint) -> Self {
+        Self { normal: x.shading_normal, tangent: x.tangent, uv: x.uv }
+    }
+}
+
 impl Attributes {
     /// Whether shading normals differ from geometric ones.
     pub fn is_smooth(&self) -> bool {
@@ -160,27 +175,28 @@ impl Attributes {
         Some(self.indices.iter().map(|corners| corners.map(|i| uvs[i as usize])).collect())
     }
 
-    /// Replaces shading normal, texture coordinates and tangent of a point, whose uv are barycentric, on a triangle of this surface.
+    /// What the attributes make of a point of a triangle of this surface that is `flat` without them, its uv barycentric.
     ///
     /// A shading normal on the back of its triangle is negated, so that both normals always agree about the side.
-    pub fn apply(&self, triangle: usize, shape: &Shape, x: &mut SurfacePoint) {
-        let (Some(&indices), Shape::Triangle(shape)) = (self.indices.get(triangle), shape) else { return };
+    pub fn at(&self, triangle: usize, shape: &Shape, flat: Shading) -> Shading {
+        let (Some(&indices), Shape::Triangle(shape)) = (self.indices.get(triangle), shape) else { return flat };
         let [a, b, c] = indices.map(|i| i as usize);
-        let (u, v) = (x.uv.x, x.uv.y);
-        let w = 1.0 - u - v;
+        let mut x = flat;
         if let Some(n) = &self.normals {
-            let sum = n[a] * w + n[b] * u + n[c] * v;
-            let normal = sum.try_normalize().unwrap_or(x.geometric_normal);
-            x.shading_normal = if normal.dot(x.geometric_normal) < 0.0 { -normal } else { normal };
+            let (u, v) = (flat.uv.x, flat.uv.y);
+            let sum = n[a] * (1.0 - u - v) + n[b] * u + n[c] * v;
+            let normal = sum.try_normalize().unwrap_or(flat.normal);
+            x.normal = if normal.dot(flat.normal) < 0.0 { -normal } else { normal };
         }
         if let Some(uv) = &self.uvs {
-            x.uv = interpolated([uv[a], uv[b], uv[c]], x.uv);
+            x.uv = interpolated([uv[a], uv[b], uv[c]], flat.uv);
             let [p, q, r] = shape.vertices;
             let (d1, d2) = (uv[b] - uv[a], uv[c] - uv[a]);
             // Solves for dp/du; only its direction matters, so the determinant's sign is enough.
             let tangent = ((q - p) * d2.y - (r - p) * d1.y) * d1.perp_dot(d2).signum();
-            x.tangent = if d1.perp_dot(d2) != 0.0 && tangent.is_finite() { tangent } else { x.tangent };
+            x.tangent = if d1.perp_dot(d2) != 0.0 && tangent.is_finite() { tangent } else { flat.tangent };
         }
+        x
     }
 }
 
@@ -216,12 +232,12 @@ mod tests {
             let placed = mesh.place("thing", &DAffine3::from_scale(DVec3::new(mirror, 1.0, 1.0))).expect("valid");
             let (shape, attributes) = (&placed.triangles[0], placed.attributes.expect("given"));
             let ray = crate::geometry::Ray::new(DVec3::new(0.25 * mirror, 0.5, 1.0), -DVec3::Z);
-            let mut x = shape.point_at_hit(&ray, &shape.intersect(&ray).expect("aimed at it"));
-            attributes.apply(0, shape, &mut x);
-            assert_eq!(x.geometric_normal, DVec3::Z);
+            let flat = shape.point_at_hit(&ray, &shape.intersect(&ray).expect("aimed at it"));
+            assert_eq!(flat.geometric_normal, DVec3::Z);
+            let x = attributes.at(0, shape, Shading::of(&flat));
             assert_relative_eq!(x.uv, DVec2::new(0.3, 0.6), epsilon = 1e-15);
             assert_relative_eq!(x.tangent.normalize(), DVec3::X * mirror, epsilon = 1e-15);
-            assert!(x.shading_normal.x * mirror > 0.0 && x.shading_normal.is_normalized());
+            assert!(x.normal.x * mirror > 0.0 && x.normal.is_normalized());
         }
     }
 
@@ -237,9 +253,8 @@ mod tests {
         let (shape, attributes) = (&placed.triangles[0], placed.attributes.expect("given"));
         let Shape::Triangle(triangle) = shape else { unreachable!() };
         for (u, v, expected) in [(0.0, 0.0, DVec3::Z), (0.5, 0.0, DVec3::Z), (0.0, 1.0, DVec3::new(-0.6, 0.0, 0.8))] {
-            let mut x = triangle.point_at(u, v, DVec3::Z);
-            attributes.apply(0, shape, &mut x);
-            assert_relative_eq!(x.shading_normal, expected, epsilon = 1e-15);
+            let x = attributes.at(0, shape, Shading::of(&triangle.point_at(u, v, DVec3::Z)));
+            assert_relative_eq!(x.normal, expected, epsilon = 1e-15);
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::builder::{MaterialId, Surface, SurfaceId};
 use super::bvh::{Bvh, Ends, TreeStatistics, unit};
 use super::lights::{BoxedLight, Choice};
+use super::mesh::Shading;
 use super::scattering::{Scattering, SurfaceBsdf};
 use super::{Needs, Scene, SurfaceArea, Warning};
 use crate::bsdf::Lobes;
@@ -17,6 +18,8 @@ use glam::{DVec2, DVec3};
 pub struct World {
     bvh: Bvh,
     bounds: Bounds,
+    /// Of the bounds; zero if they are empty.
+    center: DVec3,
     materials: Vec<Scattering>,
     surfaces: Vec<Surface>,
     /// The surface of each primitive.
@@ -48,8 +51,23 @@ impl World {
             surface_of.resize(surface_of.len() + surface.primitives as usize, id as u32);
         }
         let needs = needs(&materials, &surfaces, &lights, environment, &bvh, &bounds);
+        let center = if bounds.is_empty() { DVec3::ZERO } else { bounds.center() };
         let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
-        Self { bvh, bounds, materials, surfaces, surface_of, lights, environment, light_choice, area_choice, total_area, needs, warnings }
+        Self {
+            bvh,
+            bounds,
+            center,
+            materials,
+            surfaces,
+            surface_of,
+            lights,
+            environment,
+            light_choice,
+            area_choice,
+            total_area,
+            needs,
+            warnings,
+        }
     }
 
     /// The box around all surfaces; empty if there is none.
@@ -147,25 +165,25 @@ impl World {
     }
 
     /// Gives a point of a shape what the scene knows about it.
-    fn complete(&self, primitive: u32, shape: &Shape, mut x: SurfacePoint) -> SurfacePoint {
-        x.primitive = primitive;
-        x.surface = self.surface_of[primitive as usize];
-        let surface = &self.surfaces[x.surface as usize];
+    #[inline(always)]
+    fn complete(&self, primitive: u32, shape: &Shape, x: SurfacePoint) -> SurfacePoint {
+        let id = self.surface_of[primitive as usize];
+        let surface = &self.surfaces[id as usize];
+        let mut shading = Shading::of(&x);
         if let Some(attributes) = &surface.attributes {
-            attributes.apply((primitive - surface.first_primitive) as usize, shape, &mut x);
+            shading = attributes.at((primitive - surface.first_primitive) as usize, shape, shading);
         }
-        x
+        // All fields at once, so that the point is made where it is needed.
+        SurfacePoint { primitive, surface: id, shading_normal: shading.normal, tangent: shading.tangent, uv: shading.uv, ..x }
     }
 
     /// The end of a segment at which to start the ray: the one closer to the scene's centre, whose rounding is the smaller one. So the
     /// answer does not depend on the order of the ends.
     fn starts_segment(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
-        let center = if self.bounds.is_empty() { DVec3::ZERO } else { self.bounds.center() };
-        let key = |x: &SurfacePoint| {
-            let p = x.position;
-            [(p - center).length_squared(), p.x, p.y, p.z, f64::from(x.primitive)]
-        };
-        key(a).partial_cmp(&key(b)) != Some(std::cmp::Ordering::Greater)
+        let distance = |x: &SurfacePoint| x.position.distance_squared(self.center);
+        let key = |x: &SurfacePoint| (x.position.to_array(), x.primitive);
+        let (to_a, to_b) = (distance(a), distance(b));
+        to_a < to_b || (to_a == to_b && key(a) <= key(b))
     }
 }
 
