@@ -108,6 +108,8 @@ impl Lobes {
     pub const DIRAC: Self = Self(16 | 32);
     /// All lobes that are functions, not Dirac distributions; vertices with one of them can be connected.
     pub const FINITE: Self = Self(1 | 2 | 4 | 8);
+    /// All glossy lobes.
+    pub const GLOSSY: Self = Self(4 | 8);
     /// All transmissive lobes.
     pub const TRANSMISSION: Self = Self(2 | 8 | 32);
     /// All reflective lobes.
@@ -191,6 +193,11 @@ pub trait Bsdf {
     fn eval_dirac(&self, _to_light: DVec3, _to_camera: DVec3) -> DiracValue {
         DiracValue::default()
     }
+
+    /// Whether it matters how the local frame is turned around the normal. If so, x follows the surface's tangent, else any frame will do.
+    fn is_anisotropic(&self) -> bool {
+        true
+    }
 }
 
 impl<B: Bsdf + ?Sized> Bsdf for &B {
@@ -208,6 +215,9 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
     }
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         (**self).eval_dirac(to_light, to_camera)
+    }
+    fn is_anisotropic(&self) -> bool {
+        (**self).is_anisotropic()
     }
 }
 

@@ -89,6 +89,12 @@ impl Bsdf for SimpleModel {
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         dispatch!(self, bsdf => bsdf.eval_dirac(to_light, to_camera), black => DiracValue::default())
     }
+
+    /// Roughness alone has directions.
+    #[inline]
+    fn is_anisotropic(&self) -> bool {
+        self.lobes().intersects(Lobes::GLOSSY)
+    }
 }
 
 impl Bsdf for Model {
@@ -135,6 +141,11 @@ impl Bsdf for Model {
             Self::Tinted(bsdf) => bsdf.eval_dirac(to_light, to_camera),
             Self::Mixture(bsdf) => bsdf.eval_dirac(to_light, to_camera),
         }
+    }
+
+    #[inline]
+    fn is_anisotropic(&self) -> bool {
+        self.lobes().intersects(Lobes::GLOSSY)
     }
 }
 

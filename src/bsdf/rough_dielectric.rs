@@ -60,7 +60,7 @@ impl RoughDielectric {
 impl Bsdf for RoughDielectric {
     #[inline]
     fn lobes(&self) -> Lobes {
-        if self.dirac { self.interface.lobes() } else { Lobes::GLOSSY_REFLECTION | Lobes::GLOSSY_TRANSMISSION }
+        if self.dirac { self.interface.lobes() } else { Lobes::GLOSSY }
     }
 
     #[inline]

@@ -32,7 +32,7 @@ impl<B: Bsdf> ShadedBsdf<B> {
     #[inline(always)]
     #[must_use]
     pub fn new(bsdf: B, point: &SurfacePoint) -> Self {
-        let frame = if point.tangent == DVec3::ZERO {
+        let frame = if point.tangent == DVec3::ZERO || !bsdf.is_anisotropic() {
             Frame::from_normal(point.shading_normal)
         } else {
             Frame::from_normal_and_tangent(point.shading_normal, point.tangent)

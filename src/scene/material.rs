@@ -143,7 +143,7 @@ impl Material {
     pub fn model(&self) -> Result<Model, BsdfError> {
         Ok(match self.scattering()? {
             Scattering::Uniform(model) => model,
-            Scattering::Varying(sides) => sides[0].at(DVec2::ZERO),
+            Scattering::Varying(sides) => sides.stacks[0].at(DVec2::ZERO),
         })
     }
 

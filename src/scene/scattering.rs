@@ -13,7 +13,15 @@ pub(crate) enum Scattering {
     /// The same everywhere and on both sides.
     Uniform(Model),
     /// What is seen from the front and from the back. Both transmit the same, or nothing.
-    Varying(Box<[Stack; 2]>),
+    Varying(Box<Sides>),
+}
+
+/// The front and the back of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Sides {
+    pub stacks: [Stack; 2],
+    /// Of both, anywhere.
+    lobes: Lobes,
 }
 
 /// One or two layers that are mixed.
@@ -136,14 +144,16 @@ impl Scattering {
         if front == back && front.is_uniform() {
             return Self::Uniform(front.at(DVec2::ZERO));
         }
-        Self::Varying(Box::new([front, back]))
+        let lobes = front.lobes() | back.lobes();
+        Self::Varying(Box::new(Sides { stacks: [front, back], lobes }))
     }
 
     /// The lobes of both sides, anywhere.
+    #[inline]
     pub fn lobes(&self) -> Lobes {
         match self {
             Self::Uniform(model) => model.lobes(),
-            Self::Varying(sides) => sides[0].lobes() | sides[1].lobes(),
+            Self::Varying(sides) => sides.lobes,
         }
     }
 
@@ -151,7 +161,7 @@ impl Scattering {
     pub fn is_textured(&self) -> bool {
         match self {
             Self::Uniform(_) => false,
-            Self::Varying(sides) => !sides.iter().all(Stack::is_uniform),
+            Self::Varying(sides) => !sides.stacks.iter().all(Stack::is_uniform),
         }
     }
 }
@@ -173,7 +183,7 @@ impl<'a> SurfaceBsdf<'a> {
     pub fn model(&self, front: bool) -> Model {
         match self.scattering {
             Scattering::Uniform(model) => *model,
-            Scattering::Varying(sides) => sides[usize::from(!front)].at(self.uv),
+            Scattering::Varying(sides) => sides.stacks[usize::from(!front)].at(self.uv),
         }
     }
 
@@ -211,6 +221,11 @@ impl Bsdf for SurfaceBsdf<'_> {
     #[inline]
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         self.ask(to_camera, |model| model.eval_dirac(to_light, to_camera))
+    }
+
+    #[inline]
+    fn is_anisotropic(&self) -> bool {
+        self.lobes().intersects(Lobes::GLOSSY)
     }
 }
 

@@ -324,7 +324,7 @@ fn needs(
         | when(any_light(&|light| light.can_illuminate(bounds)), Needs::ILLUMINATION)
         | when(!convex, Needs::INTERREFLECTION)
         | when(lobes.intersects(Lobes::FINITE), Needs::FINITE_LOBES)
-        | when(lobes.intersects(Lobes::GLOSSY_REFLECTION | Lobes::GLOSSY_TRANSMISSION), Needs::GLOSSY_LOBES)
+        | when(lobes.intersects(Lobes::GLOSSY), Needs::GLOSSY_LOBES)
         | when(lobes.intersects(Lobes::DIRAC), Needs::DIRAC_LOBES)
         | when(lobes.intersects(Lobes::TRANSMISSION), Needs::TRANSMISSION)
         | when(environment.is_some(), Needs::ENVIRONMENT)
