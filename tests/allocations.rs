@@ -71,7 +71,7 @@ fn memory_per_pixel_does_not_grow() {
         let scene = gallery::build("cornell-box", UVec2::splat(side)).expect("a scene of the gallery");
         let settings = Settings { budget: Budget::Samples(samples), threads: Some(1), ..Settings::default() };
         let integrator = Bidirectional::up_to(1);
-        let mut draw = || render(&scene.world, &*scene.camera, &integrator, &settings, &mut unattended).expect("valid settings");
+        let draw = || render(&scene.world, &*scene.camera, &integrator, &settings, &mut unattended).expect("valid settings");
         allocation_counter::measure(|| drop(draw())).bytes_max as f64
     };
     for (small, large) in [(128, 256), (256, 1024)] {

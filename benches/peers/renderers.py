@@ -82,6 +82,7 @@ class Mitsuba:
 
     def __init__(self, task, variant, integrator="path", sampler="independent"):
         mi.set_variant(variant)
+        mi.set_log_level(mi.LogLevel.Error)  # of this variant: no progress bars
         self.variant, self.sampler = variant, sampler
         self.scene = mi.load_file(str(task.scene), sampler=sampler, **task.parameters)
         # Roulette starts at the same scattering event as here; a depth is an edge.
