@@ -30,7 +30,13 @@ fn large_quad_light() {
 fn large_quad_light_by_uniform_area_sampling() {
     let world = apart(grey());
     let team = Team::new(Depth::up_to(2)).path().uniform();
-    assert_agree("large quad light, uniform area", &world, &camera(), &team.named(), &Comparison { target: 0.0015, ..Comparison::default() });
+    assert_agree(
+        "large quad light, uniform area",
+        &world,
+        &camera(),
+        &team.named(),
+        &Comparison { target: 0.0015, ..Comparison::default() },
+    );
 }
 
 #[test]
