@@ -12,8 +12,11 @@ mod common;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 use common::{AnyIntegrator, FileOptions, FilterName, NamedScene, SamplerName};
+use cpu_time::ProcessTime;
 use pathspace::glam::UVec2;
+use pathspace::integrator::Depth;
 use pathspace::math::Rgb;
+use pathspace::path::Roulette;
 use pathspace::render::{Budget, Rendering, Settings};
 use std::error::Error;
 use std::path::PathBuf;
@@ -53,6 +56,9 @@ struct Arguments {
     /// Leave out paths with fewer scattering events
     #[arg(long, default_value_t = 0)]
     min_bounces: u32,
+    /// Let walks end by absorption, escape and --max-bounces only
+    #[arg(long)]
+    no_roulette: bool,
     /// Image size in pixels; Mitsuba files bring their own
     #[arg(long, default_value = "256x256", value_parser = common::parse_size, value_name = "WxH")]
     size: UVec2,
@@ -120,9 +126,13 @@ fn run(arguments: &Arguments, scene: &NamedScene, max_bounces: Option<u32>) -> R
         filter: arguments.filter.map_or(scene.filter, Into::into),
         sampler: arguments.sampler.into(),
     };
-    let integrator = arguments.integrator.build(arguments.min_bounces, max_bounces);
+    let depth = Depth { min_bounces: arguments.min_bounces, max_bounces };
+    let roulette = if arguments.no_roulette { Roulette::NEVER } else { Roulette::default() };
+    let integrator = arguments.integrator.build(depth, roulette);
     let bar = common::progress_bar(name);
+    let clock = ProcessTime::now();
     let rendering = integrator.render(&scene.world, &*scene.camera.0, &settings, &mut |progress| common::show(&bar, progress))?;
+    let processors = clock.elapsed();
     bar.finish_and_clear();
     let mut file = rendering.to_file();
     file.exposure = arguments.exposure;
@@ -131,12 +141,12 @@ fn run(arguments: &Arguments, scene: &NamedScene, max_bounces: Option<u32>) -> R
     file.metadata.extend(entries.map(|(key, value)| (key.to_owned(), value)));
     file.save(&out)?;
 
-    print_summary(&rendering, scene);
+    print_summary(&rendering, processors, scene);
     println!("image       {}", out.display());
     Ok(())
 }
 
-fn print_summary(rendering: &Rendering, scene: &NamedScene) {
+fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene) {
     let counters = &rendering.counters;
     let seconds = rendering.wall.as_secs_f64();
     println!("scene       {}: {}", scene.name, scene.description);
@@ -149,7 +159,7 @@ fn print_summary(rendering: &Rendering, scene: &NamedScene) {
     if let Some(error) = rendering.estimated_error {
         println!("error       relMSE {error:.3e}, estimated");
     }
-    println!("time        {seconds:.3} s on the wall, {:.3} s in all threads", rendering.thread_time.as_secs_f64());
+    println!("time        {seconds:.3} s on the wall, {:.3} s of processors", processors.as_secs_f64());
     println!("rays        {} ({:.2} million per second)", counters.rays(), counters.rays() as f64 / seconds.max(1e-9) / 1e6);
     println!("mean        {}", rgb(rendering.image.mean()));
     let ledger = &counters.ledger;

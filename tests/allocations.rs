@@ -7,11 +7,13 @@ mod worlds;
 use common::Random;
 use pathspace::endpoint::Camera;
 use pathspace::film::{Contribution, Sink};
+use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Integrator, LightTracer, PathTracer, UniformArea};
 use pathspace::math::Rgb;
 use pathspace::path::Scratch;
+use pathspace::render::{Budget, Settings, render, unattended};
 use pathspace::sampler::{SampleSource, SamplerKind};
-use pathspace::scene::World;
+use pathspace::scene::{World, gallery};
 use worlds::{Result, TestScene};
 
 const SAMPLES: u32 = 2000;
@@ -60,6 +62,24 @@ fn samples_allocate_nothing() -> Result {
         count(&scene, &Bidirectional::default());
     }
     Ok(())
+}
+
+/// The film and, at the end, the image: 24 bytes each, whatever their size and the number of samples. `docs/performance.md` states it.
+#[test]
+fn memory_per_pixel_does_not_grow() {
+    let most = |side: u32, samples: u32| {
+        let scene = gallery::build("cornell-box", UVec2::splat(side)).expect("a scene of the gallery");
+        let settings = Settings { budget: Budget::Samples(samples), threads: Some(1), ..Settings::default() };
+        let integrator = Bidirectional::up_to(1);
+        let draw = || render(&scene.world, &*scene.camera, &integrator, &settings, &mut unattended).expect("valid settings");
+        allocation_counter::measure(|| drop(draw())).bytes_max as f64
+    };
+    for (small, large) in [(128, 256), (256, 1024)] {
+        let per_pixel = (most(large, 1) - most(small, 1)) / f64::from(large * large - small * small);
+        assert!((per_pixel - 48.0).abs() < 1.0, "{per_pixel} bytes per pixel from {small} to {large}");
+    }
+    // Chunks of other samples may have recorded more.
+    assert!((most(128, 8) / most(128, 2) - 1.0).abs() < 0.02);
 }
 
 /// The counter itself sees allocations.

@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use pathspace::integrator::{Adaptive, Bidirectional, Depth, Integrator, LightTracer, PathTracer, UniformArea};
-use pathspace::path::TechniqueSet;
+use pathspace::path::{Roulette, TechniqueSet};
 use pathspace::report::{Contestant, Everything, Method};
 use pathspace::scene::gallery::Claims;
 use pathspace::scene::{WithNeeds, World};
@@ -37,26 +37,26 @@ impl AnyIntegrator {
         }
     }
 
-    /// The integrator itself, over paths with `min_bounces` to `max_bounces` scattering events.
-    pub fn build(self, min_bounces: u32, max_bounces: Option<u32>) -> Box<dyn Method<World>> {
-        self.build_with(Depth { min_bounces, max_bounces }, false)
+    /// The integrator itself.
+    pub fn build(self, depth: Depth, roulette: Roulette) -> Box<dyn Method<World>> {
+        self.build_with(depth, roulette, false)
     }
 
     /// The integrator, and the same leaving nothing out.
     pub fn build_both(self, max_bounces: Option<u32>) -> [Box<dyn Method<World>>; 2] {
-        [false, true].map(|everything| self.build_with(Depth { min_bounces: 0, max_bounces }, everything))
+        [false, true].map(|everything| self.build_with(Depth { min_bounces: 0, max_bounces }, Roulette::default(), everything))
     }
 
-    fn build_with(self, depth: Depth, everything: bool) -> Box<dyn Method<World>> {
+    fn build_with(self, depth: Depth, roulette: Roulette, everything: bool) -> Box<dyn Method<World>> {
         match self {
-            Self::PathTracing => boxed(PathTracer { depth, ..PathTracer::default() }, everything),
-            Self::LightTracing => boxed(LightTracer { depth, ..LightTracer::default() }, everything),
-            Self::UniformArea => boxed(UniformArea { depth, ..UniformArea::default() }, everything),
-            Self::Bidirectional => boxed(Bidirectional { depth, ..Bidirectional::default() }, everything),
+            Self::PathTracing => boxed(PathTracer { depth, roulette, ..PathTracer::default() }, everything),
+            Self::LightTracing => boxed(LightTracer { depth, roulette }, everything),
+            Self::UniformArea => boxed(UniformArea { depth, roulette }, everything),
+            Self::Bidirectional => boxed(Bidirectional { depth, roulette, ..Bidirectional::default() }, everything),
             Self::Adaptive => {
                 // All techniques are what nothing is left out of by a pilot.
                 let techniques = everything.then_some(TechniqueSet::BIDIRECTIONAL);
-                boxed(Adaptive { depth, techniques, ..Adaptive::default() }, everything)
+                boxed(Adaptive { depth, roulette, techniques, ..Adaptive::default() }, everything)
             }
         }
     }

@@ -1,4 +1,4 @@
-//! One pass over the window: chunks in parallel, merged in order.
+//! One pass over the window: threads take chunks as they come, and what was recorded is merged in the order of their numbers.
 
 use super::settings::Threads;
 use crate::endpoint::Camera;
@@ -7,7 +7,10 @@ use crate::integrator::Integrator;
 use crate::path::{Counters, Scratch};
 use crate::sampler::SampleSource;
 use crate::scene::Scene;
+use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Everything that the samples of a rendering share.
@@ -27,25 +30,46 @@ struct Slot {
     time: Duration,
 }
 
-/// The partition of a pass and the memory of the chunks that are under way at the same time.
+/// The partition of a pass, and the memory of chunks, which is used again.
 pub(super) struct Chunks {
     pixels: u32,
     /// Pixels per chunk: a function of the window alone, because the grouping of sums depends on it.
     length: u32,
-    slots: Vec<Slot>,
+    free: Vec<Slot>,
+}
+
+/// What all threads of a pass share: chunks that are done wait until it is their turn. No thread waits for another, so that a slow chunk costs
+/// memory for those behind it, but no time.
+struct Merge<'m> {
+    free: &'m mut Vec<Slot>,
+    /// Done before their turn, by their numbers.
+    early: BTreeMap<u32, Slot>,
+    /// The number of the next chunk to merge.
+    turn: u32,
+    film: &'m mut Film,
+    counters: &'m mut Counters,
+    time: Duration,
+}
+
+impl Merge<'_> {
+    /// Takes what a chunk recorded, and merges all whose turn has come.
+    fn take(&mut self, number: u32, slot: Slot) {
+        self.early.insert(number, slot);
+        while let Some(slot) = self.early.remove(&self.turn) {
+            self.film.merge(&slot.film);
+            *self.counters += slot.counters;
+            self.time += slot.time;
+            self.free.push(slot);
+            self.turn += 1;
+        }
+    }
 }
 
 impl Chunks {
-    /// Enough chunks at a time that threads rarely wait for the last one, few enough that the memory of recorded contributions stays small.
-    const PER_THREAD: usize = 16;
-
-    pub fn new(region: FilmRegion, threads: usize) -> Self {
+    pub fn new(region: FilmRegion) -> Self {
         let pixels = region.pixels();
         // Small windows are cut finer so that they keep all threads busy.
-        let length = pixels.div_ceil(64).clamp(16, 256);
-        let count = (threads.saturating_mul(Self::PER_THREAD)).min(1024).min(pixels.div_ceil(length) as usize);
-        let slot = || Slot { film: ChunkFilm::new(region), counters: Counters::default(), time: Duration::ZERO };
-        Self { pixels, length, slots: std::iter::repeat_with(slot).take(count).collect() }
+        Self { pixels, length: pixels.div_ceil(64).clamp(16, 256), free: Vec::new() }
     }
 
     /// Renders one sample per pixel; returns the time that all threads together spent on it.
@@ -57,27 +81,32 @@ impl Chunks {
         film: &mut Film,
         counters: &mut Counters,
     ) -> Duration {
-        let mut time = Duration::ZERO;
-        let mut start = 0;
-        while start < self.pixels {
-            let remaining = (self.pixels - start).div_ceil(self.length) as usize;
-            let group = self.slots.len().min(remaining);
-            let slots = &mut self.slots[..group];
-            for_each_slot(threads, slots, |scratch, i, slot| {
-                let first = start + i as u32 * self.length;
+        let Self { pixels, length, free } = self;
+        let (pixels, length, next) = (*pixels, *length, AtomicU32::new(0));
+        let merge = Mutex::new(Merge { free, early: BTreeMap::new(), turn: 0, film, counters, time: Duration::ZERO });
+        threads.for_each(threads.count(), &|_| {
+            let mut scratch = Scratch::default();
+            loop {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                if number >= pixels.div_ceil(length) {
+                    break;
+                }
+                let free = lock(&merge).free.pop();
+                let mut slot =
+                    free.unwrap_or_else(|| Slot { film: ChunkFilm::new(job.region), counters: Counters::default(), time: Duration::ZERO });
+                let first = number * length;
                 // Written this way round, the end cannot overflow.
-                job.render_chunk(first..first + self.length.min(self.pixels - first), pass, scratch, slot);
-            });
-            for slot in slots {
-                film.merge(&slot.film);
-                *counters += slot.counters;
-                time += slot.time;
+                job.render_chunk(first..first + length.min(pixels - first), pass, &mut scratch, &mut slot);
+                lock(&merge).take(number, slot);
             }
-            let done = group as u64 * u64::from(self.length);
-            start = (u64::from(start) + done).min(u64::from(self.pixels)) as u32;
-        }
-        time
+        });
+        lock(&merge).time
     }
+}
+
+/// A thread that panicked ends the rendering anyway.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S> + ?Sized> Job<'a, N, S, C, I> {
@@ -95,28 +124,4 @@ impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S
         slot.counters.non_finite += slot.film.non_finite().count();
         slot.time = start.elapsed();
     }
-}
-
-/// Calls `work` for every slot and its number, on the given threads. Scratch memory is shared between successive slots.
-fn for_each_slot<'s, S: Scene + ?Sized + 's>(
-    threads: &Threads,
-    slots: &mut [Slot],
-    work: impl Fn(&mut Scratch<'s, S>, usize, &mut Slot) + Sync,
-) {
-    match threads {
-        Threads::Caller => {
-            let mut scratch = Scratch::default();
-            slots.iter_mut().enumerate().for_each(|(i, slot)| work(&mut scratch, i, slot));
-        }
-        #[cfg(feature = "parallel")]
-        Threads::Current => for_each_slot_in_parallel(slots, work),
-        #[cfg(feature = "parallel")]
-        Threads::Own(pool) => pool.install(|| for_each_slot_in_parallel(slots, &work)),
-    }
-}
-
-#[cfg(feature = "parallel")]
-fn for_each_slot_in_parallel<'s, S: Scene + ?Sized + 's>(slots: &mut [Slot], work: impl Fn(&mut Scratch<'s, S>, usize, &mut Slot) + Sync) {
-    use rayon::prelude::*;
-    slots.par_iter_mut().enumerate().for_each_init(Scratch::default, |scratch, (i, slot)| work(scratch, i, slot));
 }

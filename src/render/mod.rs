@@ -179,7 +179,7 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
     }
     let integrator = adapted.as_ref().map_or(integrator, |adapted| &adapted.integrator);
     let job = Job { source, scene, camera, integrator, kernel, region };
-    let mut chunks = Chunks::new(region, threads.count());
+    let mut chunks = Chunks::new(region);
     let mut watch = settings.target_error.map(Watch::new);
     let (mut passes, mut thread_time, mut stopped) = (0, Duration::from_nanos(pilot_time.into_inner()), false);
     loop {

@@ -1,7 +1,7 @@
 //! Which integrators take part in a comparison.
 
 use crate::compare::{Comparison, Named, assert_agree};
-use crate::rooms::{Room, camera, lambert};
+use crate::rooms::{Room, camera, lambert, v};
 use glam::DVec2;
 use pathspace::endpoint::{EnvironmentMap, Lookup};
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, PathTracing, UniformArea};
@@ -120,5 +120,14 @@ pub fn sky(lookup: Lookup) -> EnvironmentMap {
 pub fn lit_room() -> World {
     let mut room = Room::closed_above(grey());
     room.lamp(0.5, 4.0);
+    room.build()
+}
+
+/// Two faces and a lamp that do not touch, so that 1/r² of a connection has a finite variance.
+pub fn apart(floor: Material) -> World {
+    let mut room = Room::default();
+    room.quad(v(-1.0, -1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), floor.clone());
+    room.quad(v(-0.8, 1.2, 0.4), v(1.6, 0.0, 0.0), v(0.1, 0.2, 1.2), floor);
+    room.lamp(0.9, 2.0);
     room.build()
 }

@@ -1,13 +1,13 @@
 //! Depth, roulette, and sets of techniques.
 
 use crate::compare::{self, Comparison, Named, assert_agree, measure};
-use crate::rooms::{Room, camera, v};
-use crate::team::{Team, grey, lit_room, metal};
+use crate::rooms::camera;
+use crate::team::{Team, apart, grey, lit_room, metal};
 use pathspace::film::Technique;
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
 use pathspace::path::{Roulette, Survival, TechniqueSet};
 use pathspace::render::Render;
-use pathspace::scene::{Material, World};
+use pathspace::scene::World;
 
 /// The images of exactly 0, 1, 2 and 3 bounces sum to that of up to 3, for each integrator.
 #[test]
@@ -57,15 +57,6 @@ fn roulette_replaces_a_deep_limit() {
     assert_agree("roulette", &world, &camera(), &team.named(), &Comparison { target: 0.0025, ..Comparison::default() });
 }
 
-fn technique_world(floor: Material) -> World {
-    let mut room = Room::default();
-    // Surfaces do not touch, so that 1/r² of a connection has a finite variance.
-    room.quad(v(-1.0, -1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), floor.clone());
-    room.quad(v(-0.8, 1.2, 0.4), v(1.6, 0.0, 0.0), v(0.1, 0.2, 1.2), floor);
-    room.lamp(0.9, 2.0);
-    room.build()
-}
-
 /// Every (s, t) alone and unweighted has the mean of path tracing at this path length.
 fn techniques_alone(case: &str, world: &World, bounces: u32, comparison: &Comparison) {
     let depth = Depth::exactly(bounces);
@@ -83,35 +74,29 @@ fn techniques_alone(case: &str, world: &World, bounces: u32, comparison: &Compar
 
 #[test]
 fn each_technique_alone() {
-    let world = technique_world(grey());
-    techniques_alone("Lambert", &world, 1, &Comparison::default());
-    techniques_alone("Lambert", &world, 2, &Comparison { target: 0.005, ..Comparison::default() });
+    techniques_alone("Lambert", &apart(grey()), 1, &Comparison::default());
 }
 
 #[test]
 fn each_technique_alone_on_metal() {
-    let world = technique_world(metal(0.3, 0.3));
+    let world = apart(metal(0.5, 0.5));
     techniques_alone("metal", &world, 1, &Comparison { target: 0.003, ..Comparison::default() });
     techniques_alone("metal", &world, 2, &Comparison { target: 0.006, ..Comparison::default() });
 }
 
 #[test]
 #[ignore = "the same with longer paths"]
-fn each_technique_alone_with_three_bounces() {
-    for material in [grey(), metal(0.3, 0.3)] {
-        techniques_alone(
-            "three bounces",
-            &technique_world(material),
-            3,
-            &Comparison { target: 0.006, most: 20_000, ..Comparison::default() },
-        );
+fn each_technique_alone_on_longer_paths() {
+    techniques_alone("Lambert", &apart(grey()), 2, &Comparison { target: 0.005, ..Comparison::default() });
+    for material in [grey(), metal(0.5, 0.5)] {
+        techniques_alone("three bounces", &apart(material), 3, &Comparison { target: 0.006, most: 20_000, ..Comparison::default() });
     }
 }
 
 /// Removing any one technique leaves the mean: the weights of the others fill the gap.
 #[test]
 fn without_any_one_technique() {
-    let world = technique_world(metal(0.3, 0.3));
+    let world = apart(metal(0.5, 0.5));
     for bounces in 1..=2u16 {
         let depth = Depth::exactly(u32::from(bounces));
         let without = |s| {

@@ -8,7 +8,7 @@
 //!   1.5 % fails nearly always and one of 1 % more often than not; noisier tests state their target;
 //! * blocks: the p-value of Welch's t test is at least Šidák's level for a significance of 1e-4 over all blocks and channels.
 //!
-//! Within an image, samples are Sobol' points, powers of two, which need fewer of them; images of different seeds are independent, which is what the errors
+//! Within an image, samples are Sobol' points, which need fewer of them; images of different seeds are independent, which is what the errors
 //! rest on. The number of samples is found in earlier rounds with seeds of their own, so it does not depend on the compared images.
 
 use pathspace::endpoint::Camera;
@@ -22,7 +22,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// Independent images per integrator.
 const SEEDS: u64 = 24;
 /// Samples per pixel of the first images; they only decide how many are needed.
-const PILOT_SAMPLES: u32 = 32;
+const PILOT_SAMPLES: u32 = 16;
 
 /// An integrator with the name that messages call it by.
 pub type Named<'a> = (&'a str, &'a dyn Render<World>);
@@ -134,9 +134,14 @@ pub fn measure(world: &World, camera: &dyn Camera, integrator: Named<'_>, compar
             return measured;
         }
         // The error of a standard error from 24 images is 15 %.
-        samples = ((1.25 * excess * excess * f64::from(samples)).ceil() as u32).next_power_of_two().min(comparison.most);
+        samples = round_up((1.25 * excess * excess * f64::from(samples)).ceil() as u32).min(comparison.most);
     }
     unreachable!("the last round returns")
+}
+
+/// The next number with three binary digits: Sobol' points of that many are about as good as of a power of two, and it is nearer.
+fn round_up(samples: u32) -> u32 {
+    samples.next_multiple_of((samples.next_power_of_two() / 8).max(1))
 }
 
 impl Measured {
