@@ -188,6 +188,14 @@ fn take(bits: &mut u64) -> usize {
     lane
 }
 
+/// Takes the highest lane out of a set of bits.
+#[inline(always)]
+fn take_last(bits: &mut u64) -> usize {
+    let lane = 63 - bits.leading_zeros() as usize;
+    *bits ^= 1 << lane;
+    lane
+}
+
 impl Wide {
     /// Asks for what a ray will visit later.
     #[inline(always)]
@@ -333,7 +341,7 @@ impl Wide {
                         length = spill(&stack[..length], &mut heap);
                     }
                     while hits != 0 {
-                        let other = node.child(take(&mut hits) % WIDTH);
+                        let other = node.child(take_last(&mut hits) % WIDTH);
                         self.prefetch(simd, other);
                         stack[length % STACK] = other.0;
                         length += 1;

@@ -193,6 +193,8 @@ impl Wide {
                 forest(tree, &costs, first, left, &mut children);
                 forest(tree, &costs, first + 1, WIDTH - left, &mut children);
             }
+            // What is likely to be in the way of a shadow ray first: leaves, then large boxes.
+            children.sort_by_key(|&child| (!is_leaf(child), std::cmp::Reverse(tree[child as usize].aabb().half_area().to_bits())));
             let nothing = Line([[f32::INFINITY.to_bits(); WIDTH], [f32::NEG_INFINITY.to_bits(); WIDTH]]);
             wide.lines.extend([nothing, nothing, nothing, Line([[0; WIDTH]; 2])]);
             wide.nodes += 1;
