@@ -23,8 +23,6 @@ use std::process::ExitCode;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-const SETS: [&str; 6] = ["primary", "bounce1", "bounce3", "uniform", "shadow1", "shadow3"];
-
 /// Measures the ray kernel on meshes and rays from files, in million rays per second of processor time.
 #[derive(Parser, Debug)]
 struct Options {
@@ -33,6 +31,9 @@ struct Options {
     /// Names of meshes, separated by commas
     #[arg(long, value_delimiter = ',', default_value = "small,large,room")]
     scenes: Vec<String>,
+    /// Names of sets of rays, separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "primary,bounce1,bounce3,uniform,shadow1,shadow3")]
+    sets: Vec<String>,
     /// Passes over all rays, of which the fastest counts
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
     passes: u32,
@@ -66,7 +67,7 @@ fn run(options: &Options) -> Result<()> {
         let (build, set) = (tree.build_time.as_secs_f64(), tree.instruction_set);
         print!("{scene:6} build {build:.2} s, {share:.0} bytes per triangle, {set} |");
         let mut differences = String::new();
-        for set in SETS {
+        for set in &options.sets {
             let rays = rays(&directory.join(format!("{scene}_{set}.rays")), step)?;
             let rate = |seconds: f64| rays.len() as f64 / seconds / 1e6;
             let blocked = |r: &Ray| !world.is_clear(r.origin, r.direction, r.length);

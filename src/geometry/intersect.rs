@@ -48,17 +48,13 @@ impl Ray {
     #[inline]
     #[must_use]
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
-        let size = direction.abs();
-        let largest = if size.x > size.y {
-            if size.x > size.z { 0 } else { 2 }
-        } else if size.y > size.z {
-            1
-        } else {
-            2
-        };
-        let d = rotated(direction, largest);
-        let scale = 1.0 / d.z;
-        Self { origin, direction, largest, shear: DVec3::new(d.x * scale, d.y * scale, scale) }
+        let DVec3 { x, y, z } = direction.abs();
+        // Without branches, which rays of no order would make the processor guess.
+        let largest = 2 - 2 * u8::from((x > y) & (x > z)) - u8::from((x <= y) & (y > z));
+        let [i, j, k] = AXES[usize::from(largest) % 3];
+        let d = direction.to_array();
+        let scale = 1.0 / d[k];
+        Self { origin, direction, largest, shear: DVec3::new(d[i] * scale, d[j] * scale, scale) }
     }
 
     /// The point at distance `t`.
@@ -72,10 +68,33 @@ impl Ray {
     /// vertex see it at the same place.
     #[inline]
     fn sheared(&self, p: DVec3) -> DVec3 {
-        let p = rotated(p - self.origin, self.largest);
+        self.shear(rotated(p - self.origin, self.largest))
+    }
+
+    #[inline(always)]
+    fn shear(&self, p: DVec3) -> DVec3 {
         DVec3::new(p.x - self.shear.x * p.z, p.y - self.shear.y * p.z, self.shear.z * p.z)
     }
+
+    /// All axes in cyclic order, that of the largest component of the direction last.
+    #[inline(always)]
+    pub(crate) fn axes(&self) -> [usize; 3] {
+        AXES[usize::from(self.largest) % 3]
+    }
+
+    /// Where the ray meets a triangle, whose corners have their coordinates along [`Self::axes`]: bit by bit what [`Triangle::intersect`]
+    /// finds, without a branch by axis.
+    #[inline(always)]
+    pub(crate) fn meet(&self, [a, b, c]: [DVec3; 3]) -> Option<Intersection> {
+        let [i, j, k] = self.axes();
+        let o = self.origin.to_array();
+        let o = DVec3::new(o[i], o[j], o[k]);
+        meet_sheared(self.shear(a - o), self.shear(b - o), self.shear(c - o))
+    }
 }
+
+/// All axes in cyclic order, by the last one.
+const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 /// The components in cyclic order with that of the given axis last. A branch that is the same for a whole ray is cheaper than indexing.
 #[inline]
@@ -138,7 +157,12 @@ impl Shape {
 #[inline(always)]
 fn intersect_corners(ray: &Ray, corners: [DVec3; 3]) -> Option<Intersection> {
     // Not `map`, which does not get inlined here.
-    let [a, b, c] = [ray.sheared(corners[0]), ray.sheared(corners[1]), ray.sheared(corners[2])];
+    meet_sheared(ray.sheared(corners[0]), ray.sheared(corners[1]), ray.sheared(corners[2]))
+}
+
+/// The same for corners in the ray's coordinates.
+#[inline(always)]
+fn meet_sheared(a: DVec3, b: DVec3, c: DVec3) -> Option<Intersection> {
     let u = c.x * b.y - c.y * b.x;
     let v = a.x * c.y - a.y * c.x;
     let w = b.x * a.y - b.y * a.x;

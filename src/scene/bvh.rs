@@ -1,10 +1,14 @@
 //! The acceleration structure: [`binary`] builds a tree over padded f32 boxes, [`Wide`] makes nodes of eight boxes and blocks of four
 //! triangles of it, and exact f64 tests decide what is hit.
 //!
-//! Boxes and blocks live in a space of their own, `(p - center) / extent`, in which the scene fills [-1, 1]³. So neither the scene's scale nor
-//! its distance from the origin reaches the f32 numbers. A ray from outside is first moved, in f64, to where it enters the scene; the
-//! exact tests see that moved ray too, so that a far origin's rounding is the same for all primitives and opens no gap between them.
+//! Boxes and blocks live in a [`Space`] of their own, in which the scene lies in [-1, 1]³. So neither the scene's scale nor its distance from the
+//! origin reaches the f32 numbers. A ray from outside is first moved, in f64, to where it enters the cube around the scene; the exact tests see that
+//! moved ray too, so that a far origin's rounding is the same for all primitives and opens no gap between them.
 //! Since nothing that the exact test accepts is left out, the answer depends neither on the tree nor on the instruction set.
+//!
+//! Where the f32 numbers of a block tell the corners of a triangle exactly, the exact test takes them from there, which saves fetching the shape.
+//! They do for most triangles whose positions are f32 numbers: vertices stay such numbers in the space, and their differences are, too, unless an
+//! edge is longer than its ends' distances from a plane through the space's origin, roughly.
 //!
 //! # Why no box is missed
 //!
@@ -62,14 +66,15 @@
 //! something that is hit, and all that was not dropped is compared by its exact distance, so the answer is the same.
 
 use super::binary;
+use super::space::Space;
 use super::traverse::{BoxRay, prefetch};
-use super::wide::{Facet, Wide};
-use crate::geometry::{Bounds, Contact, Intersection, Ray, Shape};
+use super::wide::{Candidate, Facet, Wide};
+use crate::geometry::{Bounds, Contact, Intersection, Ray, Shape, Triangle};
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::splits::split_aabbs_precise;
-use obvhs::triangle::Triangle;
+use obvhs::triangle::Triangle as F32Triangle;
 use std::time::{Duration, Instant};
 
 /// Rounding of f32.
@@ -95,6 +100,8 @@ pub(crate) struct Bvh {
     wide: Wide,
     /// All primitives, by their number.
     shapes: Vec<Shape>,
+    space: Space,
+    /// The middle of the scene and half its largest side.
     center: DVec3,
     extent: f64,
     inverse_extent: f64,
@@ -133,14 +140,31 @@ pub(crate) struct Ends {
 pub(crate) struct Hit<'a> {
     /// The primitive that was hit.
     pub primitive: u32,
-    /// Its shape.
-    pub shape: &'a Shape,
+    /// Where it is in the tree.
+    pub(super) candidate: Candidate<'a>,
     /// Where the ray starts that the intersection refers to, which may be further on than where the one that was asked for does.
     pub origin: DVec3,
+    /// Its direction, of unit length.
+    pub direction: DVec3,
     /// How much further on.
     pub moved: f64,
     /// Where it was hit.
     pub intersection: Intersection,
+}
+
+/// What the exact test says.
+struct Found<'a> {
+    candidate: Candidate<'a>,
+    intersection: Intersection,
+}
+
+impl Found<'_> {
+    /// Of equally near ones that with the lower primitive is nearer.
+    #[inline(always)]
+    fn is_nearer(&self, other: &Self) -> bool {
+        let (t, other_t) = (self.intersection.t, other.intersection.t);
+        t < other_t || (t == other_t && self.candidate.primitive() < other.candidate.primitive())
+    }
 }
 
 /// The second half of a quad; the first one and everything else are referred to by the primitive's number.
@@ -153,18 +177,20 @@ impl Bvh {
         let (center, extent) =
             if shapes.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), 0.5 * (bounds.max - bounds.min).max_element()) };
         let inverse_extent = 1.0 / extent;
-        let place = |p: DVec3| (p - center) * inverse_extent;
+        let space = Space::new(center, extent);
+        let place = |p| space.place(p);
         let facet = |reference: u32| {
             let primitive = reference & !SECOND_HALF;
             let facet = match &shapes[primitive as usize] {
                 Shape::Triangle(t) => {
                     let [a, b, c] = t.vertices;
-                    Facet::Triangle([place(a), place(b), place(c)])
+                    let exact = [a, b, c].into_iter().all(|corner| space.world(place(corner), [0, 1, 2]) == corner);
+                    Facet::Triangle { corners: [place(a), place(b), place(c)], exact }
                 }
                 Shape::Quad(q) => {
                     let [a, b, c, d] = q.corners();
                     let [second, third] = if reference == primitive { [b, c] } else { [c, d] };
-                    Facet::Triangle([place(a), place(second), place(third)])
+                    Facet::Triangle { corners: [place(a), place(second), place(third)], exact: false }
                 }
                 Shape::Sphere(_) | Shape::Disk(_) => Facet::Opaque,
             };
@@ -181,7 +207,7 @@ impl Bvh {
             .iter()
             .map(|&reference| {
                 let bounds = match facet(reference) {
-                    (_, Facet::Triangle(corners)) => Bounds::of_points(corners),
+                    (_, Facet::Triangle { corners, .. }) => Bounds::of_points(corners),
                     (primitive, Facet::Opaque) => {
                         let b = shapes[primitive as usize].bounds();
                         Bounds { min: place(b.min), max: place(b.max) }
@@ -201,7 +227,7 @@ impl Bvh {
         drop(boxes);
         let references: Vec<u32> = tree.primitive_indices.iter().map(|&i| references[i as usize]).collect();
         let wide = Wide::collapse(&tree.nodes, &references, facet);
-        Self { wide, shapes, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
+        Self { wide, shapes, space, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
     }
 
     /// Uses another instruction set, which this processor must have.
@@ -227,34 +253,91 @@ impl Bvh {
         self.shapes.get(primitive as usize)
     }
 
-    /// The nearest hit, of equally near ones that with the lowest primitive. `direction` is of unit length.
+    /// What `result` makes of the nearest hit, of equally near ones that with the lowest primitive. A direction that is not of unit length is made
+    /// so.
     #[inline]
-    pub fn closest(&self, origin: DVec3, direction: DVec3, origin_primitive: u32) -> Option<Hit<'_>> {
-        dispatch!(self.level, simd => self.closest_with(simd, origin, direction, origin_primitive))
+    pub fn closest<'a, R>(
+        &'a self,
+        origin: DVec3,
+        direction: DVec3,
+        origin_primitive: u32,
+        result: impl FnOnce(Hit<'a>) -> R,
+    ) -> Option<R> {
+        // Moving more than is needed through memory takes time.
+        dispatch!(self.level, simd => self.closest_with(simd, origin, direction, origin_primitive).map(result))
     }
 
     #[inline(always)]
-    fn closest_with<S: Simd>(&self, simd: S, origin: DVec3, direction: DVec3, origin_primitive: u32) -> Option<Hit<'_>> {
-        let (origin, box_origin, moved) = self.clip(origin, direction)?;
-        let box_ray = BoxRay::new(box_origin.as_vec3(), direction.as_vec3());
-        let mut nearest = Intersection { t: f64::INFINITY, u: 0.0, v: 0.0 };
-        let mut nearest_primitive = u32::MAX;
-        let test = |primitive: u32| {
-            let contact = if primitive == origin_primitive { Contact::Origin } else { Contact::None };
-            let hit = self.shapes[primitive as usize].intersect_apart_from(&Ray::new(origin, direction), contact)?;
-            if hit.t > nearest.t || (hit.t == nearest.t && primitive >= nearest_primitive) {
-                return None;
+    fn closest_with<'a, S: Simd>(&'a self, simd: S, origin: DVec3, direction: DVec3, origin_primitive: u32) -> Option<Hit<'a>> {
+        let direction = unit(direction)?;
+        let (origin, moved) = self.clip(origin, direction)?;
+        let box_ray = BoxRay::new(self.space.place(origin).as_vec3(), direction.as_vec3());
+        let ray = Ray::new(origin, direction);
+        let mut early = None;
+        let test = |candidate| self.test_early(candidate, &ray, origin_primitive, &mut early);
+        let prepare = |candidate: Candidate<'a>| {
+            if !candidate.is_exact() {
+                prefetch(simd, self.shapes.as_ptr().wrapping_add(candidate.primitive() as usize));
             }
-            (nearest, nearest_primitive) = (hit, primitive);
-            Some(self.round_up(hit.t))
         };
-        let prepare = |primitive: u32| prefetch(simd, self.shapes.as_ptr().wrapping_add(primitive as usize));
-        self.wide.closest(simd, &box_ray, origin_primitive, prepare, test);
-        let shape = self.shapes.get(nearest_primitive as usize)?;
-        Some(Hit { primitive: nearest_primitive, shape, origin, moved, intersection: nearest })
+        let held =
+            self.wide.closest(simd, &box_ray, origin_primitive, prepare, test).and_then(|held| self.find(held, &ray, origin_primitive));
+        let Found { candidate, intersection } = match (held, early) {
+            (Some(held), Some(early)) if early.is_nearer(&held) => early,
+            (held, early) => held.or(early)?,
+        };
+        Some(Hit { primitive: candidate.primitive(), candidate, origin, direction, moved, intersection })
     }
 
-    /// Whether nothing lies between the origin and the point at distance `length`. `direction` is of unit length.
+    /// The exact test of what may be the nearest hit.
+    #[inline(always)]
+    fn find<'a>(&self, candidate: Candidate<'a>, ray: &Ray, origin_primitive: u32) -> Option<Found<'a>> {
+        let contact = if candidate.primitive() == origin_primitive { Contact::Origin } else { Contact::None };
+        let intersection = self.intersect(candidate, ray, contact)?;
+        Some(Found { candidate, intersection })
+    }
+
+    /// Replaces the nearest hit if this one is nearer, and returns the limit from then on. Rare, and so not a part of the walk.
+    #[inline(never)]
+    fn test_early<'a>(&self, candidate: Candidate<'a>, ray: &Ray, origin_primitive: u32, nearest: &mut Option<Found<'a>>) -> Option<f32> {
+        let found = self.find(candidate, ray, origin_primitive)?;
+        if nearest.as_ref().is_some_and(|nearest| !found.is_nearer(nearest)) {
+            return None;
+        }
+        let limit = self.round_up(found.intersection.t);
+        *nearest = Some(found);
+        Some(limit)
+    }
+
+    /// The exact test.
+    #[inline(always)]
+    fn intersect(&self, candidate: Candidate<'_>, ray: &Ray, contact: Contact) -> Option<Intersection> {
+        if !candidate.is_exact() {
+            return self.shapes[candidate.primitive() as usize].intersect_apart_from(ray, contact);
+        }
+        if contact != Contact::None {
+            return None;
+        }
+        ray.meet(self.corners(candidate, ray.axes()))
+    }
+
+    /// The corners of a triangle that is exact, with coordinates in the given order.
+    #[inline(always)]
+    fn corners(&self, candidate: Candidate<'_>, axes: [usize; 3]) -> [DVec3; 3] {
+        let [a, b, c] = candidate.corners(axes);
+        [self.space.world(a, axes), self.space.world(b, axes), self.space.world(c, axes)]
+    }
+
+    /// The shape that was hit.
+    #[inline(always)]
+    pub fn shape_of(&self, hit: &Hit<'_>) -> Shape {
+        if !hit.candidate.is_exact() {
+            return self.shapes[hit.primitive as usize];
+        }
+        Shape::Triangle(Triangle { vertices: self.corners(hit.candidate, [0, 1, 2]) })
+    }
+
+    /// Whether nothing lies between the origin and the point at distance `length`. A direction that is not of unit length is made so.
     #[inline]
     pub fn is_free(&self, origin: DVec3, direction: DVec3, length: f64, ends: Ends) -> bool {
         dispatch!(self.level, simd => self.is_free_with(simd, origin, direction, length, ends))
@@ -262,63 +345,70 @@ impl Bvh {
 
     #[inline(always)]
     fn is_free_with<S: Simd>(&self, simd: S, origin: DVec3, direction: DVec3, length: f64, ends: Ends) -> bool {
-        let Some((origin, box_origin, moved)) = self.clip(origin, direction) else { return true };
+        let Some(direction) = unit(direction) else { return true };
+        let Some((origin, moved)) = self.clip(origin, direction) else { return true };
         let length = length - moved;
         if length.is_nan() || length <= 0.0 {
             return true;
         }
-        let box_ray = BoxRay::new(box_origin.as_vec3(), direction.as_vec3());
-        let blocks = |primitive: u32, certain: bool| {
+        let box_ray = BoxRay::new(self.space.place(origin).as_vec3(), direction.as_vec3());
+        let blocks = |candidate: Candidate<'_>, certain: bool| {
+            let primitive = candidate.primitive();
             if certain && primitive != ends.origin && primitive != ends.end {
                 return true;
             }
-            let contact = match (primitive == ends.origin, primitive == ends.end) {
-                (false, false) => Contact::None,
-                (true, false) => Contact::Origin,
-                (false, true) => Contact::End(length),
-                (true, true) => Contact::Both,
-            };
-            let ray = Ray::new(origin, direction);
-            self.shapes[primitive as usize].intersect_apart_from(&ray, contact).is_some_and(|hit| hit.t < length)
+            self.blocks(candidate, origin, direction, length, ends)
         };
         !self.wide.any(simd, &box_ray, self.round_up(length), blocks)
+    }
+
+    /// The exact test of what may be in the way. Rare, and so not a part of the walk.
+    #[inline(never)]
+    fn blocks(&self, candidate: Candidate<'_>, origin: DVec3, direction: DVec3, length: f64, ends: Ends) -> bool {
+        let primitive = candidate.primitive();
+        let contact = match (primitive == ends.origin, primitive == ends.end) {
+            (false, false) => Contact::None,
+            (true, false) => Contact::Origin,
+            (false, true) => Contact::End(length),
+            (true, true) => Contact::Both,
+        };
+        self.intersect(candidate, &Ray::new(origin, direction), contact).is_some_and(|hit| hit.t < length)
     }
 
     /// A distance in the space of the boxes, rounded up far enough to exceed the entry of every box that contains a hit there.
     #[inline(always)]
     fn round_up(&self, t: f64) -> f32 {
-        (t * self.inverse_extent * (1.0 + 4.0 * f64::from(ROUNDOFF))) as f32 + f32::MIN_POSITIVE
+        (t * self.space.inverse_extent * (1.0 + 4.0 * f64::from(ROUNDOFF))) as f32 + f32::MIN_POSITIVE
     }
 
-    /// The origin, moved to where the ray enters the scene, in world space and in that of the boxes, and by how much it was moved; `None`
-    /// if the ray does not enter, or is no ray.
+    /// The origin, moved to where the ray enters the scene, and by how much it was moved; `None` if the ray does not enter, or is no ray.
     #[inline(always)]
-    fn clip(&self, origin: DVec3, direction: DVec3) -> Option<(DVec3, DVec3, f64)> {
-        let box_origin = (origin - self.center) * self.inverse_extent;
-        if !(box_origin.is_finite() && direction.is_finite() && direction != DVec3::ZERO) {
+    fn clip(&self, origin: DVec3, direction: DVec3) -> Option<(DVec3, f64)> {
+        let place = (origin - self.center) * self.inverse_extent;
+        let inside = place.x.abs() <= CLIP && place.y.abs() <= CLIP && place.z.abs() <= CLIP;
+        if inside { Some((origin, 0.0)) } else { self.enter(origin, place, direction) }
+    }
+
+    /// The same for an origin outside of the scene, whose place in the cube around the scene is given.
+    #[inline(never)]
+    fn enter(&self, origin: DVec3, place: DVec3, direction: DVec3) -> Option<(DVec3, f64)> {
+        if !place.is_finite() {
             return None;
         }
-        if box_origin.abs().max_element() > CLIP { self.enter(origin, box_origin, direction) } else { Some((origin, box_origin, 0.0)) }
-    }
-
-    /// The same for an origin outside of the scene.
-    #[inline(never)]
-    fn enter(&self, origin: DVec3, box_origin: DVec3, direction: DVec3) -> Option<(DVec3, DVec3, f64)> {
         let (mut near, mut far) = (0.0f64, f64::INFINITY);
         for axis in 0..3 {
             let inverse = 1.0 / direction[axis];
-            let (a, b) = ((-CLIP - box_origin[axis]) * inverse, (CLIP - box_origin[axis]) * inverse);
+            let (a, b) = ((-CLIP - place[axis]) * inverse, (CLIP - place[axis]) * inverse);
             near = near.max(a.min(b));
             far = far.min(a.max(b));
         }
         // A far origin is known to its own rounding only, which may exceed the cube's margin.
-        let uncertainty = box_origin.abs().max_element() * (8.0 * f64::EPSILON);
+        let uncertainty = place.abs().max_element() * (8.0 * f64::EPSILON);
         if near > far + uncertainty {
             return None;
         }
         let moved = near * self.extent;
-        let origin = origin + direction * moved;
-        Some((origin, (origin - self.center) * self.inverse_extent, moved))
+        Some((origin + direction * moved, moved))
     }
 }
 
@@ -337,11 +427,11 @@ fn split_large(boxes: &mut Vec<Aabb>, references: &mut Vec<u32>, facet: impl Fn(
     let mut triangles = Vec::new();
     for (i, b) in boxes.iter().enumerate() {
         if b.half_area() > 3.0 * average
-            && let (_, Facet::Triangle([v0, v1, v2])) = facet(references[i])
+            && let (_, Facet::Triangle { corners: [v0, v1, v2], .. }) = facet(references[i])
         {
             parts.push(*b);
             large.push(i);
-            triangles.push(Triangle { v0: v0.as_vec3a(), v1: v1.as_vec3a(), v2: v2.as_vec3a() });
+            triangles.push(F32Triangle { v0: v0.as_vec3a(), v1: v1.as_vec3a(), v2: v2.as_vec3a() });
         }
     }
     let mut owners: Vec<u32> = (0..large.len() as u32).collect();
@@ -359,9 +449,11 @@ fn split_large(boxes: &mut Vec<Aabb>, references: &mut Vec<u32>, facet: impl Fn(
 }
 
 /// The length of a direction may be off by rounding, and by a little more where a user computed it; anything else is made unit length.
-pub(crate) fn unit(direction: DVec3) -> DVec3 {
+/// `None` if it has no length.
+#[inline(always)]
+pub(crate) fn unit(direction: DVec3) -> Option<DVec3> {
     let length_squared = direction.length_squared();
-    if (length_squared - 1.0).abs() <= 1e-9 { direction } else { direction.normalize_or_zero() }
+    if (length_squared - 1.0).abs() <= 1e-9 { Some(direction) } else { direction.try_normalize() }
 }
 
 impl std::fmt::Debug for Bvh {

@@ -10,6 +10,7 @@ mod material;
 mod mesh;
 mod needs;
 mod scattering;
+mod space;
 #[cfg(test)]
 mod tests;
 mod traverse;

@@ -4,7 +4,7 @@
 //! exact test decides. Written once for all instruction sets; the caller chooses one at run time.
 
 use super::bvh::ROUNDOFF;
-use super::wide::{Block, Child, LANES, Line, Node, WIDTH, Wide};
+use super::wide::{Block, Candidate, Child, LANES, Line, Node, WIDTH, Wide};
 use fearless_simd::{Simd, f32x4, f32x8, i32x8, prelude::*, u32x4, u32x8};
 
 /// A bound on the distance of any hit, since rays start in or at the cube [-1, 1]³.
@@ -82,7 +82,7 @@ fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: Node<'_>, limit:
 }
 
 /// What the test in f32 says about the triangles of a block; see "Why no triangle is missed" in [`super::bvh`].
-struct Candidates<S: Simd> {
+struct Tested<S: Simd> {
     /// A bit for each triangle that the ray may hit before the limit.
     hits: u64,
     tolerance: f32x4<S>,
@@ -95,7 +95,7 @@ struct Candidates<S: Simd> {
     t: f32x4<S>,
 }
 
-impl<S: Simd> Candidates<S> {
+impl<S: Simd> Tested<S> {
     #[inline(always)]
     fn new(simd: S, ray: &Splat<S>, block: Block<'_>, limit: f32) -> Self {
         let row = |v: &[u32; LANES]| u32x4::load_array_ref(simd, v).bitcast::<f32x4<S>>();
@@ -188,6 +188,14 @@ fn take(bits: &mut u64) -> usize {
     lane
 }
 
+/// Takes the highest lane out of a set of bits.
+#[inline(always)]
+fn take_last(bits: &mut u64) -> usize {
+    let lane = 63 - bits.leading_zeros() as usize;
+    *bits ^= 1 << lane;
+    lane
+}
+
 impl Wide {
     /// Asks for what a ray will visit later.
     #[inline(always)]
@@ -195,41 +203,49 @@ impl Wide {
         prefetch(simd, self.lines.as_ptr().wrapping_add(child.line()).cast::<[Line; 4]>());
     }
 
-    /// Offers candidates roughly from near to far. `test` gets a primitive and returns the limit from then on if it has come down.
-    /// A hit that is certain is held back until another one is about as near or nothing else is left; `prepare` gets its primitive before.
+    /// Offers candidates roughly from near to far. `test` gets one and returns the limit from then on if it has come down.
+    /// A hit that is certain is held back, which `prepare` gets to know; the last one of them is returned and yet to be tested.
     /// The ray does not hit the primitive `origin` unless `test` says so.
     #[inline(always)]
-    pub fn closest<S: Simd>(&self, simd: S, ray: &BoxRay, origin: u32, prepare: impl Fn(u32), mut test: impl FnMut(u32) -> Option<f32>) {
+    pub fn closest<'a, S: Simd>(
+        &'a self,
+        simd: S,
+        ray: &BoxRay,
+        origin: u32,
+        prepare: impl Fn(Candidate<'a>),
+        mut test: impl FnMut(Candidate<'a>) -> Option<f32>,
+    ) -> Option<Candidate<'a>> {
         if self.lines.is_empty() {
-            return;
+            return None;
         }
         let wide = Splat::new(simd, ray);
         let mut limit = FAR;
         let (mut stack, mut length, mut heap) = ([0u64; STACK], 0usize, Vec::new());
         let mut child = Child(0);
-        let (mut held, mut held_near) = (u32::MAX, f32::INFINITY);
+        let (mut held, mut held_primitive, mut held_near) = (None, u32::MAX, f32::INFINITY);
         'walk: loop {
             if child.is_leaf() {
                 let Some(block) = self.block(child.line()) else { break };
-                let candidates = Candidates::new(simd, &wide, block, limit);
-                let mut hits = candidates.hits;
+                let tested = Tested::new(simd, &wide, block, limit);
+                let mut hits = tested.hits;
                 if hits != 0 {
-                    let certain = candidates.certain();
-                    let (near, far) = candidates.interval();
+                    let certain = tested.certain();
+                    let (near, far) = tested.interval();
                     while hits != 0 {
                         let lane = take(&mut hits) % LANES;
-                        let primitive = block.primitive(lane);
+                        let candidate = Candidate { block, lane };
+                        let primitive = candidate.primitive();
                         let certain = certain >> lane & 1 != 0;
-                        if certain && (primitive == held || primitive == origin || near[lane] > limit) {
+                        if certain && (primitive == held_primitive || primitive == origin || near[lane] > limit) {
                             continue;
                         }
                         if certain && far[lane] < held_near {
-                            (held, held_near) = (primitive, near[lane]);
+                            (held, held_primitive, held_near) = (Some(candidate), primitive, near[lane]);
                             limit = limit.min(far[lane]);
-                            prepare(primitive);
+                            prepare(candidate);
                             continue;
                         }
-                        if let Some(nearer) = test(primitive) {
+                        if let Some(nearer) = test(candidate) {
                             limit = limit.min(nearer);
                         }
                     }
@@ -289,14 +305,12 @@ impl Wide {
                 }
             }
         }
-        if held != u32::MAX {
-            test(held);
-        }
+        held
     }
 
-    /// Whether `test` is true of any candidate before `limit`. It gets a primitive and whether that is certainly hit well before `limit`.
+    /// Whether `test` is true of any candidate before `limit`. It gets one and whether that is certainly hit well before `limit`.
     #[inline(always)]
-    pub fn any<S: Simd>(&self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(u32, bool) -> bool) -> bool {
+    pub fn any<'a, S: Simd>(&'a self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(Candidate<'a>, bool) -> bool) -> bool {
         if self.lines.is_empty() {
             return false;
         }
@@ -307,13 +321,13 @@ impl Wide {
         loop {
             if child.is_leaf() {
                 let Some(block) = self.block(child.line()) else { return false };
-                let candidates = Candidates::new(simd, &wide, block, limit);
-                let mut hits = candidates.hits;
+                let tested = Tested::new(simd, &wide, block, limit);
+                let mut hits = tested.hits;
                 if hits != 0 {
-                    let certain = candidates.certain_before(simd, limit);
+                    let certain = tested.certain_before(simd, limit);
                     while hits != 0 {
                         let lane = take(&mut hits) % LANES;
-                        if test(block.primitive(lane), certain >> lane & 1 != 0) {
+                        if test(Candidate { block, lane }, certain >> lane & 1 != 0) {
                             return true;
                         }
                     }
@@ -327,7 +341,7 @@ impl Wide {
                         length = spill(&stack[..length], &mut heap);
                     }
                     while hits != 0 {
-                        let other = node.child(take(&mut hits) % WIDTH);
+                        let other = node.child(take_last(&mut hits) % WIDTH);
                         self.prefetch(simd, other);
                         stack[length % STACK] = other.0;
                         length += 1;

@@ -65,7 +65,12 @@ impl Child {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Facet {
     /// A triangle.
-    Triangle([DVec3; 3]),
+    Triangle {
+        /// Its corners.
+        corners: [DVec3; 3],
+        /// Whether they tell exactly where those of a primitive that is a triangle are.
+        exact: bool,
+    },
     /// Something that only its exact test can decide.
     Opaque,
 }
@@ -81,6 +86,9 @@ impl<'a> Block<'a> {
     const TOLERANCE: usize = 9;
     const DISTANCE_TOLERANCE: usize = 10;
     const PRIMITIVE: usize = 11;
+
+    /// Marks the primitive of a triangle of which f32 tells the corners exactly.
+    const EXACT: u32 = 1 << 31;
 
     #[inline(always)]
     fn row(self, row: usize) -> &'a [u32; LANES] {
@@ -112,10 +120,39 @@ impl<'a> Block<'a> {
     pub fn distance_tolerance(self) -> &'a [u32; LANES] {
         self.row(Self::DISTANCE_TOLERANCE)
     }
+}
+
+/// One of the triangles of a block.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate<'a> {
+    pub block: Block<'a>,
+    pub lane: usize,
+}
+
+impl Candidate<'_> {
+    #[inline(always)]
+    fn number(self, row: usize) -> u32 {
+        self.block.row(row)[self.lane % LANES]
+    }
 
     #[inline(always)]
-    pub fn primitive(self, lane: usize) -> u32 {
-        self.row(Self::PRIMITIVE)[lane % LANES]
+    pub fn primitive(self) -> u32 {
+        self.number(Block::PRIMITIVE) & !Block::EXACT
+    }
+
+    /// Whether its corners are those of the shape.
+    #[inline(always)]
+    pub fn is_exact(self) -> bool {
+        self.number(Block::PRIMITIVE) & Block::EXACT != 0
+    }
+
+    /// The corners of one that is exact, with coordinates in the given order.
+    #[inline(always)]
+    pub fn corners(self, [i, j, k]: [usize; 3]) -> [DVec3; 3] {
+        let x = |row| f64::from(f32::from_bits(self.number(row)));
+        let (i, j, k) = (i % 3, j % 3, k % 3);
+        let a = DVec3::new(x(i), x(j), x(k));
+        [a, a + DVec3::new(x(3 + i), x(3 + j), x(3 + k)), a + DVec3::new(x(6 + i), x(6 + j), x(6 + k))]
     }
 }
 
@@ -156,6 +193,8 @@ impl Wide {
                 forest(tree, &costs, first, left, &mut children);
                 forest(tree, &costs, first + 1, WIDTH - left, &mut children);
             }
+            // What is likely to be in the way of a shadow ray first: leaves, then large boxes.
+            children.sort_by_key(|&child| (!is_leaf(child), std::cmp::Reverse(tree[child as usize].aabb().half_area().to_bits())));
             let nothing = Line([[f32::INFINITY.to_bits(); WIDTH], [f32::NEG_INFINITY.to_bits(); WIDTH]]);
             wide.lines.extend([nothing, nothing, nothing, Line([[0; WIDTH]; 2])]);
             wide.nodes += 1;
@@ -281,8 +320,12 @@ fn block(tree: &[Bvh2Node], references: &[u32], index: u32, facet: &impl Fn(u32)
         let (primitive, facet) = facet(reference);
         rows[Block::PRIMITIVE][lane] = primitive;
         rows[Block::TOLERANCE][lane] = 0;
-        let Facet::Triangle([a, b, c]) = facet else { continue };
+        let Facet::Triangle { corners: [a, b, c], exact } = facet else { continue };
         let (edge1, edge2) = (b - a, c - a);
+        let held = |v: DVec3| v.as_vec3().as_dvec3();
+        if exact && held(a) == a && a + held(edge1) == b && a + held(edge2) == c {
+            rows[Block::PRIMITIVE][lane] |= Block::EXACT;
+        }
         for axis in 0..3 {
             for (row, v) in [(0, a), (3, edge1), (6, edge2)] {
                 rows[row + axis][lane] = (v[axis] as f32).to_bits();

@@ -154,14 +154,13 @@ impl World {
     /// an origin that lies on no surface. A direction that is not of unit length is made so; a ray that is none hits nothing.
     #[must_use]
     pub fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
-        let hit = self.bvh.closest(origin, unit(direction), SurfacePoint::NONE)?;
-        Some((hit.primitive, hit.moved + hit.intersection.t))
+        self.bvh.closest(origin, direction, SurfacePoint::NONE, |hit| (hit.primitive, hit.moved + hit.intersection.t))
     }
 
     /// Whether a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an end that lie on no surface.
     #[must_use]
     pub fn is_clear(&self, origin: DVec3, direction: DVec3, length: f64) -> bool {
-        self.bvh.is_free(origin, unit(direction), length, Ends { origin: SurfacePoint::NONE, end: SurfacePoint::NONE })
+        self.bvh.is_free(origin, direction, length, Ends { origin: SurfacePoint::NONE, end: SurfacePoint::NONE })
     }
 
     /// Gives a point of a shape what the scene knows about it.
@@ -193,9 +192,9 @@ impl Scene for World {
 
     #[inline]
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
-        let direction = unit(direction);
-        let hit = self.bvh.closest(from.origin_towards(direction), direction, contact(from))?;
-        Some(self.complete(hit.primitive, hit.shape, hit.shape.point_at_hit(&Ray::new(hit.origin, direction), &hit.intersection)))
+        let hit = self.bvh.closest(from.origin_towards(direction), direction, contact(from), |hit| hit)?;
+        let shape = self.bvh.shape_of(&hit);
+        Some(self.complete(hit.primitive, &shape, shape.point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection)))
     }
 
     /// Coincident points, two points at infinity and points that are not finite do not see each other: they have no geometry term.
@@ -209,7 +208,7 @@ impl Scene for World {
             _ => (b, a),
         };
         let (origin, direction, length) = if b.place == Place::Infinite {
-            let direction = unit(-b.geometric_normal);
+            let direction = unit(-b.geometric_normal).unwrap_or_default();
             let origin = a.origin_towards(direction);
             (origin, direction, (b.position - origin).dot(direction))
         } else {
