@@ -175,6 +175,13 @@ impl Disk {
 }
 
 impl Shape {
+    /// The triangle, if it is one.
+    #[inline]
+    #[must_use]
+    pub fn as_triangle(&self) -> Option<Triangle> {
+        if let Self::Triangle(triangle) = self { Some(*triangle) } else { None }
+    }
+
     /// Surface area.
     #[must_use]
     pub fn area(&self) -> f64 {

@@ -328,13 +328,13 @@ impl Bvh {
         [self.space.world(a, axes), self.space.world(b, axes), self.space.world(c, axes)]
     }
 
-    /// The shape that was hit.
+    /// The triangle that was hit; `None` if it is another shape.
     #[inline(always)]
-    pub fn shape_of(&self, hit: &Hit<'_>) -> Shape {
-        if !hit.candidate.is_exact() {
-            return self.shapes[hit.primitive as usize];
+    pub fn triangle_of(&self, hit: &Hit<'_>) -> Option<Triangle> {
+        if hit.candidate.is_exact() {
+            return Some(Triangle { vertices: self.corners(hit.candidate, [0, 1, 2]) });
         }
-        Shape::Triangle(Triangle { vertices: self.corners(hit.candidate, [0, 1, 2]) })
+        self.shapes[hit.primitive as usize].as_triangle()
     }
 
     /// Whether nothing lies between the origin and the point at distance `length`. A direction that is not of unit length is made so.

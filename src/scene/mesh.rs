@@ -178,8 +178,8 @@ impl Attributes {
     /// What the attributes make of a point of a triangle of this surface that is `flat` without them, its uv barycentric.
     ///
     /// A shading normal on the back of its triangle is negated, so that both normals always agree about the side.
-    pub fn at(&self, triangle: usize, shape: &Shape, flat: Shading) -> Shading {
-        let (Some(&indices), Shape::Triangle(shape)) = (self.indices.get(triangle), shape) else { return flat };
+    pub fn at(&self, index: usize, triangle: Triangle, flat: Shading) -> Shading {
+        let Some(&indices) = self.indices.get(index) else { return flat };
         let [a, b, c] = indices.map(|i| i as usize);
         let mut x = flat;
         if let Some(n) = &self.normals {
@@ -190,7 +190,7 @@ impl Attributes {
         }
         if let Some(uv) = &self.uvs {
             x.uv = interpolated([uv[a], uv[b], uv[c]], flat.uv);
-            let [p, q, r] = shape.vertices;
+            let [p, q, r] = triangle.vertices;
             let (d1, d2) = (uv[b] - uv[a], uv[c] - uv[a]);
             // Solves for dp/du; only its direction matters, so the determinant's sign is enough.
             let tangent = ((q - p) * d2.y - (r - p) * d1.y) * d1.perp_dot(d2).signum();
@@ -234,7 +234,7 @@ mod tests {
             let ray = crate::geometry::Ray::new(DVec3::new(0.25 * mirror, 0.5, 1.0), -DVec3::Z);
             let flat = shape.point_at_hit(&ray, &shape.intersect(&ray).expect("aimed at it"));
             assert_eq!(flat.geometric_normal, DVec3::Z);
-            let x = attributes.at(0, shape, Shading::of(&flat));
+            let x = attributes.at(0, shape.as_triangle().expect("one"), Shading::of(&flat));
             assert_relative_eq!(x.uv, DVec2::new(0.3, 0.6), epsilon = 1e-15);
             assert_relative_eq!(x.tangent.normalize(), DVec3::X * mirror, epsilon = 1e-15);
             assert!(x.normal.x * mirror > 0.0 && x.normal.is_normalized());
@@ -250,10 +250,9 @@ mod tests {
             ..Mesh::default()
         };
         let placed = mesh.place("thing", &DAffine3::IDENTITY).expect("valid");
-        let (shape, attributes) = (&placed.triangles[0], placed.attributes.expect("given"));
-        let Shape::Triangle(triangle) = shape else { unreachable!() };
+        let (triangle, attributes) = (placed.triangles[0].as_triangle().expect("one"), placed.attributes.expect("given"));
         for (u, v, expected) in [(0.0, 0.0, DVec3::Z), (0.5, 0.0, DVec3::Z), (0.0, 1.0, DVec3::new(-0.6, 0.0, 0.8))] {
-            let x = attributes.at(0, shape, Shading::of(&triangle.point_at(u, v, DVec3::Z)));
+            let x = attributes.at(0, triangle, Shading::of(&triangle.point_at(u, v, DVec3::Z)));
             assert_relative_eq!(x.normal, expected, epsilon = 1e-15);
         }
     }

@@ -108,7 +108,7 @@ fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize
                 .filter_map(|(id, shape)| Some((shape.intersect_apart_from(&ray, from(id))?.t, id)))
                 .min_by(|a, b| a.partial_cmp(b).expect("numbers"));
             let found = bvh.closest(origin, direction, ends.origin, |hit| {
-                assert_eq!(bvh.shape_of(&hit), shapes[hit.primitive as usize], "{name}, ray {i}");
+                assert_eq!(bvh.triangle_of(&hit), shapes[hit.primitive as usize].as_triangle(), "{name}, ray {i}");
                 held += usize::from(hit.candidate.is_exact());
                 (hit.intersection.t, hit.primitive)
             });

@@ -8,7 +8,7 @@ use super::scattering::{Scattering, SurfaceBsdf};
 use super::{Needs, Scene, SurfaceArea, Warning};
 use crate::bsdf::Lobes;
 use crate::endpoint::{Light, LightId};
-use crate::geometry::{Bounds, Place, Ray, Shape, SurfacePoint};
+use crate::geometry::{Bounds, Place, Ray, Shape, SurfacePoint, Triangle};
 use glam::{DVec2, DVec3};
 
 /// A scene made by a [`WorldBuilder`](super::WorldBuilder). Immutable; share it between threads.
@@ -163,14 +163,14 @@ impl World {
         self.bvh.is_free(origin, direction, length, Ends { origin: SurfacePoint::NONE, end: SurfacePoint::NONE })
     }
 
-    /// Gives a point of a shape what the scene knows about it.
+    /// Gives a point of a shape, perhaps of a triangle, what the scene knows about it.
     #[inline(always)]
-    fn complete(&self, primitive: u32, shape: &Shape, x: SurfacePoint) -> SurfacePoint {
+    fn complete(&self, primitive: u32, triangle: Option<Triangle>, x: SurfacePoint) -> SurfacePoint {
         let id = self.surface_of[primitive as usize];
         let surface = &self.surfaces[id as usize];
         let mut shading = Shading::of(&x);
-        if let Some(attributes) = &surface.attributes {
-            shading = attributes.at((primitive - surface.first_primitive) as usize, shape, shading);
+        if let (Some(attributes), Some(triangle)) = (&surface.attributes, triangle) {
+            shading = attributes.at((primitive - surface.first_primitive) as usize, triangle, shading);
         }
         // All fields at once, so that the point is made where it is needed.
         SurfacePoint { primitive, surface: id, shading_normal: shading.normal, tangent: shading.tangent, uv: shading.uv, ..x }
@@ -193,8 +193,12 @@ impl Scene for World {
     #[inline]
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         let hit = self.bvh.closest(from.origin_towards(direction), direction, contact(from), |hit| hit)?;
-        let shape = self.bvh.shape_of(&hit);
-        Some(self.complete(hit.primitive, &shape, shape.point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection)))
+        let triangle = self.bvh.triangle_of(&hit);
+        let x = match &triangle {
+            Some(triangle) => triangle.point_at(hit.intersection.u, hit.intersection.v, triangle.cross().normalize()),
+            None => self.bvh.shape(hit.primitive)?.point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection),
+        };
+        Some(self.complete(hit.primitive, triangle, x))
     }
 
     /// Coincident points, two points at infinity and points that are not finite do not see each other: they have no geometry term.
@@ -275,7 +279,7 @@ impl SurfaceArea for World {
     fn sample_surface(&self, u1: f64, u2: DVec2) -> SurfacePoint {
         let chosen = self.area_choice.sample(u1).map(|(index, _)| index);
         match chosen.and_then(|primitive| Some((primitive, self.bvh.shape(primitive)?))) {
-            Some((primitive, shape)) => self.complete(primitive, shape, shape.sample_area(u2)),
+            Some((primitive, shape)) => self.complete(primitive, shape.as_triangle(), shape.sample_area(u2)),
             // A world without surfaces: a point that nothing is known about and that scatters nothing.
             None => SurfacePoint::dirac(DVec3::ZERO),
         }
