@@ -8,7 +8,6 @@ import numpy as np
 import scenes
 from renderers import OUT, Here, Mitsuba, Task, save
 
-SAMPLERS = ["independent", "stratified", "multijitter", "orthogonal", "ldsampler"]
 # Without roulette, deeper paths cost time and hold no light; the same limit for both in any case.
 MOST_EVENTS = 7
 
@@ -85,7 +84,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--size", type=int, default=128)
     parser.add_argument("--variants", default="llvm_ad_rgb,scalar_rgb")
-    parser.add_argument("--samplers", default="independent,multijitter,orthogonal,ldsampler", help="of Mitsuba; the best is compared in full")
+    parser.add_argument("--samplers", default="independent,multijitter,orthogonal", help="of Mitsuba; the best is compared in full")
     options = parser.parse_args()
     OUT.mkdir(parents=True, exist_ok=True)
     print("| scene, Mitsuba's variant and sampler | here, samples | there | mean of the image | blocks, z | error × time, here / there |\n|---|---|---|---|---|---|")
