@@ -16,9 +16,9 @@ class Found:
     """Images of one renderer that differ in their seeds, and what each took."""
 
     def __init__(self, renderer, samples, seeds):
-        self.runs = [renderer.render(samples, seed) for seed in range(seeds)]
-        self.images = np.array([run.image for run in self.runs])
-        self.seconds = np.mean([run.seconds for run in self.runs])
+        runs = [renderer.render(samples, seed) for seed in range(seeds)]
+        self.images = np.array([run.image for run in runs])
+        self.seconds = np.mean([run.seconds for run in runs])
         self.samples = samples
 
     def errors(self, scale):
@@ -34,7 +34,7 @@ def scale(*found):
 
 
 def compare(here, there):
-    """Ratio of error times time with its range of 95 %, and how far the images are apart in standard errors."""
+    """Ratio of error times time with its range of 95 %."""
     costs = [(f.errors(scale(here, there)), f.seconds) for f in (here, there)]
     ratio = costs[0][0].mean() * costs[0][1] / (costs[1][0].mean() * costs[1][1])
     spread = np.sqrt(sum((e.std(ddof=1) / e.mean()) ** 2 / len(e) for e, _ in costs))

@@ -25,12 +25,11 @@ dr.set_thread_count(2)
 
 @dataclasses.dataclass
 class Task:
-    """What to draw: paths of up to `events` scattering events of the scene; the parameters are those of its file."""
+    """What to draw: paths of up to `events` scattering events of the scene, without roulette; the parameters are those of its file."""
 
     scene: pathlib.Path
     events: int
     parameters: dict
-    roulette: bool = False
 
 
 @dataclasses.dataclass
@@ -66,8 +65,7 @@ class Here:
         out = OUT / "here.exr"
         task = self.task
         command = [RENDER, "--scene", task.scene, "--strict", "--threads", 1, "--filter", "box", "--integrator", self.integrator]
-        command += ["--sampler", self.sampler, "--samples", samples, "--seed", seed, "--max-bounces", task.events, "--out", out]
-        command += [] if task.roulette else ["--no-roulette"]
+        command += ["--sampler", self.sampler, "--samples", samples, "--seed", seed, "--max-bounces", task.events, "--no-roulette", "--out", out]
         command += [word for name, value in task.parameters.items() for word in ("-D", f"{name}={value}")]
         done = subprocess.run([*map(str, command)], capture_output=True, text=True)
         if done.returncode != 0:
@@ -85,9 +83,8 @@ class Mitsuba:
         mi.set_log_level(mi.LogLevel.Error)  # of this variant: no progress bars
         self.variant, self.sampler = variant, sampler
         self.scene = mi.load_file(str(task.scene), sampler=sampler, **task.parameters)
-        # Roulette starts at the same scattering event as here; a depth is an edge.
-        roulette = 5 if task.roulette else 1 << 20
-        self.integrator = mi.load_dict({"type": integrator, "max_depth": task.events + 1, "rr_depth": roulette})
+        # A depth is an edge.
+        self.integrator = mi.load_dict({"type": integrator, "max_depth": task.events + 1, "rr_depth": 1 << 20})
         self.warm = set()
 
     def count(self, samples):

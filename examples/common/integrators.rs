@@ -42,7 +42,12 @@ impl AnyIntegrator {
         self.build_with(depth, roulette, false)
     }
 
-    /// The integrator, and the same leaving nothing out.
+    /// The integrator for paths of any length up to a limit, with the usual roulette.
+    pub fn build_up_to(self, max_bounces: Option<u32>) -> Box<dyn Method<World>> {
+        self.build(Depth { min_bounces: 0, max_bounces }, Roulette::default())
+    }
+
+    /// The same, and what leaves nothing out.
     pub fn build_both(self, max_bounces: Option<u32>) -> [Box<dyn Method<World>>; 2] {
         [false, true].map(|everything| self.build_with(Depth { min_bounces: 0, max_bounces }, Roulette::default(), everything))
     }

@@ -19,7 +19,6 @@ use indicatif::ProgressBar;
 use pathspace::film::ImageFile;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Depth};
-use pathspace::path::Roulette;
 use pathspace::render::{Budget, Settings};
 use pathspace::report::{Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, exposure, study};
 use pathspace::scene::{World, gallery};
@@ -190,8 +189,7 @@ fn reference(
         return Ok(Reference::load(path)?);
     }
     let second = if scene.claims.path_tracing { AnyIntegrator::PathTracing } else { AnyIntegrator::Bidirectional };
-    let methods = [AnyIntegrator::Bidirectional, second]
-        .map(|integrator| (integrator, integrator.build(Depth { min_bounces: 0, max_bounces: depth }, Roulette::default())));
+    let methods = [AnyIntegrator::Bidirectional, second].map(|integrator| (integrator, integrator.build_up_to(depth)));
     let halves = [0, 1].map(|i| Contestant::new(methods[i].0.name(), &*methods[i].1, true));
     let budget = options.reference_samples.map_or(Budget::Time(options.reference_time), Budget::Samples);
     let runs = options.reference_samples.map_or(REFERENCE_RUNS, |samples| REFERENCE_RUNS.min(samples / 2));

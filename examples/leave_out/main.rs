@@ -10,8 +10,6 @@ use clap::Parser;
 use common::{AnyIntegrator, parse_duration, parse_size};
 use pathspace::endpoint::Camera;
 use pathspace::glam::UVec2;
-use pathspace::integrator::Depth;
-use pathspace::path::Roulette;
 use pathspace::render::{Budget, Settings, unattended};
 use pathspace::report::{Contestant, Interval, MethodReport, Plan, Reference, ReferencePlan, SceneInfo, study};
 use pathspace::scene::{Scene, World};
@@ -67,7 +65,7 @@ fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
     let quiet = &mut |_: &pathspace::report::Step<'_>| ControlFlow::Continue(());
     let settings = Settings { seed: options.seed, threads: Some(1), ..Settings::default() };
     // Variances need no reference; this one only gives brightness a scale.
-    let both = AnyIntegrator::Bidirectional.build(Depth { min_bounces: 0, max_bounces: scene.max_bounces }, Roulette::default());
+    let both = AnyIntegrator::Bidirectional.build_up_to(scene.max_bounces);
     let half = Contestant::new("reference", &*both, true);
     let reference_plan = ReferencePlan { budget: Budget::Samples(8), runs: 4, settings };
     let reference = Reference::render(world, camera, [&half, &half], &reference_plan, quiet)?;
@@ -88,7 +86,7 @@ fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
         }
     }
     let settings = Settings { budget: Budget::Samples(64), ..settings };
-    let adaptive = AnyIntegrator::Adaptive.build(Depth { min_bounces: 0, max_bounces: scene.max_bounces }, Roulette::default());
+    let adaptive = AnyIntegrator::Adaptive.build_up_to(scene.max_bounces);
     // The decision alone: what comes after it does not matter.
     let rendering = adaptive.render(world, camera, &settings, &mut |_| ControlFlow::Break(()))?;
     if let Some(decision) = &rendering.decision {

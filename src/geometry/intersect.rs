@@ -138,7 +138,7 @@ impl Shape {
     #[must_use]
     pub fn point_at_hit(&self, ray: &Ray, hit: &Intersection) -> SurfacePoint {
         match self {
-            Self::Triangle(t) => t.point_at(hit.u, hit.v, t.cross().normalize()),
+            Self::Triangle(t) => t.point_at(hit.u, hit.v),
             Self::Sphere(s) => s.point_at((ray.at(hit.t) - s.center).normalize()),
             Self::Quad(q) => q.point_at(hit.u, hit.v),
             Self::Disk(d) => {

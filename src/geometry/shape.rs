@@ -97,14 +97,15 @@ impl Triangle {
         }
     }
 
-    /// The point with barycentric coordinates `1 - u - v, u, v` and the given normal, with its error bound.
+    /// The point with barycentric coordinates `1 - u - v, u, v`, with its error bound.
     #[inline(always)]
     #[must_use]
-    pub fn point_at(&self, u: f64, v: f64, normal: DVec3) -> SurfacePoint {
+    pub fn point_at(&self, u: f64, v: f64) -> SurfacePoint {
         let [a, b, c] = self.vertices;
         let w = 1.0 - u - v;
         let (pa, pb, pc) = (a * w, b * u, c * v);
         let error = gamma(7) * (pa.abs() + pb.abs() + pc.abs()).max_element();
+        let normal = self.cross().normalize();
         SurfacePoint { uv: DVec2::new(u, v), tangent: b - a, ..SurfacePoint::on_surface(pa + pb + pc, error, normal) }
     }
 }
@@ -200,7 +201,7 @@ impl Shape {
         match self {
             Self::Triangle(t) => {
                 let b = crate::math::warp::square_to_triangle(u);
-                t.point_at(b.x, b.y, t.cross().normalize())
+                t.point_at(b.x, b.y)
             }
             Self::Sphere(s) => {
                 let z = s.cos_min + (s.cos_max - s.cos_min) * u.x;

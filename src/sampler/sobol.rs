@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn points_are_those_of_sobol_burley() {
         for (index, seed) in (0..SEQUENCE_LENGTH).step_by(37).zip((0u32..).map(|n| n.wrapping_mul(0x9e37_79b9))) {
-            let points = scrambled(index, seed).map(|bits| f32::from_bits(bits >> 9 | 0x3f80_0000) - 1.0);
+            let points = scrambled(index, seed).map(sobol_burley::parts::u32_to_f32_norm);
             assert_eq!(points, sobol_burley::sample_4d(index, 0, seed), "{index} {seed}");
         }
     }

@@ -248,6 +248,12 @@ impl Bvh {
         }
     }
 
+    /// The middle of the scene; zero if there is nothing in it.
+    #[inline]
+    pub fn center(&self) -> DVec3 {
+        self.center
+    }
+
     /// The shape of a primitive.
     pub fn shape(&self, primitive: u32) -> Option<&Shape> {
         self.shapes.get(primitive as usize)

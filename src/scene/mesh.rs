@@ -252,7 +252,7 @@ mod tests {
         let placed = mesh.place("thing", &DAffine3::IDENTITY).expect("valid");
         let (triangle, attributes) = (placed.triangles[0].as_triangle().expect("one"), placed.attributes.expect("given"));
         for (u, v, expected) in [(0.0, 0.0, DVec3::Z), (0.5, 0.0, DVec3::Z), (0.0, 1.0, DVec3::new(-0.6, 0.0, 0.8))] {
-            let x = attributes.at(0, triangle, Shading::of(&triangle.point_at(u, v, DVec3::Z)));
+            let x = attributes.at(0, triangle, Shading::of(&triangle.point_at(u, v)));
             assert_relative_eq!(x.normal, expected, epsilon = 1e-15);
         }
     }

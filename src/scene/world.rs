@@ -18,8 +18,6 @@ use glam::{DVec2, DVec3};
 pub struct World {
     bvh: Bvh,
     bounds: Bounds,
-    /// Of the bounds; zero if they are empty.
-    center: DVec3,
     materials: Vec<Scattering>,
     surfaces: Vec<Surface>,
     /// The surface of each primitive.
@@ -51,23 +49,8 @@ impl World {
             surface_of.resize(surface_of.len() + surface.primitives as usize, id as u32);
         }
         let needs = needs(&materials, &surfaces, &lights, environment, &bvh, &bounds);
-        let center = if bounds.is_empty() { DVec3::ZERO } else { bounds.center() };
         let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
-        Self {
-            bvh,
-            bounds,
-            center,
-            materials,
-            surfaces,
-            surface_of,
-            lights,
-            environment,
-            light_choice,
-            area_choice,
-            total_area,
-            needs,
-            warnings,
-        }
+        Self { bvh, bounds, materials, surfaces, surface_of, lights, environment, light_choice, area_choice, total_area, needs, warnings }
     }
 
     /// The box around all surfaces; empty if there is none.
@@ -179,7 +162,7 @@ impl World {
     /// The end of a segment at which to start the ray: the one closer to the scene's centre, whose rounding is the smaller one. So the
     /// answer does not depend on the order of the ends.
     fn starts_segment(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
-        let distance = |x: &SurfacePoint| x.position.distance_squared(self.center);
+        let distance = |x: &SurfacePoint| x.position.distance_squared(self.bvh.center());
         let key = |x: &SurfacePoint| (x.position.to_array(), x.primitive);
         let (to_a, to_b) = (distance(a), distance(b));
         to_a < to_b || (to_a == to_b && key(a) <= key(b))
@@ -195,7 +178,7 @@ impl Scene for World {
         let hit = self.bvh.closest(from.origin_towards(direction), direction, contact(from), |hit| hit)?;
         let triangle = self.bvh.triangle_of(&hit);
         let x = match &triangle {
-            Some(triangle) => triangle.point_at(hit.intersection.u, hit.intersection.v, triangle.cross().normalize()),
+            Some(triangle) => triangle.point_at(hit.intersection.u, hit.intersection.v),
             None => self.bvh.shape(hit.primitive)?.point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection),
         };
         Some(self.complete(hit.primitive, triangle, x))
