@@ -129,6 +129,12 @@ impl<K: Sink + ?Sized> Sink for &mut K {
     }
 }
 
+/// Receives the contributions of several samples, in any order.
+pub trait BatchSink {
+    /// Takes a contribution of the sample with this number in its batch.
+    fn add(&mut self, sample: usize, contribution: &Contribution);
+}
+
 /// Both sinks receive every contribution.
 impl<A: Sink, B: Sink> Sink for (A, B) {
     fn add(&mut self, contribution: &Contribution) {

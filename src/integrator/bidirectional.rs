@@ -2,7 +2,7 @@
 //! other (Lafortune and Willems 1993; Veach and Guibas 1994). Restricted to a set of techniques it is any of the incremental integrators:
 //! the general kernel that the dedicated ones are tested against.
 
-use super::{Depth, Integrator, LightTracer};
+use super::{Alone, BatchSample, Depth, Integrator, LightTracer};
 use crate::endpoint::{Camera, Endpoint};
 use crate::film::{Contribution, FilmRegion, FilmSample, Sink, Technique};
 use crate::math::Rgb;
@@ -189,7 +189,7 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
             return;
         }
         let (scene, camera) = (self.scene, self.camera);
-        let Scratch { counters, camera: camera_vertices, light: light_vertices } = scratch;
+        let Scratch { counters, camera: camera_vertices, light: light_vertices, .. } = scratch;
         let from_light = &light_vertices[..if s > 1 || t == 1 { s } else { 0 }];
         if s > 1 && !from_light[s - 1].is_connectible() {
             return;
@@ -282,7 +282,8 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
         kernel.join_camera_walk(sampler, scratch, &mut |_, contribution| sink.add(contribution));
         let (tracer, share) = (LightTracer { depth: self.depth, roulette: self.roulette }, kernel.light_share);
         for _ in 0..kernel.draw_light_walks(sampler) {
-            tracer.walk(scene, camera, film, sampler, &mut Scaled { sink, share }, scratch);
+            let sample = BatchSample { film, sampler: &mut *sampler };
+            tracer.walk(scene, camera, &mut [sample], &mut Alone(&mut Scaled { sink: &mut *sink, share }), scratch);
         }
     }
 }
