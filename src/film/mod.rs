@@ -95,6 +95,15 @@ impl FilmSample {
     }
 }
 
+/// One sample of a batch.
+#[derive(Clone, Debug)]
+pub struct BatchSample<P> {
+    /// Where it looks.
+    pub film: FilmSample,
+    /// Its numbers.
+    pub sampler: P,
+}
+
 /// One way to draw a path: `s` vertices from the light, `t` from the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Technique {

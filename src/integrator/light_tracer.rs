@@ -7,12 +7,13 @@
 //! The importance We is normalised over the whole film and recorded where the connection meets it (Dutré and Willems 1994; Veach 1997,
 //! section 10.3.4). It sees caustics that path tracing cannot, and nothing that a Dirac lobe shows to the camera.
 
-use super::{Alone, BatchSample, Depth, Integrator};
+use super::{Alone, Depth, Integrator};
 use crate::endpoint::{Camera, Endpoint, Light};
-use crate::film::{BatchSink, Contribution, FilmSample, Sink, Technique};
+use crate::film::{BatchSample, BatchSink, Contribution, FilmSample, Sink, Technique};
 use crate::geometry::SurfacePoint;
 use crate::path::{
-    Counters, Edge, GrowingPath, RandomWalk, Roulette, Scattered, Scratch, Segment, TechniqueSet, Vertex, are_joinable, sample_lens,
+    Counters, Edge, GrowingPath, RandomWalk, Roulette, Scattered, Scratch, Segment, TechniqueSet, Vertex, Wavefront, are_joinable,
+    sample_lens,
 };
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{Needs, Scene};
@@ -33,20 +34,22 @@ impl LightTracer {
         Self { depth: Depth::up_to(max_bounces), ..Self::default() }
     }
 
-    /// One light walk for each sample, with its connections: the sample or a part of it.
+    /// One light walk for each sample that `has_walk`, with its connections: the sample or a part of it.
+    #[allow(clippy::too_many_arguments)]
     pub(super) fn walk<'s, S: Scene + ?Sized, C: Camera + ?Sized, P: Sampler, K: BatchSink>(
         &self,
         scene: &'s S,
         camera: &C,
         samples: &mut [BatchSample<P>],
+        has_walk: impl Fn(usize) -> bool,
         sink: &mut K,
-        scratch: &mut Scratch<'s, S>,
+        counters: &mut Counters,
+        wavefront: &mut Wavefront<'s, S>,
     ) {
         let needs = scene.needs();
         if !Integrator::<S>::techniques(self, &needs).lens_sampling {
             return;
         }
-        let Scratch { counters, wavefront, .. } = scratch;
         let depth = self.depth.within(&needs);
         let connected = |number, vertex: &Vertex<S::Bsdf<'s>>, bounces, sample: &mut BatchSample<P>, counters: &mut Counters| {
             if !depth.contains(bounces) {
@@ -58,7 +61,7 @@ impl LightTracer {
             Some(Segment { sample: number, ends, contribution })
         };
         wavefront.paths.clear();
-        for (number, sample) in samples.iter_mut().enumerate() {
+        for (number, sample) in samples.iter_mut().enumerate().filter(|(number, _)| has_walk(*number)) {
             let Some((walk, vertex)) = RandomWalk::from_light(scene, &mut sample.sampler, counters) else { continue };
             wavefront.segments.extend(connected(number, &vertex, 0, sample, counters));
             wavefront.paths.extend(walk.map(|walk| GrowingPath::new(number, walk)));
@@ -157,7 +160,8 @@ impl<S: Scene + ?Sized> Integrator<S> for LightTracer {
         sink: &mut K,
         scratch: &mut Scratch<'s, S>,
     ) {
-        scratch.counters.samples += samples.len() as u64;
-        self.walk(scene, camera, samples, sink, scratch);
+        let Scratch { counters, wavefront, .. } = scratch;
+        counters.samples += samples.len() as u64;
+        self.walk(scene, camera, samples, |_| true, sink, counters, wavefront);
     }
 }

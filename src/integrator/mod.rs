@@ -23,7 +23,7 @@ pub use path_tracer::{PathTracer, PathTracing};
 pub use uniform_area::UniformArea;
 
 use crate::endpoint::Camera;
-use crate::film::{BatchSink, Contribution, FilmSample, Kernel, Sink};
+use crate::film::{BatchSample, BatchSink, Contribution, FilmSample, Kernel, Sink};
 use crate::path::{Counters, LeftOut, MAX_BOUNCES, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
 use crate::scene::{Needs, Scene};
@@ -76,15 +76,6 @@ pub trait Integrator<S: Scene + ?Sized>: Sync {
             self.sample(scene, camera, *film, sampler, &mut OneOf { sink, sample: i }, scratch);
         }
     }
-}
-
-/// One sample of a batch.
-#[derive(Clone, Debug)]
-pub struct BatchSample<P> {
-    /// Where it looks.
-    pub film: FilmSample,
-    /// Its numbers.
-    pub sampler: P,
 }
 
 /// What an integrator that adapts itself may use.

@@ -8,10 +8,10 @@
 //!
 //! with the walk's throughput T = Π f/p⊥ (Kajiya 1986; Veach 1997, section 10.2 for the weights).
 
-use super::{Alone, BatchSample, Depth, Integrator};
+use super::{Alone, Depth, Integrator};
 use crate::bsdf::Walk;
 use crate::endpoint::{Camera, Endpoint, Light};
-use crate::film::{BatchSink, Contribution, FilmSample, Sink, Technique};
+use crate::film::{BatchSample, BatchSink, Contribution, FilmSample, Sink, Technique};
 use crate::geometry::SurfacePoint;
 use crate::math::Rgb;
 use crate::path::{

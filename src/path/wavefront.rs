@@ -1,9 +1,10 @@
 //! Paths that advance together, from vertex to vertex, so that a scene gets many rays at a time (Laine, Karras and Aila 2013).
 
-use super::{Counters, RandomWalk, Vertex};
-use crate::film::{BatchSink, Contribution};
+use super::{Counters, RandomWalk, Roulette, Scattered, Vertex};
+use crate::film::{BatchSample, BatchSink, Contribution};
 use crate::geometry::SurfacePoint;
 use crate::math::PerProjected;
+use crate::sampler::Sampler;
 use crate::scene::Scene;
 
 /// A path that grows.
@@ -24,6 +25,19 @@ impl<'s, S: Scene + ?Sized + 's> GrowingPath<'s, S> {
     }
 }
 
+/// Segments that make up for the start and the end of a query.
+const MANY: usize = 64;
+
+/// The walks of a sample.
+pub(crate) struct Walks<'s, S: Scene + ?Sized + 's> {
+    /// Vertices of the camera walk, from the lens.
+    pub camera: Vec<Vertex<S::Bsdf<'s>>>,
+    /// Vertices of the light walk under way, from the light.
+    pub light: Vec<Vertex<S::Bsdf<'s>>>,
+    /// The number of light walks.
+    pub light_walks: u32,
+}
+
 /// What a sample contributes if two points see each other.
 pub(crate) struct Segment {
     pub sample: usize,
@@ -40,7 +54,13 @@ pub(crate) struct Wavefront<'s, S: Scene + ?Sized + 's> {
     pub segments: Vec<Segment>,
 }
 
-// Written by hand: a derive would ask for bounds on `S`.
+// Written by hand: derives would ask for bounds on `S`.
+impl<'s, S: Scene + ?Sized + 's> Default for Walks<'s, S> {
+    fn default() -> Self {
+        Self { camera: Vec::new(), light: Vec::new(), light_walks: 0 }
+    }
+}
+
 impl<'s, S: Scene + ?Sized + 's> Default for Wavefront<'s, S> {
     fn default() -> Self {
         Self { paths: Vec::new(), vertices: Vec::new(), segments: Vec::new() }
@@ -77,6 +97,47 @@ impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
             if !vertices[i].as_mut().is_some_and(|vertex| scatter(&mut paths[i], vertex)) {
                 paths.swap_remove(i);
             }
+        }
+    }
+
+    /// Lets the paths walk until absorption, escape, roulette or `max_bounces` scattering events, and hands each vertex to `keep` with the number
+    /// of the sample, which says of the first surface whether to go on.
+    #[inline]
+    pub fn record<P: Sampler>(
+        &mut self,
+        scene: &S,
+        max_bounces: u32,
+        roulette: &Roulette,
+        samples: &mut [BatchSample<P>],
+        counters: &mut Counters,
+        mut keep: impl FnMut(usize, Vertex<S::Bsdf<'s>>) -> bool,
+    ) {
+        while !self.paths.is_empty() {
+            self.arrive(scene, counters, |_, _, _, _| true);
+            for i in (0..self.paths.len()).rev() {
+                let GrowingPath { sample, walk, .. } = &mut self.paths[i];
+                let mut goes_on = false;
+                if let Some(mut vertex) = self.vertices[i].take() {
+                    if walk.vertices() > max_bounces {
+                        walk.truncate(counters);
+                    } else {
+                        let scattered = walk.scatter(&mut vertex, roulette, &mut samples[*sample].sampler, counters);
+                        goes_on = matches!(scattered, Scattered::On { .. });
+                    }
+                    goes_on = (keep(*sample, vertex) || walk.vertices() > 1) && goes_on;
+                }
+                if !goes_on {
+                    self.paths.swap_remove(i);
+                }
+            }
+        }
+    }
+
+    /// Tests the segments if there are enough of them.
+    #[inline]
+    pub fn test_many(&mut self, scene: &S, sink: &mut impl BatchSink) {
+        if self.segments.len() >= MANY {
+            self.test(scene, sink);
         }
     }
 

@@ -2,8 +2,8 @@
 
 use super::settings::Threads;
 use crate::endpoint::Camera;
-use crate::film::{ChunkFilm, Film, FilmRegion, FilmSample, Kernel};
-use crate::integrator::{BatchSample, Integrator};
+use crate::film::{BatchSample, ChunkFilm, Film, FilmRegion, FilmSample, Kernel};
+use crate::integrator::Integrator;
 use crate::path::{Counters, Scratch};
 use crate::sampler::SampleSource;
 use crate::scene::Scene;
@@ -22,6 +22,9 @@ pub(super) struct Job<'a, N, S: ?Sized, C: ?Sized, I: ?Sized> {
     pub kernel: Kernel,
     pub region: FilmRegion,
 }
+
+/// Samples that an integrator gets at a time: enough rays for the scene, and their paths stay in the nearest memory.
+const BATCH: usize = 64;
 
 /// What one chunk did.
 struct Slot {
@@ -120,13 +123,16 @@ impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S
     ) {
         let start = Instant::now();
         slot.film.clear();
-        slot.film.begin_samples(pixels.clone(), pass);
-        samples.clear();
-        samples.extend(pixels.map(|pixel| {
-            let mut sampler = self.source.sampler(pixel, pass);
-            BatchSample { film: FilmSample::draw(&self.region, pixel, &self.kernel, &mut sampler), sampler }
-        }));
-        self.integrator.sample_batch(self.scene, self.camera, samples, &mut slot.film, scratch);
+        for first in pixels.clone().step_by(BATCH) {
+            let pixels = first..pixels.end.min(first + BATCH as u32);
+            slot.film.begin_samples(pixels.clone(), pass);
+            samples.clear();
+            samples.extend(pixels.map(|pixel| {
+                let mut sampler = self.source.sampler(pixel, pass);
+                BatchSample { film: FilmSample::draw(&self.region, pixel, &self.kernel, &mut sampler), sampler }
+            }));
+            self.integrator.sample_batch(self.scene, self.camera, samples, &mut slot.film, scratch);
+        }
         slot.film.finish();
         slot.counters = std::mem::take(&mut scratch.counters);
         slot.counters.non_finite += slot.film.non_finite().count();

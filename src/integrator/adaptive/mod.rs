@@ -13,9 +13,9 @@ mod pilot;
 pub use decision::{Decision, TechniqueRecord};
 pub use findings::Candidate;
 
-use super::{Adapted, BatchSample, Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, Pilot};
+use super::{Adapted, Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, Pilot};
 use crate::endpoint::Camera;
-use crate::film::{BatchSink, Contribution, FilmRegion, FilmSample, Sink};
+use crate::film::{BatchSample, BatchSink, Contribution, FilmRegion, FilmSample, Sink};
 use crate::math::Rgb;
 use crate::path::{Counters, Heuristic, LightWalks, Roulette, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
