@@ -67,7 +67,7 @@
 
 use super::binary;
 use super::space::Space;
-use super::traverse::{BoxRay, prefetch};
+use super::traverse::{Any, BoxRay, Nearest, Splat, Stack, Step, prefetch};
 use super::wide::{Candidate, Facet, Wide};
 use crate::geometry::{Bounds, Contact, Intersection, Ray, Shape, Triangle};
 use fearless_simd::{Level, Simd, dispatch};
@@ -277,22 +277,50 @@ impl Bvh {
     fn closest_with<'a, S: Simd>(&'a self, simd: S, origin: DVec3, direction: DVec3, origin_primitive: u32) -> Option<Hit<'a>> {
         let direction = unit(direction)?;
         let (origin, moved) = self.clip(origin, direction)?;
-        let box_ray = BoxRay::new(self.space.place(origin).as_vec3(), direction.as_vec3());
+        let box_ray = self.box_ray(origin, direction);
+        let wide = Splat::new(simd, &box_ray);
         let ray = Ray::new(origin, direction);
-        let mut early = None;
-        let test = |candidate| self.test_early(candidate, &ray, origin_primitive, &mut early);
+        let (mut walk, mut stack, mut early) = (Nearest::default(), Stack::default(), None);
+        while self.step_to_nearest(simd, &box_ray, &wide, &mut walk, &mut stack, &ray, origin_primitive, &mut early) != Step::Done {}
+        let Found { candidate, intersection } = self.decide(walk.held, early, &ray, origin_primitive)?;
+        Some(Hit { primitive: candidate.primitive(), candidate, origin, direction, moved, intersection })
+    }
+
+    #[inline(always)]
+    fn box_ray(&self, origin: DVec3, direction: DVec3) -> BoxRay {
+        BoxRay::new(self.space.place(origin).as_vec3(), direction.as_vec3())
+    }
+
+    /// Visits one node or leaf. What had to be tested early goes to `early` if it is nearer.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn step_to_nearest<'a, S: Simd>(
+        &'a self,
+        simd: S,
+        box_ray: &BoxRay,
+        wide: &Splat<S>,
+        walk: &mut Nearest<'a>,
+        stack: &mut Stack<u64>,
+        ray: &Ray,
+        origin_primitive: u32,
+        early: &mut Option<Found<'a>>,
+    ) -> Step {
+        let test = |candidate| self.test_early(candidate, ray, origin_primitive, early);
         let prepare = |candidate: Candidate<'a>| {
             if !candidate.is_exact() {
                 prefetch(simd, self.shapes.as_ptr().wrapping_add(candidate.primitive() as usize));
             }
         };
-        let held =
-            self.wide.closest(simd, &box_ray, origin_primitive, prepare, test).and_then(|held| self.find(held, &ray, origin_primitive));
-        let Found { candidate, intersection } = match (held, early) {
-            (Some(held), Some(early)) if early.is_nearer(&held) => early,
-            (held, early) => held.or(early)?,
-        };
-        Some(Hit { primitive: candidate.primitive(), candidate, origin, direction, moved, intersection })
+        self.wide.step_to_nearest(simd, box_ray, wide, walk, stack, origin_primitive, prepare, test)
+    }
+
+    /// The nearer one of what was held back and what was tested early.
+    #[inline(always)]
+    fn decide<'a>(&self, held: Option<Candidate<'a>>, early: Option<Found<'a>>, ray: &Ray, origin_primitive: u32) -> Option<Found<'a>> {
+        match (held.and_then(|held| self.find(held, ray, origin_primitive)), early) {
+            (Some(held), Some(early)) if early.is_nearer(&held) => Some(early),
+            (held, early) => held.or(early),
+        }
     }
 
     /// The exact test of what may be the nearest hit.
@@ -357,7 +385,28 @@ impl Bvh {
         if length.is_nan() || length <= 0.0 {
             return true;
         }
-        let box_ray = BoxRay::new(self.space.place(origin).as_vec3(), direction.as_vec3());
+        let box_ray = self.box_ray(origin, direction);
+        let wide = Splat::new(simd, &box_ray);
+        let (mut walk, mut stack) = (Any::new(self.round_up(length)), Stack::default());
+        while self.step_to_any(simd, &box_ray, &wide, &mut walk, &mut stack, origin, direction, length, ends) != Step::Done {}
+        !walk.hit
+    }
+
+    /// Visits one node or leaf.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn step_to_any<S: Simd>(
+        &self,
+        simd: S,
+        box_ray: &BoxRay,
+        wide: &Splat<S>,
+        walk: &mut Any,
+        stack: &mut Stack<u32>,
+        origin: DVec3,
+        direction: DVec3,
+        length: f64,
+        ends: Ends,
+    ) -> Step {
         let blocks = |candidate: Candidate<'_>, certain: bool| {
             let primitive = candidate.primitive();
             if certain && primitive != ends.origin && primitive != ends.end {
@@ -365,7 +414,7 @@ impl Bvh {
             }
             self.blocks(candidate, origin, direction, length, ends)
         };
-        !self.wide.any(simd, &box_ray, self.round_up(length), blocks)
+        self.wide.step_to_any(simd, box_ray, wide, walk, stack, blocks)
     }
 
     /// The exact test of what may be in the way. Rare, and so not a part of the walk.
