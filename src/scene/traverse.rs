@@ -258,6 +258,14 @@ impl Default for Nearest<'_> {
     }
 }
 
+impl Nearest<'_> {
+    /// That of a ray without hits.
+    #[inline(always)]
+    pub fn ended() -> Self {
+        Self { child: Child::NOWHERE, ..Self::default() }
+    }
+}
+
 /// The walk of a ray to any hit.
 pub(super) struct Any {
     limit: f32,
@@ -271,6 +279,12 @@ impl Any {
     #[inline(always)]
     pub fn new(limit: f32) -> Self {
         Self { limit: limit.min(FAR), child: Child(0), length: 0, hit: false }
+    }
+
+    /// One of which the answer is known.
+    #[inline(always)]
+    pub fn ended(hit: bool) -> Self {
+        Self { limit: 0.0, child: Child::NOWHERE, length: 0, hit }
     }
 }
 
