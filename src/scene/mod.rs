@@ -6,6 +6,7 @@ mod bvh;
 mod error;
 pub mod gallery;
 mod lights;
+mod many;
 mod material;
 mod mesh;
 mod needs;

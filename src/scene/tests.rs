@@ -1,6 +1,6 @@
 //! The traversal against all shapes one by one, on scenes that are hard for boxes and for f32, with every instruction set.
 
-use super::bvh::{Bvh, Ends};
+use super::bvh::{Bvh, Ends, Query, Segment};
 use crate::geometry::{Bounds, Contact, Disk, Quad, Ray, Shape, Sphere, SurfacePoint, Triangle};
 use crate::math::warp::square_to_sphere;
 use fearless_simd::Level;
@@ -107,7 +107,7 @@ fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize
                 .zip(shapes)
                 .filter_map(|(id, shape)| Some((shape.intersect_apart_from(&ray, from(id))?.t, id)))
                 .min_by(|a, b| a.partial_cmp(b).expect("numbers"));
-            let found = bvh.closest(origin, direction, ends.origin, |hit| {
+            let found = bvh.closest(Query { origin, direction, origin_primitive: ends.origin }, |hit| {
                 assert_eq!(bvh.triangle_of(&hit), shapes[hit.primitive as usize].as_triangle(), "{name}, ray {i}");
                 held += usize::from(hit.candidate.is_exact());
                 (hit.intersection.t, hit.primitive)
@@ -122,7 +122,7 @@ fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize
             };
             let free =
                 !(0u32..).zip(shapes).any(|(id, shape)| shape.intersect_apart_from(&ray, within(id)).is_some_and(|hit| hit.t < length));
-            assert_eq!(bvh.is_free(origin, direction, length, ends), free, "{name}, segment {i} of {length}, {level:?}");
+            assert_eq!(bvh.is_free(&Segment { origin, direction, length, ends }), free, "{name}, segment {i} of {length}, {level:?}");
             hits += usize::from(found.is_some());
             blocked += usize::from(!free);
         }

@@ -41,7 +41,7 @@ impl BoxRay {
 const SMALLEST: f32 = 1.0 / (1u64 << 60) as f32;
 
 /// Vectors that hold one number of the ray in each lane.
-struct Splat<S: Simd> {
+pub(super) struct Splat<S: Simd> {
     origin: [f32x4<S>; 3],
     direction: [f32x4<S>; 3],
     reciprocal: [f32x8<S>; 3],
@@ -55,7 +55,7 @@ fn splat<S: Simd, V: SimdBase<S, Element = f32>>(simd: S, v: &[f32; 3]) -> [V; 3
 
 impl<S: Simd> Splat<S> {
     #[inline(always)]
-    fn new(simd: S, ray: &BoxRay) -> Self {
+    pub fn new(simd: S, ray: &BoxRay) -> Self {
         Self {
             origin: splat(simd, &ray.origin),
             direction: splat(simd, &ray.direction),
@@ -152,12 +152,11 @@ fn key(distance: i32, child: Child) -> u64 {
     u64::from(distance as u32) << 32 | u64::from(child.0)
 }
 
-/// Moves what a ray has yet to visit out of the array, for trees so deep that it does not suffice; returns the array's new length.
+/// Moves what a ray has yet to visit out of the array, for trees so deep that it does not suffice.
 #[cold]
 #[inline(never)]
-fn spill<T: Copy>(stack: &[T], heap: &mut Vec<T>) -> usize {
+fn spill<T: Copy>(stack: &[T], heap: &mut Vec<T>) {
     heap.extend_from_slice(stack);
-    0
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -196,6 +195,99 @@ fn take_last(bits: &mut u64) -> usize {
     lane
 }
 
+/// What a ray has yet to visit, the nearest last. How many of the entries count is told by the walk, which the compiler keeps in registers
+/// that way.
+pub(super) struct Stack<T> {
+    entries: [T; STACK],
+    heap: Vec<T>,
+}
+
+impl<T: Copy + Default> Default for Stack<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { entries: [T::default(); STACK], heap: Vec::new() }
+    }
+}
+
+impl<T: Copy> Stack<T> {
+    /// Makes room for the children of a node.
+    #[inline(always)]
+    fn reserve(&mut self, length: &mut usize) {
+        if *length > STACK - WIDTH {
+            spill(&self.entries[..*length], &mut self.heap);
+            *length = 0;
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self, length: &mut usize) -> Option<T> {
+        if *length == 0 {
+            return self.heap.pop();
+        }
+        *length -= 1;
+        Some(self.entries[*length % STACK])
+    }
+}
+
+/// How far a walk is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Step {
+    /// At something that was just asked for and may take a while to come.
+    Descended,
+    /// At something that was asked for earlier.
+    Returned,
+    /// At its end.
+    Done,
+}
+
+/// The walk of a ray to its nearest hit.
+pub(super) struct Nearest<'a> {
+    limit: f32,
+    child: Child,
+    length: usize,
+    /// The hit that is certain and yet to be tested.
+    pub held: Option<Candidate<'a>>,
+    held_primitive: u32,
+    held_near: f32,
+}
+
+impl Default for Nearest<'_> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { limit: FAR, child: Child(0), length: 0, held: None, held_primitive: u32::MAX, held_near: f32::INFINITY }
+    }
+}
+
+impl Nearest<'_> {
+    /// That of a ray without hits.
+    #[inline(always)]
+    pub fn ended() -> Self {
+        Self { child: Child::NOWHERE, ..Self::default() }
+    }
+}
+
+/// The walk of a ray to any hit.
+pub(super) struct Any {
+    limit: f32,
+    child: Child,
+    length: usize,
+    /// Whether there is one.
+    pub hit: bool,
+}
+
+impl Any {
+    #[inline(always)]
+    pub fn new(limit: f32) -> Self {
+        Self { limit: limit.min(FAR), child: Child(0), length: 0, hit: false }
+    }
+
+    /// One of which the answer is known.
+    #[inline(always)]
+    pub fn ended(hit: bool) -> Self {
+        Self { limit: 0.0, child: Child::NOWHERE, length: 0, hit }
+    }
+}
+
 impl Wide {
     /// Asks for what a ray will visit later.
     #[inline(always)]
@@ -203,159 +295,139 @@ impl Wide {
         prefetch(simd, self.lines.as_ptr().wrapping_add(child.line()).cast::<[Line; 4]>());
     }
 
-    /// Offers candidates roughly from near to far. `test` gets one and returns the limit from then on if it has come down.
-    /// A hit that is certain is held back, which `prepare` gets to know; the last one of them is returned and yet to be tested.
-    /// The ray does not hit the primitive `origin` unless `test` says so.
+    /// Visits one node or leaf on the way to the nearest hit, and offers candidates roughly from near to far. `test` gets one and returns the
+    /// limit from then on if it has come down. A hit that is certain is held back, which `prepare` gets to know; the last one of them is yet to
+    /// be tested at the end. The ray does not hit the primitive `origin` unless `test` says so.
+    #[allow(clippy::too_many_arguments)]
     #[inline(always)]
-    pub fn closest<'a, S: Simd>(
+    pub fn step_to_nearest<'a, S: Simd>(
         &'a self,
         simd: S,
         ray: &BoxRay,
+        wide: &Splat<S>,
+        walk: &mut Nearest<'a>,
+        stack: &mut Stack<u64>,
         origin: u32,
         prepare: impl Fn(Candidate<'a>),
         mut test: impl FnMut(Candidate<'a>) -> Option<f32>,
-    ) -> Option<Candidate<'a>> {
-        if self.lines.is_empty() {
-            return None;
-        }
-        let wide = Splat::new(simd, ray);
-        let mut limit = FAR;
-        let (mut stack, mut length, mut heap) = ([0u64; STACK], 0usize, Vec::new());
-        let mut child = Child(0);
-        let (mut held, mut held_primitive, mut held_near) = (None, u32::MAX, f32::INFINITY);
-        'walk: loop {
-            if child.is_leaf() {
-                let Some(block) = self.block(child.line()) else { break };
-                let tested = Tested::new(simd, &wide, block, limit);
-                let mut hits = tested.hits;
-                if hits != 0 {
-                    let certain = tested.certain();
-                    let (near, far) = tested.interval();
-                    while hits != 0 {
-                        let lane = take(&mut hits) % LANES;
-                        let candidate = Candidate { block, lane };
-                        let primitive = candidate.primitive();
-                        let certain = certain >> lane & 1 != 0;
-                        if certain && (primitive == held_primitive || primitive == origin || near[lane] > limit) {
-                            continue;
-                        }
-                        if certain && far[lane] < held_near {
-                            (held, held_primitive, held_near) = (Some(candidate), primitive, near[lane]);
-                            limit = limit.min(far[lane]);
-                            prepare(candidate);
-                            continue;
-                        }
-                        if let Some(nearer) = test(candidate) {
-                            limit = limit.min(nearer);
-                        }
-                    }
-                }
-            } else {
-                let Some(node) = self.node(child.line()) else { break };
-                let (near, mut hits) = enter(simd, ray, &wide, node, limit);
-                if hits != 0 {
-                    let lane = take(&mut hits) % WIDTH;
-                    child = node.child(lane);
-                    if hits == 0 {
+    ) -> Step {
+        if walk.child.is_leaf() {
+            let Some(block) = self.block(walk.child.line()) else { return Step::Done };
+            let tested = Tested::new(simd, wide, block, walk.limit);
+            let mut hits = tested.hits;
+            if hits != 0 {
+                let certain = tested.certain();
+                let (near, far) = tested.interval();
+                while hits != 0 {
+                    let lane = take(&mut hits) % LANES;
+                    let candidate = Candidate { block, lane };
+                    let primitive = candidate.primitive();
+                    let certain = certain >> lane & 1 != 0;
+                    if certain && (primitive == walk.held_primitive || primitive == origin || near[lane] > walk.limit) {
                         continue;
                     }
-                    if length > STACK - WIDTH {
-                        length = spill(&stack[..length], &mut heap);
+                    if certain && far[lane] < walk.held_near {
+                        (walk.held, walk.held_primitive, walk.held_near) = (Some(candidate), primitive, near[lane]);
+                        walk.limit = walk.limit.min(far[lane]);
+                        prepare(candidate);
+                        continue;
                     }
-                    let near = near.to_array();
-                    self.prefetch(simd, child);
-                    let mut best = key(near[lane], child);
+                    if let Some(nearer) = test(candidate) {
+                        walk.limit = walk.limit.min(nearer);
+                    }
+                }
+            }
+        } else {
+            let Some(node) = self.node(walk.child.line()) else { return Step::Done };
+            let (near, mut hits) = enter(simd, ray, wide, node, walk.limit);
+            if hits != 0 {
+                let lane = take(&mut hits) % WIDTH;
+                walk.child = node.child(lane);
+                if hits == 0 {
+                    return Step::Descended;
+                }
+                stack.reserve(&mut walk.length);
+                let near = near.to_array();
+                self.prefetch(simd, walk.child);
+                let mut best = key(near[lane], walk.child);
+                let lane = take(&mut hits) % WIDTH;
+                let other = key(near[lane], node.child(lane));
+                self.prefetch(simd, node.child(lane));
+                let first = walk.length;
+                stack.entries[walk.length % STACK] = best.max(other);
+                best = best.min(other);
+                walk.length += 1;
+                while hits != 0 {
                     let lane = take(&mut hits) % WIDTH;
                     let other = key(near[lane], node.child(lane));
                     self.prefetch(simd, node.child(lane));
-                    let first = length;
-                    stack[length % STACK] = best.max(other);
+                    let farther = best.max(other);
                     best = best.min(other);
-                    length += 1;
-                    while hits != 0 {
-                        let lane = take(&mut hits) % WIDTH;
-                        let other = key(near[lane], node.child(lane));
-                        self.prefetch(simd, node.child(lane));
-                        let farther = best.max(other);
-                        best = best.min(other);
-                        // Insertion, farthest first.
-                        let mut at = length;
-                        length += 1;
-                        while at > first && stack[(at - 1) % STACK] < farther {
-                            stack[at % STACK] = stack[(at - 1) % STACK];
-                            at -= 1;
-                        }
-                        stack[at % STACK] = farther;
+                    // Insertion, farthest first.
+                    let mut at = walk.length;
+                    walk.length += 1;
+                    while at > first && stack.entries[(at - 1) % STACK] < farther {
+                        stack.entries[at % STACK] = stack.entries[(at - 1) % STACK];
+                        at -= 1;
                     }
-                    child = Child(best as u32);
-                    continue;
+                    stack.entries[at % STACK] = farther;
                 }
-            }
-            loop {
-                let next = if length > 0 {
-                    length -= 1;
-                    stack[length % STACK]
-                } else {
-                    let Some(next) = heap.pop() else { break 'walk };
-                    next
-                };
-                if (next >> 32) as u32 <= limit.to_bits() {
-                    child = Child(next as u32);
-                    break;
-                }
+                walk.child = Child(best as u32);
+                return Step::Descended;
             }
         }
-        held
+        while let Some(next) = stack.pop(&mut walk.length) {
+            if (next >> 32) as u32 <= walk.limit.to_bits() {
+                walk.child = Child(next as u32);
+                return Step::Returned;
+            }
+        }
+        Step::Done
     }
 
-    /// Whether `test` is true of any candidate before `limit`. It gets one and whether that is certainly hit well before `limit`.
+    /// Visits one node or leaf until `test` is true of any candidate before the limit. It gets one and whether that is certainly hit well before
+    /// the limit.
     #[inline(always)]
-    pub fn any<'a, S: Simd>(&'a self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(Candidate<'a>, bool) -> bool) -> bool {
-        if self.lines.is_empty() {
-            return false;
-        }
-        let wide = Splat::new(simd, ray);
-        let limit = limit.min(FAR);
-        let (mut stack, mut length, mut heap) = ([0u32; STACK], 0usize, Vec::new());
-        let mut child = Child(0);
-        loop {
-            if child.is_leaf() {
-                let Some(block) = self.block(child.line()) else { return false };
-                let tested = Tested::new(simd, &wide, block, limit);
-                let mut hits = tested.hits;
-                if hits != 0 {
-                    let certain = tested.certain_before(simd, limit);
-                    while hits != 0 {
-                        let lane = take(&mut hits) % LANES;
-                        if test(Candidate { block, lane }, certain >> lane & 1 != 0) {
-                            return true;
-                        }
+    pub fn step_to_any<'a, S: Simd>(
+        &'a self,
+        simd: S,
+        ray: &BoxRay,
+        wide: &Splat<S>,
+        walk: &mut Any,
+        stack: &mut Stack<u32>,
+        mut test: impl FnMut(Candidate<'a>, bool) -> bool,
+    ) -> Step {
+        if walk.child.is_leaf() {
+            let Some(block) = self.block(walk.child.line()) else { return Step::Done };
+            let tested = Tested::new(simd, wide, block, walk.limit);
+            let mut hits = tested.hits;
+            if hits != 0 {
+                let certain = tested.certain_before(simd, walk.limit);
+                while hits != 0 {
+                    let lane = take(&mut hits) % LANES;
+                    if test(Candidate { block, lane }, certain >> lane & 1 != 0) {
+                        walk.hit = true;
+                        return Step::Done;
                     }
-                }
-            } else {
-                let Some(node) = self.node(child.line()) else { return false };
-                let mut hits = enter(simd, ray, &wide, node, limit).1;
-                if hits != 0 {
-                    child = node.child(take(&mut hits) % WIDTH);
-                    if length > STACK - WIDTH {
-                        length = spill(&stack[..length], &mut heap);
-                    }
-                    while hits != 0 {
-                        let other = node.child(take_last(&mut hits) % WIDTH);
-                        self.prefetch(simd, other);
-                        stack[length % STACK] = other.0;
-                        length += 1;
-                    }
-                    continue;
                 }
             }
-            child = if length > 0 {
-                length -= 1;
-                Child(stack[length % STACK])
-            } else {
-                let Some(next) = heap.pop() else { return false };
-                Child(next)
-            };
+        } else {
+            let Some(node) = self.node(walk.child.line()) else { return Step::Done };
+            let mut hits = enter(simd, ray, wide, node, walk.limit).1;
+            if hits != 0 {
+                walk.child = node.child(take(&mut hits) % WIDTH);
+                stack.reserve(&mut walk.length);
+                while hits != 0 {
+                    let other = node.child(take_last(&mut hits) % WIDTH);
+                    self.prefetch(simd, other);
+                    stack.entries[walk.length % STACK] = other.0;
+                    walk.length += 1;
+                }
+                return Step::Descended;
+            }
         }
+        let Some(next) = stack.pop(&mut walk.length) else { return Step::Done };
+        walk.child = Child(next);
+        Step::Returned
     }
 }

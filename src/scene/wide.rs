@@ -48,6 +48,9 @@ impl<'a> Node<'a> {
 pub(super) struct Child(pub u32);
 
 impl Child {
+    /// Where walks end: no node has as many before it.
+    pub const NOWHERE: Self = Self(Self::LEAF - 1);
+
     const LEAF: u32 = 1 << 31;
 
     #[inline(always)]
