@@ -243,7 +243,7 @@ pub(super) enum Step {
 /// The walk of a ray to its nearest hit.
 pub(super) struct Nearest<'a> {
     limit: f32,
-    child: Child,
+    pub child: Child,
     length: usize,
     /// The hit that is certain and yet to be tested.
     pub held: Option<Candidate<'a>>,
@@ -269,7 +269,7 @@ impl Nearest<'_> {
 /// The walk of a ray to any hit.
 pub(super) struct Any {
     limit: f32,
-    child: Child,
+    pub child: Child,
     length: usize,
     /// Whether there is one.
     pub hit: bool,
@@ -343,12 +343,12 @@ impl Wide {
             if hits != 0 {
                 let lane = take(&mut hits) % WIDTH;
                 walk.child = node.child(lane);
+                self.prefetch(simd, walk.child);
                 if hits == 0 {
                     return Step::Descended;
                 }
                 stack.reserve(&mut walk.length);
                 let near = near.to_array();
-                self.prefetch(simd, walk.child);
                 let mut best = key(near[lane], walk.child);
                 let lane = take(&mut hits) % WIDTH;
                 let other = key(near[lane], node.child(lane));
@@ -416,6 +416,7 @@ impl Wide {
             let mut hits = enter(simd, ray, wide, node, walk.limit).1;
             if hits != 0 {
                 walk.child = node.child(take(&mut hits) % WIDTH);
+                self.prefetch(simd, walk.child);
                 stack.reserve(&mut walk.length);
                 while hits != 0 {
                     let other = node.child(take_last(&mut hits) % WIDTH);
