@@ -7,7 +7,7 @@ use crate::endpoint::{Camera, Endpoint};
 use crate::film::{BatchSample, BatchSink, Contribution, FilmRegion, FilmSample, Sink, Technique};
 use crate::math::Rgb;
 use crate::path::{
-    Counters, GrowingPath, Heuristic, Path, RandomWalk, Roulette, Scratch, Segment, TechniqueSet, Vertex, Walks, sample_emitter,
+    Counters, End, GrowingPath, Heuristic, Path, RandomWalk, Roulette, Scratch, Segments, TechniqueSet, Vertex, Walks, sample_emitter,
     sample_lens,
 };
 use crate::sampler::{Sampler, Stream};
@@ -324,18 +324,25 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
     fn postpone<'v, K: BatchSink>(
         &'v self,
         sample: usize,
-        segments: &'v mut Vec<Segment>,
+        segments: &'v mut Segments,
         sink: &'v mut K,
     ) -> impl FnMut(Path<'_, 's, S, C>, DVec2, Rgb, &mut Counters) + 'v {
         move |path, raster, value, counters| {
             let contribution = self.contribution(&path, raster, value);
-            match path.segment() {
-                Some(ends) => {
-                    counters.shadow_rays += 1;
-                    segments.push(Segment { sample, ends, contribution });
-                }
-                None => sink.add(sample, &contribution),
+            let Technique { s, t } = path.technique();
+            if s == 0 {
+                return sink.add(sample, &contribution);
             }
+            counters.shadow_rays += 1;
+            let (s, t) = (usize::from(s), usize::from(t));
+            let near = if t == 1 { segments.keep(&path.vertex(0).point) } else { End::Camera(t as u32 - 1) };
+            let far = match path.facing() {
+                Some(facing) => segments.keep(&facing),
+                // Of emitter sampling the light walk knows nothing.
+                None if s == 1 => segments.keep(&path.vertex(t).point),
+                None => End::Light(s as u32 - 1),
+            };
+            segments.push(sample, [near, far], contribution);
         }
     }
 
@@ -384,18 +391,15 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
             let walk = kernel.start_from_camera(film, sampler, &mut walks[i].camera);
             wavefront.paths.extend(walk.map(|walk| GrowingPath::new(i, walk)));
         }
-        wavefront.record(scene, kernel.camera_limit(), &kernel.roulette, samples, counters, |i, vertex| {
-            let goes_on = kernel.goes_on(&vertex);
-            walks[i].camera.push(vertex);
-            goes_on
-        });
+        let limit = (kernel.camera_limit(), &kernel.roulette);
+        wavefront.record(scene, limit, samples, walks, |walks| &mut walks.camera, counters, |first| kernel.goes_on(first));
         for (i, BatchSample { film, sampler }) in samples.iter_mut().enumerate() {
             let Walks { camera: from_camera, light_walks, .. } = &mut walks[i];
             kernel.finish_from_camera(from_camera);
             kernel.join_camera_walk(film, from_camera, sampler, counters, &mut kernel.postpone(i, &mut wavefront.segments, sink));
             *light_walks = kernel.draw_light_walks(sampler);
-            wavefront.test_many(scene, sink);
         }
+        wavefront.test(scene, walks, sink);
         let rounds = walks[..samples.len()].iter().map(|walks| walks.light_walks).max().unwrap_or_default();
         let only_to_lens = kernel.set.lens_first && kernel.set.lens_sampling && !kernel.set.connections;
         for round in 0..rounds {
@@ -414,10 +418,8 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
                 let walk = kernel.start_from_light(&mut sample.sampler, &mut walks.light, counters);
                 wavefront.paths.extend(walk.map(|walk| GrowingPath::new(i, walk)));
             }
-            wavefront.record(scene, kernel.light_limit(), &kernel.roulette, samples, counters, |i, vertex| {
-                walks[i].light.push(vertex);
-                true
-            });
+            let limit = (kernel.light_limit(), &kernel.roulette);
+            wavefront.record(scene, limit, samples, walks, |walks| &mut walks.light, counters, |_| true);
             for (i, BatchSample { film, sampler }) in samples.iter_mut().enumerate() {
                 let Walks { camera: from_camera, light: from_light, light_walks } = &mut walks[i];
                 if round >= *light_walks {
@@ -426,10 +428,9 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
                 kernel.finish_from_light(from_light);
                 let mut join = |offer| kernel.join_light_walk(film, from_camera, from_light, sampler, counters, offer);
                 join(&mut kernel.postpone(i, &mut wavefront.segments, sink));
-                wavefront.test_many(scene, sink);
             }
+            wavefront.test(scene, walks, sink);
         }
-        scratch.wavefront.test(scene, sink);
     }
 }
 

@@ -12,8 +12,7 @@ use crate::endpoint::{Camera, Endpoint, Light};
 use crate::film::{BatchSample, BatchSink, Contribution, FilmSample, Sink, Technique};
 use crate::geometry::SurfacePoint;
 use crate::path::{
-    Counters, Edge, GrowingPath, RandomWalk, Roulette, Scattered, Scratch, Segment, TechniqueSet, Vertex, Wavefront, are_joinable,
-    sample_lens,
+    Counters, Edge, GrowingPath, RandomWalk, Roulette, Scattered, Scratch, TechniqueSet, Vertex, Wavefront, are_joinable, sample_lens,
 };
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{Needs, Scene};
@@ -51,35 +50,37 @@ impl LightTracer {
             return;
         }
         let depth = self.depth.within(&needs);
-        let connected = |number, vertex: &Vertex<S::Bsdf<'s>>, bounces, sample: &mut BatchSample<P>, counters: &mut Counters| {
-            if !depth.contains(bounces) {
-                return None;
-            }
-            sample.sampler.stream(Stream::LensSampling(bounces));
-            let technique = Technique { s: bounces as u16 + 1, t: 1 };
-            let (ends, contribution) = self.connected(scene, camera, vertex, technique, sample, counters)?;
-            Some(Segment { sample: number, ends, contribution })
-        };
+        let technique = |bounces: u32| Technique { s: bounces as u16 + 1, t: 1 };
         wavefront.paths.clear();
         for (number, sample) in samples.iter_mut().enumerate().filter(|(number, _)| has_walk(*number)) {
             let Some((walk, vertex)) = RandomWalk::from_light(scene, &mut sample.sampler, counters) else { continue };
-            wavefront.segments.extend(connected(number, &vertex, 0, sample, counters));
+            if depth.contains(0)
+                && let Some(([lens, start], contribution)) = self.connected(scene, camera, &vertex, technique(0), sample, counters)
+            {
+                let ends = [wavefront.segments.keep(&lens), wavefront.segments.keep(&start)];
+                wavefront.segments.push(number, ends, contribution);
+            }
             wavefront.paths.extend(walk.map(|walk| GrowingPath::new(number, walk)));
         }
-        wavefront.test(scene, sink);
+        wavefront.test(scene, &[], sink);
         // Without a vertex that could be connected the walk would be for nothing.
         let limit = if needs.contains(Needs::FINITE_LOBES) { depth.limit() } else { 0 };
         for bounces in 1..=limit {
             if wavefront.paths.is_empty() {
                 return;
             }
-            wavefront.arrive(scene, counters, |path, vertex, segments, counters| {
-                if vertex.is_connectible() {
-                    segments.extend(connected(path.sample, vertex, bounces, &mut samples[path.sample], counters));
+            wavefront.arrive(scene, counters, |path, vertex, here, segments, counters| {
+                let sample = &mut samples[path.sample];
+                if depth.contains(bounces)
+                    && vertex.is_connectible()
+                    && let Some(([lens, _], contribution)) = self.connected(scene, camera, vertex, technique(bounces), sample, counters)
+                {
+                    let lens = segments.keep(&lens);
+                    segments.push(path.sample, [lens, here], contribution);
                 }
                 true
             });
-            wavefront.test(scene, sink);
+            wavefront.test(scene, &[], sink);
             wavefront.scatter(|path, vertex| {
                 let sampler = &mut samples[path.sample].sampler;
                 matches!(path.walk.scatter(vertex, &self.roulette, sampler, counters), Scattered::On { .. })
@@ -100,6 +101,7 @@ impl LightTracer {
         BatchSample { film, sampler }: &mut BatchSample<P>,
         counters: &mut Counters,
     ) -> Option<([SurfacePoint; 2], Contribution)> {
+        sampler.stream(Stream::LensSampling(u32::from(technique.s) - 1));
         let lens = sample_lens(camera, &vertex.point, sampler)?;
         let edge = Edge::between(&lens.point, &vertex.point)?;
         let raster = camera.raster(&lens.point, edge.direction)? - film.offset;

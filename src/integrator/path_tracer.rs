@@ -14,9 +14,7 @@ use crate::endpoint::{Camera, Endpoint, Light};
 use crate::film::{BatchSample, BatchSink, Contribution, FilmSample, Sink, Technique};
 use crate::geometry::SurfacePoint;
 use crate::math::Rgb;
-use crate::path::{
-    Counters, Edge, GrowingPath, Heuristic, RandomWalk, Roulette, Scattered, Scratch, Segment, TechniqueSet, Vertex, sample_emitter,
-};
+use crate::path::{Counters, Edge, GrowingPath, Heuristic, RandomWalk, Roulette, Scattered, Scratch, TechniqueSet, Vertex, sample_emitter};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{Needs, Scene};
 
@@ -213,7 +211,7 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
             if wavefront.paths.is_empty() {
                 break;
             }
-            wavefront.arrive(scene, counters, |path, vertex, segments, counters| {
+            wavefront.arrive(scene, counters, |path, vertex, here, segments, counters| {
                 let BatchSample { film, sampler } = &mut samples[path.sample];
                 if let Some((value, weight)) = kernel.emitted(path, vertex, bounces) {
                     sink.add(path.sample, &contribution(film, 0, bounces, value, weight));
@@ -221,11 +219,12 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
                 let goes_on = kernel.goes_on(path, vertex, bounces, counters);
                 if goes_on && let Some((end, value, weight)) = kernel.connected(vertex, bounces, sampler, counters) {
                     let contribution = contribution(film, 1, bounces + 1, value, weight);
-                    segments.push(Segment { sample: path.sample, ends: [vertex.point, end], contribution });
+                    let end = segments.keep(&end);
+                    segments.push(path.sample, [here, end], contribution);
                 }
                 goes_on
             });
-            wavefront.test(scene, sink);
+            wavefront.test(scene, &[], sink);
             wavefront.scatter(|path, vertex| {
                 let BatchSample { film, sampler } = &mut samples[path.sample];
                 let (goes_on, constant) = kernel.scatter(path, vertex, bounces, sampler, counters);

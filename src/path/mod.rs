@@ -39,5 +39,5 @@ pub use vertex::{StartDensity, Vertex};
 pub use view::Path;
 pub(crate) use view::are_joinable;
 pub use walk::{MAX_BOUNCES, RandomWalk, Scattered};
-pub(crate) use wavefront::{GrowingPath, Segment, Walks, Wavefront};
+pub(crate) use wavefront::{End, GrowingPath, Segments, Walks, Wavefront};
 pub use weight::{Ends, Heuristic, PathDensities};

@@ -131,26 +131,23 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
         if i < t { &self.camera_part[i] } else { &self.light_part[self.edges() - i] }
     }
 
-    /// The ends of the connecting edge; `None` if there is none.
-    #[inline]
-    #[must_use]
-    pub fn segment(&self) -> Option<[SurfacePoint; 2]> {
-        let (y, z) = (self.camera_part.last()?, self.light_part.last()?);
-        let end = match (&y.bsdf, &z.bsdf) {
-            // The start of a light walk was not placed for the lens.
-            (None, None) => self.scene.light(self.light).facing(&z.point, &y.point),
-            _ => z.point,
-        };
-        Some([y.point, end])
-    }
-
     /// Tests the connecting edge, if there is one.
     #[inline]
     #[must_use]
     pub fn is_visible(&self, counters: &mut Counters) -> bool {
-        let Some([a, b]) = self.segment() else { return true };
+        let (Some(y), Some(z)) = (self.camera_part.last(), self.light_part.last()) else { return true };
         counters.shadow_rays += 1;
-        self.scene.visible(&a, &b)
+        match self.facing() {
+            Some(facing) => self.scene.visible(&y.point, &facing),
+            None => self.scene.visible(&y.point, &z.point),
+        }
+    }
+
+    /// The point of a light that the lens connects to, if the light walk was not placed for it.
+    #[inline]
+    pub(crate) fn facing(&self) -> Option<SurfacePoint> {
+        let (y, z) = (self.camera_part.last()?, self.light_part.last()?);
+        (y.bsdf.is_none() && z.bsdf.is_none()).then(|| self.scene.light(self.light).facing(&z.point, &y.point))
     }
 
     /// The multiple importance sampling weight of the technique that drew the path, within a set that contains it.

@@ -12,6 +12,8 @@ pub(crate) struct GrowingPath<'s, S: Scene + ?Sized + 's> {
     /// The number of its sample.
     pub sample: usize,
     pub walk: RandomWalk<'s, S>,
+    /// Number of vertices behind its start.
+    pub arrived: usize,
     /// Density of the walk's direction at the vertex before.
     pub pdf_next: PerProjected,
     /// Whether a connection could have drawn the path from there.
@@ -21,12 +23,9 @@ pub(crate) struct GrowingPath<'s, S: Scene + ?Sized + 's> {
 impl<'s, S: Scene + ?Sized + 's> GrowingPath<'s, S> {
     #[inline]
     pub fn new(sample: usize, walk: RandomWalk<'s, S>) -> Self {
-        Self { sample, walk, pdf_next: PerProjected::ZERO, competes: false }
+        Self { sample, walk, arrived: 0, pdf_next: PerProjected::ZERO, competes: false }
     }
 }
-
-/// Segments that make up for the start and the end of a query.
-const MANY: usize = 64;
 
 /// The walks of a sample.
 pub(crate) struct Walks<'s, S: Scene + ?Sized + 's> {
@@ -38,11 +37,45 @@ pub(crate) struct Walks<'s, S: Scene + ?Sized + 's> {
     pub light_walks: u32,
 }
 
+/// An end of a segment.
+#[derive(Clone, Copy)]
+pub(crate) enum End {
+    /// Where the path in this place has arrived.
+    Arrival(u32),
+    /// A vertex of the sample's camera walk.
+    Camera(u32),
+    /// A vertex of the sample's light walk.
+    Light(u32),
+    /// One of the points that were sampled for segments.
+    Sampled(u32),
+}
+
 /// What a sample contributes if two points see each other.
 pub(crate) struct Segment {
     pub sample: usize,
-    pub ends: [SurfacePoint; 2],
+    pub ends: [End; 2],
     pub contribution: Contribution,
+}
+
+/// What is yet to be tested for visibility.
+#[derive(Default)]
+pub(crate) struct Segments {
+    list: Vec<Segment>,
+    sampled: Vec<SurfacePoint>,
+}
+
+impl Segments {
+    #[inline]
+    pub fn push(&mut self, sample: usize, ends: [End; 2], contribution: Contribution) {
+        self.list.push(Segment { sample, ends, contribution });
+    }
+
+    /// Keeps a point until the segments have been tested.
+    #[inline]
+    pub fn keep(&mut self, point: &SurfacePoint) -> End {
+        self.sampled.push(*point);
+        End::Sampled(self.sampled.len() as u32 - 1)
+    }
 }
 
 /// The paths of a batch that are under way.
@@ -50,8 +83,7 @@ pub(crate) struct Wavefront<'s, S: Scene + ?Sized + 's> {
     pub paths: Vec<GrowingPath<'s, S>>,
     /// Where each path has arrived.
     vertices: Vec<Option<Vertex<S::Bsdf<'s>>>>,
-    /// What is yet to be tested for visibility.
-    pub segments: Vec<Segment>,
+    pub segments: Segments,
 }
 
 // Written by hand: derives would ask for bounds on `S`.
@@ -63,7 +95,7 @@ impl<'s, S: Scene + ?Sized + 's> Default for Walks<'s, S> {
 
 impl<'s, S: Scene + ?Sized + 's> Default for Wavefront<'s, S> {
     fn default() -> Self {
-        Self { paths: Vec::new(), vertices: Vec::new(), segments: Vec::new() }
+        Self { paths: Vec::new(), vertices: Vec::new(), segments: Segments::default() }
     }
 }
 
@@ -74,16 +106,16 @@ impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
         &mut self,
         scene: &S,
         counters: &mut Counters,
-        mut visit: impl FnMut(&mut GrowingPath<'s, S>, &mut Vertex<S::Bsdf<'s>>, &mut Vec<Segment>, &mut Counters) -> bool,
+        mut visit: impl FnMut(&GrowingPath<'s, S>, &Vertex<S::Bsdf<'s>>, End, &mut Segments, &mut Counters) -> bool,
     ) {
         let Self { paths, vertices, segments } = self;
         counters.closest_rays += paths.len() as u64;
         vertices.clear();
         vertices.resize_with(paths.len(), || None);
         scene.intersect_many(paths.iter().map(|path| path.walk.ray()), |i, point| vertices[i] = paths[i].walk.vertex_at(point));
-        for (path, vertex) in paths.iter_mut().zip(vertices) {
+        for (i, (path, vertex)) in paths.iter_mut().zip(vertices).enumerate() {
             path.walk.count_vertex(vertex.as_ref(), counters);
-            if vertex.as_mut().is_some_and(|vertex| !visit(path, vertex, segments, counters)) {
+            if vertex.as_ref().is_some_and(|vertex| !visit(path, vertex, End::Arrival(i as u32), segments, counters)) {
                 *vertex = None;
             }
         }
@@ -100,56 +132,65 @@ impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
         }
     }
 
-    /// Lets the paths walk until absorption, escape, roulette or `max_bounces` scattering events, and hands each vertex to `keep` with the number
-    /// of the sample, which says of the first surface whether to go on.
+    /// Lets the paths walk until absorption, escape, roulette or `max_bounces` scattering events, and appends the vertices to one of the lists of their
+    /// samples. At the first surface `goes_on` decides, too.
     #[inline]
     pub fn record<P: Sampler>(
         &mut self,
         scene: &S,
-        max_bounces: u32,
-        roulette: &Roulette,
+        (max_bounces, roulette): (u32, &Roulette),
         samples: &mut [BatchSample<P>],
+        walks: &mut [Walks<'s, S>],
+        list: for<'w> fn(&'w mut Walks<'s, S>) -> &'w mut Vec<Vertex<S::Bsdf<'s>>>,
         counters: &mut Counters,
-        mut keep: impl FnMut(usize, Vertex<S::Bsdf<'s>>) -> bool,
+        goes_on: impl Fn(&Vertex<S::Bsdf<'s>>) -> bool,
     ) {
-        while !self.paths.is_empty() {
-            self.arrive(scene, counters, |_, _, _, _| true);
-            for i in (0..self.paths.len()).rev() {
-                let GrowingPath { sample, walk, .. } = &mut self.paths[i];
-                let mut goes_on = false;
-                if let Some(mut vertex) = self.vertices[i].take() {
+        let paths = &mut self.paths;
+        while !paths.is_empty() {
+            counters.closest_rays += paths.len() as u64;
+            scene.intersect_many(paths.iter().map(|path| path.walk.ray()), |i, point| {
+                let GrowingPath { sample, walk, .. } = &paths[i];
+                list(&mut walks[*sample]).extend(walk.vertex_at(point));
+            });
+            for i in (0..paths.len()).rev() {
+                let GrowingPath { sample, walk, arrived, .. } = &mut paths[i];
+                let vertices = list(&mut walks[*sample]);
+                // The walk's start is one of them.
+                *arrived += 1;
+                let vertex = vertices.get_mut(*arrived);
+                walk.count_vertex(vertex.as_deref(), counters);
+                let has_gone_on = vertex.is_some_and(|vertex| {
                     if walk.vertices() > max_bounces {
                         walk.truncate(counters);
-                    } else {
-                        let scattered = walk.scatter(&mut vertex, roulette, &mut samples[*sample].sampler, counters);
-                        goes_on = matches!(scattered, Scattered::On { .. });
+                        return false;
                     }
-                    goes_on = (keep(*sample, vertex) || walk.vertices() > 1) && goes_on;
-                }
-                if !goes_on {
-                    self.paths.swap_remove(i);
+                    let scattered = walk.scatter(vertex, roulette, &mut samples[*sample].sampler, counters);
+                    matches!(scattered, Scattered::On { .. }) && (walk.vertices() > 1 || goes_on(vertex))
+                });
+                if !has_gone_on {
+                    paths.swap_remove(i);
                 }
             }
-        }
-    }
-
-    /// Tests the segments if there are enough of them.
-    #[inline]
-    pub fn test_many(&mut self, scene: &S, sink: &mut impl BatchSink) {
-        if self.segments.len() >= MANY {
-            self.test(scene, sink);
         }
     }
 
     /// Tests the segments and gives what is visible to the sink.
     #[inline]
-    pub fn test(&mut self, scene: &S, sink: &mut impl BatchSink) {
-        let segments = &self.segments;
-        scene.visible_many(segments.iter().map(|Segment { ends: [a, b], .. }| (a, b)), |i, visible| {
+    pub fn test(&mut self, scene: &S, walks: &[Walks<'s, S>], sink: &mut impl BatchSink) {
+        let Self { vertices, segments: Segments { list, sampled }, .. } = self;
+        let point = |sample: usize, end: End| match end {
+            End::Arrival(i) => vertices[i as usize].as_ref().map(|vertex| &vertex.point),
+            End::Camera(i) => walks[sample].camera.get(i as usize).map(|vertex| &vertex.point),
+            End::Light(i) => walks[sample].light.get(i as usize).map(|vertex| &vertex.point),
+            End::Sampled(i) => sampled.get(i as usize),
+        };
+        let ends = list.iter().map(|Segment { sample, ends: [a, b], .. }| point(*sample, *a).zip(point(*sample, *b)));
+        scene.visible_many(ends.flatten(), |i, visible| {
             if visible {
-                sink.add(segments[i].sample, &segments[i].contribution);
+                sink.add(list[i].sample, &list[i].contribution);
             }
         });
-        self.segments.clear();
+        list.clear();
+        sampled.clear();
     }
 }
