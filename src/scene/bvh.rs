@@ -66,12 +66,13 @@
 //! something that is hit, and all that was not dropped is compared by its exact distance, so the answer is the same.
 
 use super::binary;
+use super::packet::FEW;
 use super::space::Space;
 use super::traverse::{Any, BoxRay, Nearest, Splat, Stack, Step, prefetch};
-use super::wide::{Candidate, Facet, Wide};
+use super::wide::{self, Block, Candidate, Facet, Line, Wide};
 use crate::geometry::{Bounds, Contact, Intersection, Ray, Shape, Triangle};
 use fearless_simd::{Level, Simd, dispatch};
-use glam::{DVec3, Vec3A};
+use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::splits::split_aabbs_precise;
 use obvhs::triangle::Triangle as F32Triangle;
@@ -98,6 +99,8 @@ const CLIP: f64 = 1.0 + 4.0 * PADDING as f64;
 /// A tree over all primitives of a scene.
 pub(crate) struct Bvh {
     wide: Wide,
+    /// All facets of a scene that has few of them.
+    pub(super) few: Vec<[Line; Block::LINES]>,
     /// All primitives, by their number.
     shapes: Vec<Shape>,
     space: Space,
@@ -234,6 +237,7 @@ impl Bvh {
                 references.push(primitive as u32 | SECOND_HALF);
             }
         }
+        let few = if references.len() <= FEW { wide::blocks(&references, facet) } else { Vec::new() };
         let mut boxes: Vec<Aabb> = references
             .iter()
             .map(|&reference| {
@@ -258,7 +262,7 @@ impl Bvh {
         drop(boxes);
         let references: Vec<u32> = tree.primitive_indices.iter().map(|&i| references[i as usize]).collect();
         let wide = Wide::collapse(&tree.nodes, &references, facet);
-        Self { wide, shapes, space, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
+        Self { wide, few, shapes, space, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
     }
 
     /// Uses another instruction set, which this processor must have.
@@ -273,7 +277,7 @@ impl Bvh {
         TreeStatistics {
             nodes: *nodes,
             leaves: *blocks,
-            bytes: size_of_val(&lines[..]) + size_of_val(&self.shapes[..]),
+            bytes: size_of_val(&lines[..]) + size_of_val(&self.few[..]) + size_of_val(&self.shapes[..]),
             build_time: self.build_time,
             instruction_set: dispatch!(self.level, simd => instruction_set(simd)),
         }
@@ -318,9 +322,15 @@ impl Bvh {
         Some((origin, direction, moved))
     }
 
+    /// A point in the space of the boxes.
+    #[inline(always)]
+    pub(super) fn place(&self, p: DVec3) -> Vec3 {
+        self.space.place(p).as_vec3()
+    }
+
     #[inline(always)]
     pub(super) fn box_ray(&self, origin: DVec3, direction: DVec3) -> BoxRay {
-        BoxRay::new(self.space.place(origin).as_vec3(), direction.as_vec3())
+        BoxRay::new(self.place(origin), direction.as_vec3())
     }
 
     /// Visits one node or leaf. What had to be tested early goes to `early` if it is nearer.
@@ -371,7 +381,13 @@ impl Bvh {
 
     /// Replaces the nearest hit if this one is nearer, and returns the limit from then on. Rare, and so not a part of the walk.
     #[inline(never)]
-    fn test_early<'a>(&self, candidate: Candidate<'a>, ray: &Ray, origin_primitive: u32, nearest: &mut Option<Found<'a>>) -> Option<f32> {
+    pub(super) fn test_early<'a>(
+        &self,
+        candidate: Candidate<'a>,
+        ray: &Ray,
+        origin_primitive: u32,
+        nearest: &mut Option<Found<'a>>,
+    ) -> Option<f32> {
         let found = self.find(candidate, ray, origin_primitive)?;
         if nearest.as_ref().is_some_and(|nearest| !found.is_nearer(nearest)) {
             return None;
@@ -463,7 +479,7 @@ impl Bvh {
 
     /// The exact test of what may be in the way. Rare, and so not a part of the walk.
     #[inline(never)]
-    fn blocks(&self, candidate: Candidate<'_>, segment: &Segment) -> bool {
+    pub(super) fn blocks(&self, candidate: Candidate<'_>, segment: &Segment) -> bool {
         let &Segment { origin, direction, length, ends } = segment;
         let primitive = candidate.primitive();
         let contact = match (primitive == ends.origin, primitive == ends.end) {
@@ -477,7 +493,7 @@ impl Bvh {
 
     /// A distance in the space of the boxes, rounded up far enough to exceed the entry of every box that contains a hit there.
     #[inline(always)]
-    fn round_up(&self, t: f64) -> f32 {
+    pub(super) fn round_up(&self, t: f64) -> f32 {
         (t * self.space.inverse_extent * (1.0 + 4.0 * f64::from(ROUNDOFF))) as f32 + f32::MIN_POSITIVE
     }
 

@@ -3,6 +3,7 @@
 //! What a ray visits does not depend on the others, so the answers are those of single queries.
 
 use super::bvh::{Bvh, Ends, Found, Hit, Query, Segment};
+use super::packet;
 use super::traverse::{Any, BoxRay, Nearest, Splat, Stack, Step};
 use crate::geometry::Ray;
 use fearless_simd::{Simd, dispatch};
@@ -15,13 +16,19 @@ impl Bvh {
     /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in any order.
     #[inline]
     pub fn closest_many<'a>(&'a self, queries: impl Iterator<Item = Query>, found: impl FnMut(usize, Option<Hit<'a>>)) {
-        dispatch!(self.level, simd => take_turns::<_, NearestFlight<'_>>(simd, self, queries, found));
+        match &self.few[..] {
+            [] => dispatch!(self.level, simd => take_turns::<_, NearestFlight<'_>>(simd, self, queries, found)),
+            few => dispatch!(self.level, simd => packet::closest(simd, self, few, queries, found)),
+        }
     }
 
     /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with its place in the iterator, in any order.
     #[inline]
     pub fn are_free(&self, segments: impl Iterator<Item = Result<Segment, bool>>, answer: impl FnMut(usize, bool)) {
-        dispatch!(self.level, simd => take_turns::<_, AnyFlight>(simd, self, segments, answer));
+        match &self.few[..] {
+            [] => dispatch!(self.level, simd => take_turns::<_, AnyFlight>(simd, self, segments, answer)),
+            few => dispatch!(self.level, simd => packet::are_free(simd, self, few, segments, answer)),
+        }
     }
 }
 

@@ -10,6 +10,7 @@ mod many;
 mod material;
 mod mesh;
 mod needs;
+mod packet;
 mod scattering;
 mod space;
 #[cfg(test)]

@@ -81,68 +81,96 @@ fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: Node<'_>, limit:
     (near, near.simd_le(far).to_bitmask())
 }
 
-/// What the test in f32 says about the triangles of a block; see "Why no triangle is missed" in [`super::bvh`].
-struct Tested<S: Simd> {
-    /// A bit for each triangle that the ray may hit before the limit.
-    hits: u64,
-    tolerance: f32x4<S>,
-    slack: f32x4<S>,
-    /// The least and the greatest edge function.
-    least: f32x4<S>,
-    most: f32x4<S>,
-    /// Positive, with the distance times it.
-    determinant: f32x4<S>,
-    t: f32x4<S>,
+/// Triangles, in each lane the same or another: a vertex, edges and normal, by how much edge functions and distance may be off.
+pub(super) struct Facets<V> {
+    pub vertex: [V; 3],
+    pub edge1: [V; 3],
+    pub edge2: [V; 3],
+    pub normal: [V; 3],
+    pub tolerance: V,
+    pub slack: V,
 }
 
-impl<S: Simd> Tested<S> {
+impl<S: Simd> Facets<f32x4<S>> {
+    /// Those of a block.
     #[inline(always)]
-    fn new(simd: S, ray: &Splat<S>, block: Block<'_>, limit: f32) -> Self {
+    pub fn new(simd: S, block: Block<'_>) -> Self {
         let row = |v: &[u32; LANES]| u32x4::load_array_ref(simd, v).bitcast::<f32x4<S>>();
         let load = |v: [&[u32; LANES]; 3]| [row(v[0]), row(v[1]), row(v[2])];
-        let cross = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| {
-            [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
-        };
-        let dot = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
-        let vertex = load(block.vertex());
         let (edge1, edge2) = (load(block.edge1()), load(block.edge2()));
-        let c = [vertex[0] - ray.origin[0], vertex[1] - ray.origin[1], vertex[2] - ray.origin[2]];
-        let r = cross(c, ray.direction);
-        let n = cross(edge1, edge2);
-        let determinant = dot(n, ray.direction);
+        Self {
+            vertex: load(block.vertex()),
+            edge1,
+            edge2,
+            normal: cross(edge1, edge2),
+            tolerance: row(block.tolerance()),
+            slack: row(block.distance_tolerance()),
+        }
+    }
+}
+
+#[inline(always)]
+fn cross<S: Simd, V: SimdFloat<S>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
+    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
+}
+
+#[inline(always)]
+fn dot<S: Simd, V: SimdFloat<S>>(a: [V; 3], b: [V; 3]) -> V {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
+/// What the test in f32 says about rays and triangles, in each lane one of each; see "Why no triangle is missed" in [`super::bvh`].
+pub(super) struct Tested<S: Simd, V: SimdBase<S>> {
+    /// Which triangles the ray may hit before the limit.
+    pub hits: V::Mask,
+    tolerance: V,
+    slack: V,
+    /// The least and the greatest edge function.
+    least: V,
+    most: V,
+    /// Positive, with the distance times it.
+    determinant: V,
+    t: V,
+}
+
+impl<S: Simd, V: SimdFloat<S, Element = f32>> Tested<S, V> {
+    #[inline(always)]
+    pub fn new(simd: S, origin: &[V; 3], direction: &[V; 3], limit: V, facets: Facets<V>) -> Self {
+        let Facets { vertex, edge1, edge2, normal, tolerance, slack } = facets;
+        let c = [vertex[0] - origin[0], vertex[1] - origin[1], vertex[2] - origin[2]];
+        let r = cross(c, *direction);
+        let determinant = dot(normal, *direction);
         let u = dot(r, edge2);
         let minus_v = dot(r, edge1);
         let w = determinant - u + minus_v;
-        let tolerance = row(block.tolerance());
         let v = -minus_v;
         let (least, most) = (u.min(v).min(w), u.max(v).max(w));
-        let t = dot(n, c);
-        let slack = row(block.distance_tolerance());
-        let sign = f32x4::splat(simd, 1.0).copysign(determinant);
+        let t = dot(normal, c);
+        let sign = V::splat(simd, 1.0).copysign(determinant);
         let (t, determinant) = (t * sign, determinant * sign);
         let inside = least.simd_ge(-tolerance) | most.simd_le(tolerance);
-        let reached = t.simd_ge(-slack) & t.simd_le(determinant.mul_add(f32x4::splat(simd, limit), slack));
-        Self { hits: (inside & reached).to_bitmask(), tolerance, slack, least, most, determinant, t }
+        let reached = t.simd_ge(-slack) & t.simd_le(determinant.mul_add(limit, slack));
+        Self { hits: inside & reached, tolerance, slack, least, most, determinant, t }
     }
 
-    /// A bit for each triangle that the ray certainly hits somewhere.
+    /// Which triangles the ray certainly hits somewhere.
     #[inline(always)]
-    fn certain(&self) -> u64 {
+    pub fn certain(&self) -> V::Mask {
         let inside = self.least.simd_gt(self.tolerance) | self.most.simd_lt(-self.tolerance);
-        (inside & self.t.simd_gt(self.slack)).to_bitmask()
+        inside & self.t.simd_gt(self.slack)
     }
 
     /// The same for before the limit.
     #[inline(always)]
-    fn certain_before(&self, simd: S, limit: f32) -> u64 {
-        self.certain() & self.t.simd_lt(self.determinant * f32x4::splat(simd, limit) - self.slack).to_bitmask()
+    pub fn certain_before(&self, limit: V) -> V::Mask {
+        self.certain() & self.t.simd_lt(self.determinant * limit - self.slack)
     }
 
     /// Bounds on the distance to triangles that are certainly hit.
     #[inline(always)]
-    fn interval(&self) -> ([f32; LANES], [f32; LANES]) {
+    pub fn interval(&self) -> (V, V) {
         let (near, far) = ((self.t - self.slack) / self.determinant, (self.t + self.slack) / self.determinant);
-        ((near * (1.0 - 4.0 * ROUNDOFF)).to_array(), (far * (1.0 + 4.0 * ROUNDOFF)).to_array())
+        (near * (1.0 - 4.0 * ROUNDOFF), far * (1.0 + 4.0 * ROUNDOFF))
     }
 }
 
@@ -181,7 +209,7 @@ pub(super) fn prefetch<S: Simd, T>(simd: S, item: *const T) {
 
 /// Takes the lowest lane out of a set of bits.
 #[inline(always)]
-fn take(bits: &mut u64) -> usize {
+pub(super) fn take(bits: &mut u64) -> usize {
     let lane = bits.trailing_zeros() as usize;
     *bits &= *bits - 1;
     lane
@@ -313,11 +341,13 @@ impl Wide {
     ) -> Step {
         if walk.child.is_leaf() {
             let Some(block) = self.block(walk.child.line()) else { return Step::Done };
-            let tested = Tested::new(simd, wide, block, walk.limit);
-            let mut hits = tested.hits;
+            let limit = f32x4::splat(simd, walk.limit);
+            let tested = Tested::new(simd, &wide.origin, &wide.direction, limit, Facets::new(simd, block));
+            let mut hits = tested.hits.to_bitmask();
             if hits != 0 {
-                let certain = tested.certain();
+                let certain = tested.certain().to_bitmask();
                 let (near, far) = tested.interval();
+                let (near, far) = (near.to_array(), far.to_array());
                 while hits != 0 {
                     let lane = take(&mut hits) % LANES;
                     let candidate = Candidate { block, lane };
@@ -399,10 +429,11 @@ impl Wide {
     ) -> Step {
         if walk.child.is_leaf() {
             let Some(block) = self.block(walk.child.line()) else { return Step::Done };
-            let tested = Tested::new(simd, wide, block, walk.limit);
-            let mut hits = tested.hits;
+            let limit = f32x4::splat(simd, walk.limit);
+            let tested = Tested::new(simd, &wide.origin, &wide.direction, limit, Facets::new(simd, block));
+            let mut hits = tested.hits.to_bitmask();
             if hits != 0 {
-                let certain = tested.certain_before(simd, walk.limit);
+                let certain = tested.certain_before(limit).to_bitmask();
                 while hits != 0 {
                     let lane = take(&mut hits) % LANES;
                     if test(Candidate { block, lane }, certain >> lane & 1 != 0) {
