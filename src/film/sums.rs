@@ -227,8 +227,8 @@ impl BatchSink for ChunkFilm {
             return;
         }
         let Some(pixel) = self.region.pixel_index(contribution.raster) else { return };
-        if pixel == own {
-            self.own[sample] += value;
+        if let Some(sum) = self.own.get_mut(sample).filter(|_| pixel == own) {
+            *sum += value;
         } else if let Some(last) = self.entries.last_mut().filter(|last| last.0 == pixel) {
             last.1 += value;
         } else {
@@ -254,13 +254,12 @@ mod tests {
     fn sums_are_per_pixel_of_the_window() {
         let mut film = Film::new(region([8, 8], [2, 3], [5, 5])).unwrap();
         let mut chunk = ChunkFilm::new(film.region());
-        chunk.begin_sample(0, 0);
+        chunk.begin_samples(0..2, 0);
         for (x, y) in [(2.0, 3.0), (4.999, 4.999), (2.5, 3.5), (5.0, 4.0), (1.999, 3.0), (2.0, 2.999), (-1e300, 4.0), (3.0, 5.0)] {
-            chunk.add(&contribution(x, y, 2.0, 0.5));
+            chunk.add(0, &contribution(x, y, 2.0, 0.5));
         }
-        chunk.begin_sample(1, 0);
-        chunk.add(&contribution(2.1, 3.1, 1.0, 0.0));
-        chunk.add(&contribution(4.5, 4.5, 10.0, 1.0));
+        chunk.add(1, &contribution(2.1, 3.1, 1.0, 0.0));
+        chunk.add(1, &contribution(4.5, 4.5, 10.0, 1.0));
         chunk.finish();
         film.merge(&chunk);
         let sums: Vec<f64> = film.sums().iter().map(|s| s.g()).collect();
@@ -283,10 +282,10 @@ mod tests {
             contribution(1.5, 1.5, 1e200, 1e200),
             contribution(f64::NAN, 1.5, 1.0, 1.0),
         ];
-        chunk.begin_sample(5, 9);
-        chunk.add(&contribution(3.5, 3.5, 1.0, 1.0));
-        invalid.iter().for_each(|c| chunk.add(c));
-        chunk.add(&Contribution { technique: Technique { s: 0, t: 3 }, ..invalid[1] });
+        chunk.begin_samples(5..6, 9);
+        chunk.add(0, &contribution(3.5, 3.5, 1.0, 1.0));
+        invalid.iter().for_each(|c| chunk.add(0, c));
+        chunk.add(0, &Contribution { technique: Technique { s: 0, t: 3 }, ..invalid[1] });
         chunk.finish();
         film.merge(&chunk);
         let lost = film.non_finite();
@@ -316,8 +315,8 @@ mod tests {
         let mut film = Film::new(FilmRegion::full(UVec2::ONE)).unwrap();
         let mut chunk = ChunkFilm::new(film.region());
         for i in 0..1024 {
-            chunk.begin_sample(0, i);
-            chunk.add(&contribution(0.5, 0.5, 1.0, 1.0));
+            chunk.begin_samples(0..1, i);
+            chunk.add(0, &contribution(0.5, 0.5, 1.0, 1.0));
         }
         chunk.finish();
         for _ in 0..1 << 16 {
