@@ -35,6 +35,7 @@ impl FilmRegion {
     }
 
     /// Width and height of the window in pixels.
+    #[inline]
     #[must_use]
     pub fn window_size(&self) -> UVec2 {
         self.window_max - self.window_min
@@ -48,6 +49,7 @@ impl FilmRegion {
     }
 
     /// From pixels of the full film to window coordinates, (0, 0) to (1, 1).
+    #[inline]
     #[must_use]
     pub fn to_window(&self, raster: DVec2) -> DVec2 {
         (raster - self.window_min.as_dvec2()) / self.window_size().as_dvec2()
@@ -60,6 +62,7 @@ impl FilmRegion {
     }
 
     /// Index (row-major in the window) of the pixel that contains a point of the film, `None` outside the window.
+    #[inline]
     #[must_use]
     pub fn pixel_index(&self, raster: DVec2) -> Option<u32> {
         let cell = raster.floor();
@@ -83,6 +86,7 @@ pub struct FilmSample {
 
 impl FilmSample {
     /// Draws a point of a pixel, row-major in the window, and an offset from the filter's kernel: the first numbers that a sample takes.
+    #[inline]
     #[must_use]
     pub fn draw<P: Sampler>(region: &FilmRegion, pixel: u32, kernel: &Kernel, sampler: &mut P) -> Self {
         sampler.stream(Stream::Film);

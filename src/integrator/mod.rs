@@ -143,6 +143,7 @@ impl Depth {
     }
 
     /// The largest number of scattering events.
+    #[inline]
     #[must_use]
     pub fn limit(&self) -> u32 {
         self.max_bounces.map_or(MAX_BOUNCES, |max| max.min(MAX_BOUNCES))

@@ -185,6 +185,7 @@ impl World {
 
     /// The end of a segment at which to start the ray: the one closer to the scene's centre, whose rounding is the smaller one. So the
     /// answer does not depend on the order of the ends.
+    #[inline]
     fn starts_segment(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
         let distance = |x: &SurfacePoint| x.position.distance_squared(self.bvh.center());
         let key = |x: &SurfacePoint| (x.position.to_array(), x.primitive);
@@ -271,6 +272,7 @@ impl Scene for World {
         self.surfaces.get(x.surface as usize)?.light
     }
 
+    #[inline]
     fn environment(&self) -> Option<LightId> {
         self.environment
     }
@@ -281,14 +283,17 @@ impl Scene for World {
         &*self.lights[id.0 as usize].1
     }
 
+    #[inline]
     fn pick_light(&self, u: f64) -> Option<(LightId, f64)> {
         self.light_choice.sample_light(u)
     }
 
+    #[inline]
     fn pick_pmf(&self, id: LightId) -> f64 {
         self.light_choice.pmf(id.0)
     }
 
+    #[inline]
     fn needs(&self) -> Needs {
         self.needs
     }
@@ -332,6 +337,7 @@ fn primitive_and_distance(hit: Hit<'_>) -> (u32, f64) {
 }
 
 /// The primitive that a ray from a point must not hit again.
+#[inline]
 fn contact(x: &SurfacePoint) -> u32 {
     if x.place == Place::Area { x.primitive } else { SurfacePoint::NONE }
 }
