@@ -7,8 +7,9 @@
 //!
 //! reads `SCENE.mesh` and `SCENE_SET.rays`, little endian: "MSH1", the numbers of vertices and triangles, three f32 per vertex, three u32 per
 //! triangle; "RAY1", the number of rays, and for each origin, 0, direction, length. A set whose name
-//! starts with "shadow" is asked whether anything is hit, any other what is hit first; `_` beside it is the time of [`Scene::intersect`], with
-//! the surface point. If `hits/SCENE_SET.hits` exists ("HIT1", the number of rays, for each the primitive or all ones, or for a shadow ray
+//! starts with "shadow" is asked whether anything is hit, any other what is hit first: one ray after the other, `:` all rays at once,
+//! `_` and `_:` the same by [`Scene::intersect`] and [`Scene::intersect_many`], with the surface point. Rays of which the answer at once is another
+//! one are counted. If `hits/SCENE_SET.hits` exists ("HIT1", the number of rays, for each the primitive or all ones, or for a shadow ray
 //! whether it is blocked, then for each that is not one the distance as f32), what differs is counted.
 
 use clap::Parser;
@@ -105,7 +106,7 @@ fn run(options: &Options) -> Result<()> {
                 differences += &format!(" {set} {} of {},", different.count(), rays.len());
             }
         }
-        println!("\n       differ:{differences} at once {different}");
+        println!("\n       differ: at once {different};{differences}");
     }
     Ok(())
 }

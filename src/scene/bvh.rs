@@ -60,7 +60,7 @@
 //!
 //! The nearest hit needs one exact test as a rule, when all else is done. For a triangle that is certainly hit, the rows T and D of the table
 //! say that T - L D is off by at most (42 + 11 L) ε M, which is below the tolerance of 112 ε M for all L < 6. So the exact distance lies between
-//! (T - 112 ε M) / D and (T + 112 ε M) / D; the sum and the quotient in f32, and making the bounds wider by 4 ε, are another 3 ε of them. The upper
+//! (T - 112 ε M) / D and (T + 112 ε M) / D; the sum, the reciprocal of D and the product in f32, and making the bounds wider by 6 ε, are another 4 ε of them. The upper
 //! bound then limits the walk as an exact distance would, and the triangle is held back. Another one that is certainly nearer takes its place, one
 //! that is certainly farther is dropped, and one of which neither is certain is tested exactly at once. What was dropped is farther than
 //! something that is hit, and all that was not dropped is compared by its exact distance, so the answer is the same.
@@ -99,7 +99,7 @@ const CLIP: f64 = 1.0 + 4.0 * PADDING as f64;
 /// A tree over all primitives of a scene.
 pub(crate) struct Bvh {
     wide: Wide,
-    /// All facets of a scene that has few of them.
+    /// All facets of a scene that has few, in which all are triangles.
     pub(super) few: Vec<[Line; Block::LINES]>,
     /// All primitives, by their number.
     shapes: Vec<Shape>,
@@ -237,7 +237,10 @@ impl Bvh {
                 references.push(primitive as u32 | SECOND_HALF);
             }
         }
-        let few = if references.len() <= FEW { wide::blocks(&references, facet) } else { Vec::new() };
+        // Every ray would test what is opaque exactly.
+        let is_flat = |&reference: &u32| matches!(facet(reference).1, Facet::Triangle { .. });
+        let has_few = references.len() <= FEW && references.iter().all(is_flat);
+        let few = if has_few { wide::blocks(&references, facet) } else { Vec::new() };
         let mut boxes: Vec<Aabb> = references
             .iter()
             .map(|&reference| {

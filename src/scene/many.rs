@@ -16,18 +16,30 @@ impl Bvh {
     /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in any order.
     #[inline]
     pub fn closest_many<'a>(&'a self, queries: impl Iterator<Item = Query>, found: impl FnMut(usize, Option<Hit<'a>>)) {
-        match &self.few[..] {
-            [] => dispatch!(self.level, simd => take_turns::<_, NearestFlight<'_>>(simd, self, queries, found)),
-            few => dispatch!(self.level, simd => packet::closest(simd, self, few, queries, found)),
+        dispatch!(self.level, simd => self.closest_many_with(simd, queries, found));
+    }
+
+    #[inline(always)]
+    fn closest_many_with<'a, S: Simd>(&'a self, simd: S, queries: impl Iterator<Item = Query>, found: impl FnMut(usize, Option<Hit<'a>>)) {
+        if packet::pays(simd) && !self.few.is_empty() {
+            packet::closest(simd, self, &self.few, queries, found);
+        } else {
+            take_turns::<_, NearestFlight<'_>>(simd, self, queries, found);
         }
     }
 
     /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with its place in the iterator, in any order.
     #[inline]
     pub fn are_free(&self, segments: impl Iterator<Item = Result<Segment, bool>>, answer: impl FnMut(usize, bool)) {
-        match &self.few[..] {
-            [] => dispatch!(self.level, simd => take_turns::<_, AnyFlight>(simd, self, segments, answer)),
-            few => dispatch!(self.level, simd => packet::are_free(simd, self, few, segments, answer)),
+        dispatch!(self.level, simd => self.are_free_with(simd, segments, answer));
+    }
+
+    #[inline(always)]
+    fn are_free_with<S: Simd>(&self, simd: S, segments: impl Iterator<Item = Result<Segment, bool>>, answer: impl FnMut(usize, bool)) {
+        if packet::pays(simd) && !self.few.is_empty() {
+            packet::are_free(simd, self, &self.few, segments, answer);
+        } else {
+            take_turns::<_, AnyFlight>(simd, self, segments, answer);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Many queries at once in a scene of few facets: sixteen rays are tested against one facet after the other, without a tree.
+//! Many queries at once in a scene of few facets, on a processor with vectors of sixteen numbers: sixteen rays are tested against one facet after the other, without a tree.
 //!
 //! Tolerances, hits that are held back and exact tests are those of the walk through the tree, so the answers are the same.
 
@@ -9,11 +9,17 @@ use crate::geometry::{Ray, SurfacePoint};
 use fearless_simd::{Simd, f32x4, f32x16, prelude::*, u32x16};
 use glam::DVec3;
 
-/// Facets up to which a tree does not pay.
-pub(super) const FEW: usize = 64;
+/// Facets up to which a tree does not pay, where it need not be walked for each ray.
+pub(super) const FEW: usize = 48;
 
 /// Rays of a packet.
 const RAYS: usize = 16;
+
+/// Whether an instruction set is one with which packets are faster than rays that take turns: one of 16 lanes.
+#[inline(always)]
+pub(super) fn pays<S: Simd>(_: S) -> bool {
+    S::f32s::LEN == RAYS
+}
 
 /// All facets of a scene that has few.
 type Few<'a> = &'a [[Line; Block::LINES]];
@@ -144,7 +150,7 @@ fn nearest<'a, S: Simd>(
             let candidate = Candidate { block, lane };
             let primitive = u32x16::splat(simd, candidate.primitive());
             let certain = tested.hits & tested.certain();
-            let (near, far) = tested.interval();
+            let (near, far) = tested.interval(simd);
             let dropped = certain & (primitive.simd_eq(held_primitive) | primitive.simd_eq(origin_primitive) | near.simd_gt(limit));
             let nearer = certain & !dropped & far.simd_lt(held_near);
             held = nearer.select(u32x16::splat(simd, (number * LANES + lane) as u32), held);

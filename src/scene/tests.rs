@@ -44,6 +44,11 @@ fn shape(rng: &mut Pcg64Mcg, earlier: &[Shape]) -> Shape {
     }
 }
 
+/// Triangles and what is made of them, few of which are tested without a tree.
+fn is_flat(shape: &Shape) -> bool {
+    matches!(shape, Shape::Triangle(_) | Shape::Quad(_))
+}
+
 /// A point to aim at: where f32 is least sure of the answer.
 fn target(rng: &mut Pcg64Mcg, shapes: &[Shape]) -> DVec3 {
     let shape = &shapes[rng.random_range(0..shapes.len())];
@@ -163,7 +168,8 @@ fn the_traversal_agrees_with_all_shapes_one_by_one() {
     for (seed, (count, scale, offset, single)) in (0..).zip([
         (1, 1.0, 0.0, false),
         (9, 1.0, 0.0, false),
-        (40, 1.0, 0.0, true),
+        (9, 1.0, 0.0, true),
+        (35, 1.0, 0.0, true),
         (200, 1.0, 0.0, false),
         (200, 1e-20, 0.0, false),
         (200, 1e20, 0.0, false),
@@ -178,6 +184,9 @@ fn the_traversal_agrees_with_all_shapes_one_by_one() {
         for _ in 0..count {
             let shape = shape(&mut rng, &shapes);
             shapes.push(shape);
+        }
+        if single {
+            shapes.retain(is_flat);
         }
         let place = |p: DVec3| {
             let p = p * scale + offset * DVec3::new(1.0, -1.0, 0.5);
@@ -233,12 +242,15 @@ fn sheets_closer_together_than_f32_resolves_are_told_apart() {
 fn queries_at_once_are_answered_like_single_ones() {
     let none = Ends { origin: NONE, end: NONE };
     let none_sure = |p: DVec3| [p, p * 1e-3, p * 50.0, DVec3::ZERO, DVec3::NAN, DVec3::INFINITY];
-    for shapes_count in [0, 1, 9, 60, 300] {
+    for shapes_count in [0, 1, 9, 30, 300] {
         let mut rng = Pcg64Mcg::seed_from_u64(shapes_count);
         let mut shapes: Vec<Shape> = Vec::new();
         for _ in 0..shapes_count {
             let shape = shape(&mut rng, &shapes);
             shapes.push(shape);
+        }
+        if shapes_count == 30 {
+            shapes.retain(is_flat);
         }
         let mut bvh = tree(&shapes);
         for level in levels() {
@@ -272,7 +284,7 @@ fn queries_at_once_are_answered_like_single_ones() {
                 assert_eq!(are_free(&bvh, &segments), expected, "{count} segments, {shapes_count} shapes, {level:?}");
                 hits[1] += expected.iter().filter(|&&free| !free).count();
             }
-            assert!(shapes_count < 9 || hits.into_iter().all(|hits| hits > 100), "{hits:?} with {shapes_count} shapes");
+            assert!(shapes_count < 9 || hits.into_iter().all(|hits| hits > 50), "{hits:?} with {shapes_count} shapes");
         }
     }
 }

@@ -168,9 +168,10 @@ impl<S: Simd, V: SimdFloat<S, Element = f32>> Tested<S, V> {
 
     /// Bounds on the distance to triangles that are certainly hit.
     #[inline(always)]
-    pub fn interval(&self) -> (V, V) {
-        let (near, far) = ((self.t - self.slack) / self.determinant, (self.t + self.slack) / self.determinant);
-        (near * (1.0 - 4.0 * ROUNDOFF), far * (1.0 + 4.0 * ROUNDOFF))
+    pub fn interval(&self, simd: S) -> (V, V) {
+        let reciprocal = V::splat(simd, 1.0) / self.determinant;
+        let (near, far) = ((self.t - self.slack) * reciprocal, (self.t + self.slack) * reciprocal);
+        (near * (1.0 - 6.0 * ROUNDOFF), far * (1.0 + 6.0 * ROUNDOFF))
     }
 }
 
@@ -346,7 +347,7 @@ impl Wide {
             let mut hits = tested.hits.to_bitmask();
             if hits != 0 {
                 let certain = tested.certain().to_bitmask();
-                let (near, far) = tested.interval();
+                let (near, far) = tested.interval(simd);
                 let (near, far) = (near.to_array(), far.to_array());
                 while hits != 0 {
                     let lane = take(&mut hits) % LANES;
