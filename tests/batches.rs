@@ -110,7 +110,8 @@ fn bidirectional() -> Result {
             let (mut scratch, camera) = (Scratch::default(), &*scene.camera);
             for (BatchSample { film, mut sampler }, together) in samples(camera, kind).into_iter().zip(&mut together) {
                 let mut paths: Vec<Contribution> = Vec::new();
-                integrator.for_each_path(&scene.world, camera, film, &mut sampler, &mut scratch, |_, &contribution| paths.push(contribution));
+                integrator
+                    .for_each_path(&scene.world, camera, film, &mut sampler, &mut scratch, |_, &contribution| paths.push(contribution));
                 // Paths without a connection are not last in a batch.
                 paths.sort_by_key(|path| path.technique);
                 together.sort_by_key(|contribution| contribution.technique);

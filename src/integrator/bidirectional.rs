@@ -62,17 +62,18 @@ impl Bidirectional {
     {
         scratch.counters.samples += 1;
         let kernel = Kernel::new(self, scene, camera);
-        kernel.walk_from_camera(&film, sampler, scratch);
+        let sample = &mut BatchSample { film, sampler };
+        kernel.walk_from_camera(sample, scratch);
         let Scratch { counters, camera: from_camera, light: from_light, .. } = scratch;
         let mut offer = |path: Path<'_, 's, S, C>, raster, value, counters: &mut Counters| {
             if path.is_visible(counters) {
                 visit(&path, &kernel.contribution(&path, raster, value));
             }
         };
-        kernel.join_camera_walk(&film, from_camera, sampler, counters, &mut offer);
-        for _ in 0..kernel.draw_light_walks(sampler) {
-            kernel.walk_from_light(sampler, from_light, counters);
-            kernel.join_light_walk(&film, from_camera, from_light, sampler, counters, &mut offer);
+        kernel.join_camera_walk(sample, from_camera, counters, &mut offer);
+        for _ in 0..kernel.draw_light_walks(&mut sample.sampler) {
+            kernel.walk_from_light(&mut sample.sampler, from_light, counters);
+            kernel.join_light_walk(sample, from_camera, from_light, counters, &mut offer);
         }
     }
 }
@@ -123,10 +124,10 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         })
     }
 
-    pub fn walk_from_camera<P: Sampler>(&self, film: &FilmSample, sampler: &mut P, scratch: &mut Scratch<'s, S>) {
+    pub fn walk_from_camera<P: Sampler>(&self, sample: &mut BatchSample<P>, scratch: &mut Scratch<'s, S>) {
         let Scratch { counters, camera: vertices, .. } = scratch;
-        if let Some(walk) = self.start_from_camera(film, sampler, vertices) {
-            walk.record_while(vertices, self.camera_limit(), &self.roulette, sampler, counters, |first| self.goes_on(first));
+        if let Some(walk) = self.start_from_camera(sample, vertices) {
+            walk.record_while(vertices, self.camera_limit(), &self.roulette, &mut sample.sampler, counters, |first| self.goes_on(first));
         }
         self.finish_from_camera(vertices);
     }
@@ -152,8 +153,7 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
     /// Begins the list of a camera walk's vertices; returns the walk if there is one.
     fn start_from_camera<P: Sampler>(
         &self,
-        film: &FilmSample,
-        sampler: &mut P,
+        BatchSample { film, sampler }: &mut BatchSample<P>,
         vertices: &mut Vec<Vertex<S::Bsdf<'s>>>,
     ) -> Option<RandomWalk<'s, S>> {
         vertices.clear();
@@ -208,15 +208,14 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
     #[inline]
     fn join_camera_walk<P: Sampler>(
         &self,
-        film: &FilmSample,
+        sample: &mut BatchSample<P>,
         from_camera: &[Vertex<S::Bsdf<'s>>],
-        sampler: &mut P,
         counters: &mut Counters,
         offer: &mut impl FnMut(Path<'_, 's, S, C>, DVec2, Rgb, &mut Counters),
     ) {
         for t in 2..=from_camera.len() {
             for s in 0..2 {
-                self.join(s, t, film, from_camera, &[], sampler, counters, offer);
+                self.join((s, t), sample, [from_camera, &[]], counters, offer);
             }
         }
     }
@@ -225,31 +224,26 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
     #[inline]
     fn join_light_walk<P: Sampler>(
         &self,
-        film: &FilmSample,
+        sample: &mut BatchSample<P>,
         from_camera: &[Vertex<S::Bsdf<'s>>],
         from_light: &[Vertex<S::Bsdf<'s>>],
-        sampler: &mut P,
         counters: &mut Counters,
         offer: &mut impl FnMut(Path<'_, 's, S, C>, DVec2, Rgb, &mut Counters),
     ) {
         for t in 1..=from_camera.len().max(1) {
             for s in if t == 1 { 1 } else { 2 }..=from_light.len() {
-                self.join(s, t, film, from_camera, from_light, sampler, counters, offer);
+                self.join((s, t), sample, [from_camera, from_light], counters, offer);
             }
         }
     }
 
     /// Draws with one technique, given the walks.
     #[inline]
-    #[allow(clippy::too_many_arguments)]
     pub fn join<P: Sampler>(
         &self,
-        s: usize,
-        t: usize,
-        film: &FilmSample,
-        camera_walk: &[Vertex<S::Bsdf<'s>>],
-        light_walk: &[Vertex<S::Bsdf<'s>>],
-        sampler: &mut P,
+        (s, t): (usize, usize),
+        BatchSample { film, sampler }: &mut BatchSample<P>,
+        [camera_walk, light_walk]: [&[Vertex<S::Bsdf<'s>>]; 2],
         counters: &mut Counters,
         offer: &mut impl FnMut(Path<'_, 's, S, C>, DVec2, Rgb, &mut Counters),
     ) {
@@ -385,19 +379,19 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
         let kernel = Kernel::new(self, scene, camera);
         let Scratch { counters, walks, wavefront, .. } = &mut *scratch;
         counters.samples += samples.len() as u64;
-        walks.resize_with(walks.len().max(samples.len()), Walks::<S>::default);
+        walks.resize_with(walks.len().max(samples.len()), Walks::default);
         wavefront.paths.clear();
-        for (i, BatchSample { film, sampler }) in samples.iter_mut().enumerate() {
-            let walk = kernel.start_from_camera(film, sampler, &mut walks[i].camera);
+        for (i, sample) in samples.iter_mut().enumerate() {
+            let walk = kernel.start_from_camera(sample, &mut walks[i].camera);
             wavefront.paths.extend(walk.map(|walk| GrowingPath::new(i, walk)));
         }
-        let limit = (kernel.camera_limit(), &kernel.roulette);
-        wavefront.record(scene, limit, samples, walks, |walks| &mut walks.camera, counters, |first| kernel.goes_on(first));
-        for (i, BatchSample { film, sampler }) in samples.iter_mut().enumerate() {
+        scratch.record(scene, kernel.camera_limit(), &kernel.roulette, samples, |first| kernel.goes_on(first));
+        let Scratch { counters, walks, wavefront, .. } = &mut *scratch;
+        for (i, sample) in samples.iter_mut().enumerate() {
             let Walks { camera: from_camera, light_walks, .. } = &mut walks[i];
             kernel.finish_from_camera(from_camera);
-            kernel.join_camera_walk(film, from_camera, sampler, counters, &mut kernel.postpone(i, &mut wavefront.segments, sink));
-            *light_walks = kernel.draw_light_walks(sampler);
+            kernel.join_camera_walk(sample, from_camera, counters, &mut kernel.postpone(i, &mut wavefront.segments, sink));
+            *light_walks = kernel.draw_light_walks(&mut sample.sampler);
         }
         wavefront.test(scene, walks, sink);
         let rounds = walks[..samples.len()].iter().map(|walks| walks.light_walks).max().unwrap_or_default();
@@ -411,23 +405,17 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
                 tracer.walk(scene, camera, samples, has_walk, &mut Scaled { sink, share }, counters, wavefront);
                 continue;
             }
-            for (i, (sample, walks)) in samples.iter_mut().zip(&mut *walks).enumerate() {
-                if round >= walks.light_walks {
-                    continue;
-                }
+            let with_walks = |(_, (_, walks)): &(usize, (&mut BatchSample<P>, &mut Walks<'s, S>))| round < walks.light_walks;
+            for (i, (sample, walks)) in samples.iter_mut().zip(walks).enumerate().filter(with_walks) {
                 let walk = kernel.start_from_light(&mut sample.sampler, &mut walks.light, counters);
                 wavefront.paths.extend(walk.map(|walk| GrowingPath::new(i, walk)));
             }
-            let limit = (kernel.light_limit(), &kernel.roulette);
-            wavefront.record(scene, limit, samples, walks, |walks| &mut walks.light, counters, |_| true);
-            for (i, BatchSample { film, sampler }) in samples.iter_mut().enumerate() {
-                let Walks { camera: from_camera, light: from_light, light_walks } = &mut walks[i];
-                if round >= *light_walks {
-                    continue;
-                }
-                kernel.finish_from_light(from_light);
-                let mut join = |offer| kernel.join_light_walk(film, from_camera, from_light, sampler, counters, offer);
-                join(&mut kernel.postpone(i, &mut wavefront.segments, sink));
+            scratch.record(scene, kernel.light_limit(), &kernel.roulette, samples, |_| true);
+            let Scratch { counters, walks, wavefront, .. } = &mut *scratch;
+            for (i, (sample, walks)) in samples.iter_mut().zip(&mut *walks).enumerate().filter(with_walks) {
+                kernel.finish_from_light(&mut walks.light);
+                let offer = &mut kernel.postpone(i, &mut wavefront.segments, sink);
+                kernel.join_light_walk(sample, &walks.camera, &walks.light, counters, offer);
             }
             wavefront.test(scene, walks, sink);
         }

@@ -102,7 +102,15 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         })
     }
 
+    /// From which end it comes.
+    #[inline]
+    #[must_use]
+    pub fn kind(&self) -> Walk {
+        self.walk
+    }
+
     /// Number of surface vertices met so far.
+    #[inline]
     #[must_use]
     pub fn vertices(&self) -> u32 {
         self.vertices

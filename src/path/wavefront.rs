@@ -1,6 +1,7 @@
 //! Paths that advance together, from vertex to vertex, so that a scene gets many rays at a time (Laine, Karras and Aila 2013).
 
-use super::{Counters, RandomWalk, Roulette, Scattered, Vertex};
+use super::{Counters, RandomWalk, Roulette, Scattered, Scratch, Vertex};
+use crate::bsdf::Walk;
 use crate::film::{BatchSample, BatchSink, Contribution};
 use crate::geometry::SurfacePoint;
 use crate::math::PerProjected;
@@ -86,6 +87,16 @@ pub(crate) struct Wavefront<'s, S: Scene + ?Sized + 's> {
     pub segments: Segments,
 }
 
+impl<'s, S: Scene + ?Sized + 's> Walks<'s, S> {
+    #[inline]
+    fn vertices(&mut self, walk: &RandomWalk<'s, S>) -> &mut Vec<Vertex<S::Bsdf<'s>>> {
+        match walk.kind() {
+            Walk::Camera => &mut self.camera,
+            Walk::Light => &mut self.light,
+        }
+    }
+}
+
 // Written by hand: derives would ask for bounds on `S`.
 impl<'s, S: Scene + ?Sized + 's> Default for Walks<'s, S> {
     fn default() -> Self {
@@ -132,48 +143,6 @@ impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
         }
     }
 
-    /// Lets the paths walk until absorption, escape, roulette or `max_bounces` scattering events, and appends the vertices to one of the lists of their
-    /// samples. At the first surface `goes_on` decides, too.
-    #[inline]
-    pub fn record<P: Sampler>(
-        &mut self,
-        scene: &S,
-        (max_bounces, roulette): (u32, &Roulette),
-        samples: &mut [BatchSample<P>],
-        walks: &mut [Walks<'s, S>],
-        list: for<'w> fn(&'w mut Walks<'s, S>) -> &'w mut Vec<Vertex<S::Bsdf<'s>>>,
-        counters: &mut Counters,
-        goes_on: impl Fn(&Vertex<S::Bsdf<'s>>) -> bool,
-    ) {
-        let paths = &mut self.paths;
-        while !paths.is_empty() {
-            counters.closest_rays += paths.len() as u64;
-            scene.intersect_many(paths.iter().map(|path| path.walk.ray()), |i, point| {
-                let GrowingPath { sample, walk, .. } = &paths[i];
-                list(&mut walks[*sample]).extend(walk.vertex_at(point));
-            });
-            for i in (0..paths.len()).rev() {
-                let GrowingPath { sample, walk, arrived, .. } = &mut paths[i];
-                let vertices = list(&mut walks[*sample]);
-                // The walk's start is one of them.
-                *arrived += 1;
-                let vertex = vertices.get_mut(*arrived);
-                walk.count_vertex(vertex.as_deref(), counters);
-                let has_gone_on = vertex.is_some_and(|vertex| {
-                    if walk.vertices() > max_bounces {
-                        walk.truncate(counters);
-                        return false;
-                    }
-                    let scattered = walk.scatter(vertex, roulette, &mut samples[*sample].sampler, counters);
-                    matches!(scattered, Scattered::On { .. }) && (walk.vertices() > 1 || goes_on(vertex))
-                });
-                if !has_gone_on {
-                    paths.swap_remove(i);
-                }
-            }
-        }
-    }
-
     /// Tests the segments and gives what is visible to the sink.
     #[inline]
     pub fn test(&mut self, scene: &S, walks: &[Walks<'s, S>], sink: &mut impl BatchSink) {
@@ -192,5 +161,46 @@ impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
         });
         list.clear();
         sampled.clear();
+    }
+}
+
+impl<'s, S: Scene + ?Sized + 's> Scratch<'s, S> {
+    /// Lets the paths of the wavefront walk until absorption, escape, roulette or `max_bounces` scattering events, and appends the vertices to the walks of
+    /// their samples. At the first surface `goes_on` decides, too.
+    #[inline]
+    pub(crate) fn record<P: Sampler>(
+        &mut self,
+        scene: &S,
+        max_bounces: u32,
+        roulette: &Roulette,
+        samples: &mut [BatchSample<P>],
+        goes_on: impl Fn(&Vertex<S::Bsdf<'s>>) -> bool,
+    ) {
+        let Self { counters, walks, wavefront: Wavefront { paths, .. }, .. } = self;
+        while !paths.is_empty() {
+            counters.closest_rays += paths.len() as u64;
+            scene.intersect_many(paths.iter().map(|path| path.walk.ray()), |i, point| {
+                let GrowingPath { sample, walk, .. } = &paths[i];
+                walks[*sample].vertices(walk).extend(walk.vertex_at(point));
+            });
+            for i in (0..paths.len()).rev() {
+                let GrowingPath { sample, walk, arrived, .. } = &mut paths[i];
+                // The walk's start is one of the vertices.
+                *arrived += 1;
+                let vertex = walks[*sample].vertices(walk).get_mut(*arrived);
+                walk.count_vertex(vertex.as_deref(), counters);
+                let has_gone_on = vertex.is_some_and(|vertex| {
+                    if walk.vertices() > max_bounces {
+                        walk.truncate(counters);
+                        return false;
+                    }
+                    let scattered = walk.scatter(vertex, roulette, &mut samples[*sample].sampler, counters);
+                    matches!(scattered, Scattered::On { .. }) && (walk.vertices() > 1 || goes_on(vertex))
+                });
+                if !has_gone_on {
+                    paths.swap_remove(i);
+                }
+            }
+        }
     }
 }
