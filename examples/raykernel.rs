@@ -7,8 +7,9 @@
 //!
 //! reads `SCENE.mesh` and `SCENE_SET.rays`, little endian: "MSH1", the numbers of vertices and triangles, three f32 per vertex, three u32 per
 //! triangle; "RAY1", the number of rays, and for each origin, 0, direction, length. A set whose name
-//! starts with "shadow" is asked whether anything is hit, any other what is hit first; `_` beside it is the time of [`Scene::intersect`], with
-//! the surface point. If `hits/SCENE_SET.hits` exists ("HIT1", the number of rays, for each the primitive or all ones, or for a shadow ray
+//! starts with "shadow" is asked whether anything is hit, any other what is hit first: one ray after the other, `:` all rays at once,
+//! `_` and `_:` the same by [`Scene::intersect`] and [`Scene::intersect_many`], with the surface point. Rays of which the answer at once is another
+//! one are counted. If `hits/SCENE_SET.hits` exists ("HIT1", the number of rays, for each the primitive or all ones, or for a shadow ray
 //! whether it is blocked, then for each that is not one the distance as f32), what differs is counted.
 
 use clap::Parser;
@@ -67,16 +68,34 @@ fn run(options: &Options) -> Result<()> {
         let (build, set) = (tree.build_time.as_secs_f64(), tree.instruction_set);
         print!("{scene:6} build {build:.2} s, {share:.0} bytes per triangle, {set} |");
         let mut differences = String::new();
+        let mut different = 0;
         for set in &options.sets {
             let rays = rays(&directory.join(format!("{scene}_{set}.rays")), step)?;
             let rate = |seconds: f64| rays.len() as f64 / seconds / 1e6;
             let blocked = |r: &Ray| !world.is_clear(r.origin, r.direction, r.length);
             let first = |r: &Ray| world.first_hit(r.origin, r.direction);
             if set.starts_with("shadow") {
-                print!(" {:6.2}", rate(best(passes, &rays, blocked)));
+                let mut clear = vec![false; rays.len()];
+                let many = best_of_all(passes, || {
+                    world.are_clear(rays.iter().map(|r| (r.origin, r.direction, r.length)), |i, c| clear[i] = c);
+                });
+                different += rays.iter().zip(&clear).filter(|&(r, &clear)| blocked(r) == clear).count();
+                print!(" {:6.2} :{:.2}", rate(best(passes, &rays, blocked)), rate(many));
             } else {
                 let point = |r: &Ray| world.intersect(&SurfacePoint::dirac(r.origin), r.direction);
-                print!(" {:6.2} _{:.2}", rate(best(passes, &rays, first)), rate(best(passes, &rays, point)));
+                let mut hits = vec![None; rays.len()];
+                let many = best_of_all(passes, || {
+                    world.first_hits(rays.iter().map(|r| (r.origin, r.direction)), |i, hit| hits[i] = hit);
+                });
+                different += rays.iter().zip(&hits).filter(|&(r, &hit)| first(r) != hit).count();
+                print!(" {:6.2} :{:.2}", rate(best(passes, &rays, first)), rate(many));
+                let froms: Vec<SurfacePoint> = rays.iter().map(|r| SurfacePoint::dirac(r.origin)).collect();
+                let many = best_of_all(passes, || {
+                    world.intersect_many(froms.iter().zip(&rays).map(|(from, r)| (from, r.direction)), |_, x| {
+                        black_box(x);
+                    });
+                });
+                print!(" _{:.2} _:{:.2}", rate(best(passes, &rays, point)), rate(many));
             }
             if let Ok(hits) = words(&directory.join(format!("hits/{scene}_{set}.hits")), b"HIT1", [1]) {
                 let others = hits[2..].iter().step_by(step);
@@ -87,18 +106,25 @@ fn run(options: &Options) -> Result<()> {
                 differences += &format!(" {set} {} of {},", different.count(), rays.len());
             }
         }
-        println!("\n       differ:{differences}");
+        println!("\n       differ: at once {different};{differences}");
     }
     Ok(())
 }
 
-/// The shortest time, in seconds of this thread, that one of some passes over all rays took.
+/// The shortest time, in seconds of this thread, that one of some passes over all rays took, one ray after the other.
 fn best<T>(passes: u32, rays: &[Ray], query: impl Fn(&Ray) -> T) -> f64 {
-    let pass = |_| {
-        let start = ThreadTime::now();
+    best_of_all(passes, || {
         for ray in rays {
             black_box(query(ray));
         }
+    })
+}
+
+/// The same for a query of all rays at once.
+fn best_of_all(passes: u32, mut query: impl FnMut()) -> f64 {
+    let pass = |_| {
+        let start = ThreadTime::now();
+        query();
         start.elapsed().as_secs_f64()
     };
     (0..passes).map(pass).fold(f64::INFINITY, f64::min)

@@ -139,6 +139,7 @@ impl Texture {
     }
 
     /// The colour, if it is the same everywhere.
+    #[inline]
     #[must_use]
     pub fn as_constant(&self) -> Option<Rgb> {
         if let Pattern::Constant(colour) = self.pattern { Some(self.finish(colour)) } else { None }
@@ -155,6 +156,7 @@ impl Texture {
     }
 
     /// The colour at a point of the surface.
+    #[inline]
     #[must_use]
     pub fn at(&self, uv: DVec2) -> Rgb {
         self.finish(self.look_up(uv))

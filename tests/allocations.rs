@@ -12,8 +12,8 @@ use pathspace::integrator::{Bidirectional, Integrator, LightTracer, PathTracer, 
 use pathspace::math::Rgb;
 use pathspace::path::Scratch;
 use pathspace::render::{Budget, Settings, render, unattended};
-use pathspace::sampler::{SampleSource, SamplerKind};
-use pathspace::scene::{World, gallery};
+use pathspace::sampler::{SampleSource, Sampler, SamplerKind};
+use pathspace::scene::{Scene, SurfaceArea, World, gallery};
 use worlds::{Result, TestScene};
 
 const SAMPLES: u32 = 2000;
@@ -60,6 +60,22 @@ fn samples_allocate_nothing() -> Result {
         count(&scene, &PathTracer::default());
         count(&scene, &LightTracer::default());
         count(&scene, &Bidirectional::default());
+    }
+    Ok(())
+}
+
+/// Nor do queries of many rays at once.
+#[test]
+fn rays_at_once_allocate_nothing() -> Result {
+    for scene in worlds::all()? {
+        let mut random = Random::new(1);
+        let points: Vec<_> = (0..100).map(|_| scene.world.sample_surface(random.next_1d(), random.next_2d())).collect();
+        let (mut hits, mut free) = (0, 0);
+        let allocations = allocation_counter::measure(|| {
+            scene.world.intersect_many(points.iter().map(|x| (x, x.geometric_normal)), |_, hit| hits += usize::from(hit.is_some()));
+            scene.world.visible_many(points.iter().zip(points.iter().rev()), |_, visible| free += usize::from(visible));
+        });
+        assert_eq!(allocations.count_total, 0, "{}: {hits} hits, {free} free, {allocations:?}", scene.name);
     }
     Ok(())
 }

@@ -128,6 +128,7 @@ impl AreaLight {
     }
 
     /// Whether the side of `point` that faces `direction` emits.
+    #[inline]
     fn emits(&self, point: &SurfacePoint, direction: DVec3) -> bool {
         let cosine = point.geometric_normal.dot(direction);
         cosine > 0.0 || (self.two_sided && cosine < 0.0)
@@ -148,6 +149,7 @@ impl AreaLight {
 
     /// The cone under which the receiver sees the light, if it is a whole sphere seen from outside. The one predicate that
     /// decides between cone and area, for samples and for densities.
+    #[inline]
     fn cone(&self, receiver: &SurfacePoint) -> Option<sphere_cone::SphereCone> {
         match self.shapes[..] {
             [Shape::Sphere(sphere)] if receiver.place != Place::Infinite => sphere_cone::SphereCone::new(sphere, receiver),

@@ -35,6 +35,7 @@ impl FilmRegion {
     }
 
     /// Width and height of the window in pixels.
+    #[inline]
     #[must_use]
     pub fn window_size(&self) -> UVec2 {
         self.window_max - self.window_min
@@ -48,6 +49,7 @@ impl FilmRegion {
     }
 
     /// From pixels of the full film to window coordinates, (0, 0) to (1, 1).
+    #[inline]
     #[must_use]
     pub fn to_window(&self, raster: DVec2) -> DVec2 {
         (raster - self.window_min.as_dvec2()) / self.window_size().as_dvec2()
@@ -60,6 +62,7 @@ impl FilmRegion {
     }
 
     /// Index (row-major in the window) of the pixel that contains a point of the film, `None` outside the window.
+    #[inline]
     #[must_use]
     pub fn pixel_index(&self, raster: DVec2) -> Option<u32> {
         let cell = raster.floor();
@@ -83,6 +86,7 @@ pub struct FilmSample {
 
 impl FilmSample {
     /// Draws a point of a pixel, row-major in the window, and an offset from the filter's kernel: the first numbers that a sample takes.
+    #[inline]
     #[must_use]
     pub fn draw<P: Sampler>(region: &FilmRegion, pixel: u32, kernel: &Kernel, sampler: &mut P) -> Self {
         sampler.stream(Stream::Film);
@@ -93,6 +97,15 @@ impl FilmSample {
         let raster = (corner + sampler.next_2d()).min(DVec2::new(last.x.next_down(), last.y.next_down()));
         Self { raster, offset: kernel.sample(sampler) }
     }
+}
+
+/// One sample of a batch.
+#[derive(Clone, Debug)]
+pub struct BatchSample<P> {
+    /// Where it looks.
+    pub film: FilmSample,
+    /// Its numbers.
+    pub sampler: P,
 }
 
 /// One way to draw a path: `s` vertices from the light, `t` from the camera.
@@ -127,6 +140,12 @@ impl<K: Sink + ?Sized> Sink for &mut K {
     fn add(&mut self, contribution: &Contribution) {
         (**self).add(contribution);
     }
+}
+
+/// Receives the contributions of several samples, in any order.
+pub trait BatchSink {
+    /// Takes a contribution of the sample with this number in its batch.
+    fn add(&mut self, sample: usize, contribution: &Contribution);
 }
 
 /// Both sinks receive every contribution.

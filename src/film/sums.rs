@@ -1,11 +1,12 @@
 //! The film: sums of contributions per pixel, filled chunk by chunk in a fixed order.
 
 use super::image::Image;
-use super::{Contribution, FilmRegion, Sink, Technique};
+use super::{BatchSink, Contribution, FilmRegion, Technique};
 use crate::math::Rgb;
 use glam::UVec2;
 use std::error::Error;
 use std::fmt;
+use std::ops::Range;
 
 /// Sums of contributions over the window of a film, in f64.
 ///
@@ -161,10 +162,10 @@ impl NonFinite {
 pub struct ChunkFilm {
     region: FilmRegion,
     entries: Vec<(u32, Rgb)>,
-    /// The sample under way and the sum of what it added to its own pixel so far.
-    pixel: u32,
+    /// The samples under way: the pixel of the first, those of the others follow, and what each added to its own pixel so far.
+    first: u32,
     pass: u32,
-    own: Rgb,
+    own: Vec<Rgb>,
     non_finite: NonFinite,
 }
 
@@ -172,30 +173,29 @@ impl ChunkFilm {
     /// An empty record of a region.
     #[must_use]
     pub fn new(region: FilmRegion) -> Self {
-        Self { region, entries: Vec::new(), pixel: 0, pass: 0, own: Rgb::BLACK, non_finite: NonFinite::default() }
+        Self { region, entries: Vec::new(), first: 0, pass: 0, own: Vec::new(), non_finite: NonFinite::default() }
     }
 
     /// Forgets everything but keeps the memory.
     pub fn clear(&mut self) {
         self.entries.clear();
-        self.own = Rgb::BLACK;
+        self.own.clear();
         self.non_finite = NonFinite::default();
     }
 
-    /// Says which sample the next contributions come from: number `pass` of pixel number `pixel`, row-major in the window.
+    /// Says which samples the next contributions come from: number `pass` of consecutive pixels, row-major in the window.
     #[inline]
-    pub fn begin_sample(&mut self, pixel: u32, pass: u32) {
+    pub fn begin_samples(&mut self, pixels: Range<u32>, pass: u32) {
         self.finish();
-        (self.pixel, self.pass) = (pixel, pass);
+        (self.first, self.pass) = (pixels.start, pass);
+        self.own.resize(pixels.len(), Rgb::BLACK);
     }
 
-    /// Ends the last sample. What it added to its own pixel is not merged before.
+    /// Ends the last samples. What they added to their own pixels is not merged before.
     #[inline]
     pub fn finish(&mut self) {
-        if !self.own.is_black() {
-            self.entries.push((self.pixel, self.own));
-            self.own = Rgb::BLACK;
-        }
+        let own = self.own.drain(..).zip(self.first..);
+        self.entries.extend(own.filter(|(own, _)| !own.is_black()).map(|(own, pixel)| (pixel, own)));
     }
 
     /// What was not recorded because it was infinite or not a number.
@@ -205,29 +205,30 @@ impl ChunkFilm {
     }
 
     #[cold]
-    fn reject(&mut self, contribution: &Contribution) {
+    fn reject(&mut self, pixel_index: u32, contribution: &Contribution) {
         self.non_finite.add(contribution.technique, 1);
         let width = self.region.window_size().x.max(1);
-        let pixel = self.region.window_min + UVec2::new(self.pixel % width, self.pixel / width);
-        let rejected = NonFiniteContribution { pixel, pixel_index: self.pixel, pass: self.pass, contribution: *contribution };
+        let pixel = self.region.window_min + UVec2::new(pixel_index % width, pixel_index / width);
+        let rejected = NonFiniteContribution { pixel, pixel_index, pass: self.pass, contribution: *contribution };
         self.non_finite.first.get_or_insert(rejected);
     }
 }
 
-impl Sink for ChunkFilm {
+impl BatchSink for ChunkFilm {
     #[inline]
-    fn add(&mut self, contribution: &Contribution) {
+    fn add(&mut self, sample: usize, contribution: &Contribution) {
+        let own = self.first + sample as u32;
         let value = contribution.value * contribution.weight;
         // A weight of 0 does not excuse an infinite value: the product is not a number.
         if !(value.is_finite() && contribution.value.is_finite() && contribution.raster.is_finite()) {
-            return self.reject(contribution);
+            return self.reject(own, contribution);
         }
         if value.is_black() {
             return;
         }
         let Some(pixel) = self.region.pixel_index(contribution.raster) else { return };
-        if pixel == self.pixel {
-            self.own += value;
+        if let Some(sum) = self.own.get_mut(sample).filter(|_| pixel == own) {
+            *sum += value;
         } else if let Some(last) = self.entries.last_mut().filter(|last| last.0 == pixel) {
             last.1 += value;
         } else {
@@ -253,13 +254,12 @@ mod tests {
     fn sums_are_per_pixel_of_the_window() {
         let mut film = Film::new(region([8, 8], [2, 3], [5, 5])).unwrap();
         let mut chunk = ChunkFilm::new(film.region());
-        chunk.begin_sample(0, 0);
+        chunk.begin_samples(0..2, 0);
         for (x, y) in [(2.0, 3.0), (4.999, 4.999), (2.5, 3.5), (5.0, 4.0), (1.999, 3.0), (2.0, 2.999), (-1e300, 4.0), (3.0, 5.0)] {
-            chunk.add(&contribution(x, y, 2.0, 0.5));
+            chunk.add(0, &contribution(x, y, 2.0, 0.5));
         }
-        chunk.begin_sample(1, 0);
-        chunk.add(&contribution(2.1, 3.1, 1.0, 0.0));
-        chunk.add(&contribution(4.5, 4.5, 10.0, 1.0));
+        chunk.add(1, &contribution(2.1, 3.1, 1.0, 0.0));
+        chunk.add(1, &contribution(4.5, 4.5, 10.0, 1.0));
         chunk.finish();
         film.merge(&chunk);
         let sums: Vec<f64> = film.sums().iter().map(|s| s.g()).collect();
@@ -282,10 +282,10 @@ mod tests {
             contribution(1.5, 1.5, 1e200, 1e200),
             contribution(f64::NAN, 1.5, 1.0, 1.0),
         ];
-        chunk.begin_sample(5, 9);
-        chunk.add(&contribution(3.5, 3.5, 1.0, 1.0));
-        invalid.iter().for_each(|c| chunk.add(c));
-        chunk.add(&Contribution { technique: Technique { s: 0, t: 3 }, ..invalid[1] });
+        chunk.begin_samples(5..6, 9);
+        chunk.add(0, &contribution(3.5, 3.5, 1.0, 1.0));
+        invalid.iter().for_each(|c| chunk.add(0, c));
+        chunk.add(0, &Contribution { technique: Technique { s: 0, t: 3 }, ..invalid[1] });
         chunk.finish();
         film.merge(&chunk);
         let lost = film.non_finite();
@@ -315,8 +315,8 @@ mod tests {
         let mut film = Film::new(FilmRegion::full(UVec2::ONE)).unwrap();
         let mut chunk = ChunkFilm::new(film.region());
         for i in 0..1024 {
-            chunk.begin_sample(0, i);
-            chunk.add(&contribution(0.5, 0.5, 1.0, 1.0));
+            chunk.begin_samples(0..1, i);
+            chunk.add(0, &contribution(0.5, 0.5, 1.0, 1.0));
         }
         chunk.finish();
         for _ in 0..1 << 16 {

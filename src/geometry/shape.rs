@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 const UNIT_ROUNDOFF: f64 = 0.5 * f64::EPSILON;
 
 /// Bound on the relative error of n operations in a row, γ_n = n ε / (1 - n ε) (Higham 2002, section 3.1).
+#[inline]
 #[must_use]
 pub(crate) const fn gamma(n: u32) -> f64 {
     let ne = n as f64 * UNIT_ROUNDOFF;
@@ -139,6 +140,7 @@ impl Sphere {
 
 impl Quad {
     /// Area times the unit normal.
+    #[inline]
     #[must_use]
     pub fn cross(&self) -> DVec3 {
         self.edge_u.cross(self.edge_v)

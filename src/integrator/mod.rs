@@ -23,7 +23,7 @@ pub use path_tracer::{PathTracer, PathTracing};
 pub use uniform_area::UniformArea;
 
 use crate::endpoint::Camera;
-use crate::film::{FilmSample, Kernel, Sink};
+use crate::film::{BatchSample, BatchSink, Contribution, FilmSample, Kernel, Sink};
 use crate::path::{Counters, LeftOut, MAX_BOUNCES, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
 use crate::scene::{Needs, Scene};
@@ -61,6 +61,21 @@ pub trait Integrator<S: Scene + ?Sized>: Sync {
         sink: &mut K,
         scratch: &mut Scratch<'s, S>,
     );
+
+    /// Draws several samples: the contributions of each are those of [`sample`](Self::sample), in the same order; those of different samples may mix. By
+    /// default one after the other; an integrator that lets them advance together gives the scene many rays at a time.
+    fn sample_batch<'s, C: Camera + ?Sized, P: Sampler, K: BatchSink>(
+        &self,
+        scene: &'s S,
+        camera: &C,
+        samples: &mut [BatchSample<P>],
+        sink: &mut K,
+        scratch: &mut Scratch<'s, S>,
+    ) {
+        for (i, BatchSample { film, sampler }) in samples.iter_mut().enumerate() {
+            self.sample(scene, camera, *film, sampler, &mut OneOf { sink, sample: i }, scratch);
+        }
+    }
 }
 
 /// What an integrator that adapts itself may use.
@@ -128,6 +143,7 @@ impl Depth {
     }
 
     /// The largest number of scattering events.
+    #[inline]
     #[must_use]
     pub fn limit(&self) -> u32 {
         self.max_bounces.map_or(MAX_BOUNCES, |max| max.min(MAX_BOUNCES))
@@ -138,5 +154,26 @@ impl Depth {
     #[must_use]
     pub fn contains(&self, bounces: u32) -> bool {
         self.min_bounces <= bounces && bounces <= self.limit()
+    }
+}
+
+/// What one sample of a batch adds to.
+struct OneOf<'a, K: ?Sized> {
+    sink: &'a mut K,
+    sample: usize,
+}
+
+impl<K: BatchSink + ?Sized> Sink for OneOf<'_, K> {
+    fn add(&mut self, contribution: &Contribution) {
+        self.sink.add(self.sample, contribution);
+    }
+}
+
+/// What the only sample of a batch adds to.
+struct Alone<'a, K: ?Sized>(&'a mut K);
+
+impl<K: Sink + ?Sized> BatchSink for Alone<'_, K> {
+    fn add(&mut self, _sample: usize, contribution: &Contribution) {
+        self.0.add(contribution);
     }
 }

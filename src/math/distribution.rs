@@ -9,6 +9,7 @@ use glam::DVec2;
 const ONE_MINUS_EPSILON: f64 = 1.0 - 0.5 * f64::EPSILON;
 
 /// Into `[0, 1)`; not a number becomes 0.
+#[inline]
 fn unit(u: f64) -> f64 {
     if u > 0.0 { u.min(ONE_MINUS_EPSILON) } else { 0.0 }
 }

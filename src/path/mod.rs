@@ -24,6 +24,7 @@ mod technique;
 mod vertex;
 mod view;
 mod walk;
+mod wavefront;
 mod weight;
 
 pub use connect::{SampledEndpoint, sample_emitter, sample_lens};
@@ -38,4 +39,5 @@ pub use vertex::{StartDensity, Vertex};
 pub use view::Path;
 pub(crate) use view::are_joinable;
 pub use walk::{MAX_BOUNCES, RandomWalk, Scattered};
+pub(crate) use wavefront::{End, GrowingPath, Segments, Walks, Wavefront};
 pub use weight::{Ends, Heuristic, PathDensities};

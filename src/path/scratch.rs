@@ -1,6 +1,6 @@
 //! Memory that integrators reuse from sample to sample.
 
-use super::{Counters, Vertex};
+use super::{Counters, Vertex, Walks, Wavefront};
 use crate::scene::Scene;
 use std::fmt;
 
@@ -12,12 +12,15 @@ pub struct Scratch<'s, S: Scene + ?Sized + 's> {
     pub camera: Vec<Vertex<S::Bsdf<'s>>>,
     /// Vertices of the light walk, from the light.
     pub light: Vec<Vertex<S::Bsdf<'s>>>,
+    /// The same of the samples of a batch.
+    pub(crate) walks: Vec<Walks<'s, S>>,
+    pub(crate) wavefront: Wavefront<'s, S>,
 }
 
 // Written by hand: derives would ask for bounds on `S`.
 impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
     fn default() -> Self {
-        Self { counters: Counters::default(), camera: Vec::new(), light: Vec::new() }
+        Self { counters: Counters::default(), camera: Vec::new(), light: Vec::new(), walks: Vec::new(), wavefront: Wavefront::default() }
     }
 }
 
@@ -27,6 +30,6 @@ impl<'s, S: Scene + ?Sized + 's> fmt::Debug for Scratch<'s, S> {
             .field("counters", &self.counters)
             .field("camera_vertices", &self.camera.len())
             .field("light_vertices", &self.light.len())
-            .finish()
+            .finish_non_exhaustive()
     }
 }

@@ -137,12 +137,17 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
     pub fn is_visible(&self, counters: &mut Counters) -> bool {
         let (Some(y), Some(z)) = (self.camera_part.last(), self.light_part.last()) else { return true };
         counters.shadow_rays += 1;
-        if z.bsdf.is_none() && y.bsdf.is_none() {
-            // The start of a light walk was not placed for the lens.
-            let facing = self.scene.light(self.light).facing(&z.point, &y.point);
-            return self.scene.visible(&y.point, &facing);
+        match self.facing() {
+            Some(facing) => self.scene.visible(&y.point, &facing),
+            None => self.scene.visible(&y.point, &z.point),
         }
-        self.scene.visible(&y.point, &z.point)
+    }
+
+    /// The point of a light that the lens connects to, if the light walk was not placed for it.
+    #[inline]
+    pub(crate) fn facing(&self) -> Option<SurfacePoint> {
+        let (y, z) = (self.camera_part.last()?, self.light_part.last()?);
+        (y.bsdf.is_none() && z.bsdf.is_none()).then(|| self.scene.light(self.light).facing(&z.point, &y.point))
     }
 
     /// The multiple importance sampling weight of the technique that drew the path, within a set that contains it.

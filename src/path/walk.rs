@@ -102,7 +102,15 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         })
     }
 
+    /// From which end it comes.
+    #[inline]
+    #[must_use]
+    pub fn kind(&self) -> Walk {
+        self.walk
+    }
+
     /// Number of surface vertices met so far.
+    #[inline]
     #[must_use]
     pub fn vertices(&self) -> u32 {
         self.vertices
@@ -121,22 +129,42 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         self.throughput
     }
 
+    /// The ray that leads to the next vertex.
+    #[inline]
+    #[must_use]
+    pub fn ray(&self) -> (&SurfacePoint, DVec3) {
+        (&self.from, self.direction)
+    }
+
     /// Traces the ray. Returns the vertex that it meets: on a surface, or at infinity if a camera walk reaches an environment.
     #[inline(always)]
     pub fn arrive(&mut self, counters: &mut Counters) -> Option<Vertex<S::Bsdf<'s>>> {
         counters.closest_rays += 1;
-        let Some(point) = self.scene.intersect(&self.from, self.direction) else {
-            if self.walk == Walk::Light {
-                counters.ledger.escaped += self.throughput;
-                return None;
-            }
-            let id = self.scene.environment()?;
+        let vertex = self.vertex_at(self.scene.intersect(&self.from, self.direction));
+        self.count_vertex(vertex.as_ref(), counters);
+        vertex
+    }
+
+    /// The vertex at the point that the [ray](Self::ray) meets; if it meets none, at infinity or nowhere.
+    #[inline(always)]
+    pub(crate) fn vertex_at(&self, point: Option<SurfacePoint>) -> Option<Vertex<S::Bsdf<'s>>> {
+        let Some(point) = point else {
+            let id = if self.walk == Walk::Camera { self.scene.environment()? } else { return None };
             let point = SurfacePoint::infinite(self.from.position + self.direction, -self.direction);
             return Some(self.vertex(point, None, Some(id)));
         };
-        self.vertices += 1;
         let bsdf = ShadedBsdf::new(self.scene.bsdf(&point), &point);
         Some(self.vertex(point, Some(bsdf), self.scene.light_at(&point)))
+    }
+
+    /// Records what [`vertex_at`](Self::vertex_at) has found.
+    #[inline(always)]
+    pub(crate) fn count_vertex(&mut self, vertex: Option<&Vertex<S::Bsdf<'s>>>, counters: &mut Counters) {
+        if vertex.is_some_and(|vertex| vertex.bsdf.is_some()) {
+            self.vertices += 1;
+        } else if self.walk == Walk::Light {
+            counters.ledger.escaped += self.throughput;
+        }
     }
 
     #[inline(always)]

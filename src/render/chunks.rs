@@ -2,7 +2,7 @@
 
 use super::settings::Threads;
 use crate::endpoint::Camera;
-use crate::film::{ChunkFilm, Film, FilmRegion, FilmSample, Kernel};
+use crate::film::{BatchSample, ChunkFilm, Film, FilmRegion, FilmSample, Kernel};
 use crate::integrator::Integrator;
 use crate::path::{Counters, Scratch};
 use crate::sampler::SampleSource;
@@ -22,6 +22,9 @@ pub(super) struct Job<'a, N, S: ?Sized, C: ?Sized, I: ?Sized> {
     pub kernel: Kernel,
     pub region: FilmRegion,
 }
+
+/// Samples that an integrator gets at a time: enough rays for the scene, and their paths stay in the nearest memory.
+const BATCH: usize = 64;
 
 /// What one chunk did.
 struct Slot {
@@ -85,7 +88,7 @@ impl Chunks {
         let (pixels, length, next) = (*pixels, *length, AtomicU32::new(0));
         let merge = Mutex::new(Merge { free, early: BTreeMap::new(), turn: 0, film, counters, time: Duration::ZERO });
         threads.for_each(threads.count(), &|_| {
-            let mut scratch = Scratch::default();
+            let (mut samples, mut scratch) = (Vec::new(), Scratch::default());
             loop {
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 if number >= pixels.div_ceil(length) {
@@ -96,7 +99,7 @@ impl Chunks {
                     free.unwrap_or_else(|| Slot { film: ChunkFilm::new(job.region), counters: Counters::default(), time: Duration::ZERO });
                 let first = number * length;
                 // Written this way round, the end cannot overflow.
-                job.render_chunk(first..first + length.min(pixels - first), pass, &mut scratch, &mut slot);
+                job.render_chunk(first..first + length.min(pixels - first), pass, &mut samples, &mut scratch, &mut slot);
                 lock(&merge).take(number, slot);
             }
         });
@@ -110,14 +113,25 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S> + ?Sized> Job<'a, N, S, C, I> {
-    fn render_chunk(&self, pixels: Range<u32>, pass: u32, scratch: &mut Scratch<'a, S>, slot: &mut Slot) {
+    fn render_chunk(
+        &self,
+        pixels: Range<u32>,
+        pass: u32,
+        samples: &mut Vec<BatchSample<N::Sampler>>,
+        scratch: &mut Scratch<'a, S>,
+        slot: &mut Slot,
+    ) {
         let start = Instant::now();
         slot.film.clear();
-        for pixel in pixels {
-            let mut sampler = self.source.sampler(pixel, pass);
-            let film = FilmSample::draw(&self.region, pixel, &self.kernel, &mut sampler);
-            slot.film.begin_sample(pixel, pass);
-            self.integrator.sample(self.scene, self.camera, film, &mut sampler, &mut slot.film, scratch);
+        for first in pixels.clone().step_by(BATCH) {
+            let pixels = first..pixels.end.min(first + BATCH as u32);
+            slot.film.begin_samples(pixels.clone(), pass);
+            samples.clear();
+            samples.extend(pixels.map(|pixel| {
+                let mut sampler = self.source.sampler(pixel, pass);
+                BatchSample { film: FilmSample::draw(&self.region, pixel, &self.kernel, &mut sampler), sampler }
+            }));
+            self.integrator.sample_batch(self.scene, self.camera, samples, &mut slot.film, scratch);
         }
         slot.film.finish();
         slot.counters = std::mem::take(&mut scratch.counters);

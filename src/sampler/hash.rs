@@ -101,6 +101,7 @@ mod tests {
         }
     }
 
+    #[inline]
     #[test]
     fn unit_interval_is_half_open() {
         assert_eq!(unit_interval(0), 0.0);

@@ -60,18 +60,19 @@
 //!
 //! The nearest hit needs one exact test as a rule, when all else is done. For a triangle that is certainly hit, the rows T and D of the table
 //! say that T - L D is off by at most (42 + 11 L) ε M, which is below the tolerance of 112 ε M for all L < 6. So the exact distance lies between
-//! (T - 112 ε M) / D and (T + 112 ε M) / D; the sum and the quotient in f32, and making the bounds wider by 4 ε, are another 3 ε of them. The upper
+//! (T - 112 ε M) / D and (T + 112 ε M) / D; the sum, the reciprocal of D and the product in f32, and making the bounds wider by 6 ε, are another 4 ε of them. The upper
 //! bound then limits the walk as an exact distance would, and the triangle is held back. Another one that is certainly nearer takes its place, one
 //! that is certainly farther is dropped, and one of which neither is certain is tested exactly at once. What was dropped is farther than
 //! something that is hit, and all that was not dropped is compared by its exact distance, so the answer is the same.
 
 use super::binary;
+use super::packet::FEW;
 use super::space::Space;
-use super::traverse::{BoxRay, prefetch};
-use super::wide::{Candidate, Facet, Wide};
+use super::traverse::{Any, BoxRay, Nearest, Splat, Stack, Step, prefetch};
+use super::wide::{self, Block, Candidate, Facet, Line, Wide};
 use crate::geometry::{Bounds, Contact, Intersection, Ray, Shape, Triangle};
 use fearless_simd::{Level, Simd, dispatch};
-use glam::{DVec3, Vec3A};
+use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::splits::split_aabbs_precise;
 use obvhs::triangle::Triangle as F32Triangle;
@@ -98,6 +99,8 @@ const CLIP: f64 = 1.0 + 4.0 * PADDING as f64;
 /// A tree over all primitives of a scene.
 pub(crate) struct Bvh {
     wide: Wide,
+    /// All facets of a scene that has few, in which all are triangles.
+    pub(super) few: Vec<[Line; Block::LINES]>,
     /// All primitives, by their number.
     shapes: Vec<Shape>,
     space: Space,
@@ -106,7 +109,7 @@ pub(crate) struct Bvh {
     extent: f64,
     inverse_extent: f64,
     /// The instruction set that this processor has.
-    level: Level,
+    pub(super) level: Level,
     build_time: Duration,
 }
 
@@ -135,6 +138,30 @@ pub(crate) struct Ends {
     pub end: u32,
 }
 
+/// A ray to find the nearest hit of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Query {
+    /// Where it starts.
+    pub origin: DVec3,
+    /// Where to.
+    pub direction: DVec3,
+    /// The primitive that the origin lies on.
+    pub origin_primitive: u32,
+}
+
+/// A ray up to a distance, to find out whether anything is in its way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Segment {
+    /// Where it starts.
+    pub origin: DVec3,
+    /// Where to.
+    pub direction: DVec3,
+    /// How far.
+    pub length: f64,
+    /// What its ends lie on.
+    pub ends: Ends,
+}
+
 /// The nearest hit of a ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hit<'a> {
@@ -153,17 +180,24 @@ pub(crate) struct Hit<'a> {
 }
 
 /// What the exact test says.
-struct Found<'a> {
+pub(super) struct Found<'a> {
     candidate: Candidate<'a>,
     intersection: Intersection,
 }
 
-impl Found<'_> {
+impl<'a> Found<'a> {
     /// Of equally near ones that with the lower primitive is nearer.
     #[inline(always)]
     fn is_nearer(&self, other: &Self) -> bool {
         let (t, other_t) = (self.intersection.t, other.intersection.t);
         t < other_t || (t == other_t && self.candidate.primitive() < other.candidate.primitive())
+    }
+
+    /// The hit of a ray that was moved by so much.
+    #[inline(always)]
+    pub fn hit(self, ray: &Ray, moved: f64) -> Hit<'a> {
+        let Found { candidate, intersection } = self;
+        Hit { primitive: candidate.primitive(), candidate, origin: ray.origin, direction: ray.direction, moved, intersection }
     }
 }
 
@@ -203,6 +237,10 @@ impl Bvh {
                 references.push(primitive as u32 | SECOND_HALF);
             }
         }
+        // Every ray would test what is opaque exactly.
+        let is_flat = |&reference: &u32| matches!(facet(reference).1, Facet::Triangle { .. });
+        let has_few = references.len() <= FEW && references.iter().all(is_flat);
+        let few = if has_few { wide::blocks(&references, facet) } else { Vec::new() };
         let mut boxes: Vec<Aabb> = references
             .iter()
             .map(|&reference| {
@@ -227,7 +265,7 @@ impl Bvh {
         drop(boxes);
         let references: Vec<u32> = tree.primitive_indices.iter().map(|&i| references[i as usize]).collect();
         let wide = Wide::collapse(&tree.nodes, &references, facet);
-        Self { wide, shapes, space, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
+        Self { wide, few, shapes, space, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
     }
 
     /// Uses another instruction set, which this processor must have.
@@ -242,7 +280,7 @@ impl Bvh {
         TreeStatistics {
             nodes: *nodes,
             leaves: *blocks,
-            bytes: size_of_val(&lines[..]) + size_of_val(&self.shapes[..]),
+            bytes: size_of_val(&lines[..]) + size_of_val(&self.few[..]) + size_of_val(&self.shapes[..]),
             build_time: self.build_time,
             instruction_set: dispatch!(self.level, simd => instruction_set(simd)),
         }
@@ -262,37 +300,78 @@ impl Bvh {
     /// What `result` makes of the nearest hit, of equally near ones that with the lowest primitive. A direction that is not of unit length is made
     /// so.
     #[inline]
-    pub fn closest<'a, R>(
-        &'a self,
-        origin: DVec3,
-        direction: DVec3,
-        origin_primitive: u32,
-        result: impl FnOnce(Hit<'a>) -> R,
-    ) -> Option<R> {
+    pub fn closest<'a, R>(&'a self, query: Query, result: impl FnOnce(Hit<'a>) -> R) -> Option<R> {
         // Moving more than is needed through memory takes time.
-        dispatch!(self.level, simd => self.closest_with(simd, origin, direction, origin_primitive).map(result))
+        dispatch!(self.level, simd => self.closest_with(simd, query).map(result))
     }
 
     #[inline(always)]
-    fn closest_with<'a, S: Simd>(&'a self, simd: S, origin: DVec3, direction: DVec3, origin_primitive: u32) -> Option<Hit<'a>> {
+    fn closest_with<S: Simd>(&self, simd: S, query: Query) -> Option<Hit<'_>> {
+        let (origin, direction, moved) = self.entry(query.origin, query.direction)?;
+        let box_ray = self.box_ray(origin, direction);
+        let wide = Splat::new(simd, &box_ray);
+        let ray = Ray::new(origin, direction);
+        let (mut walk, mut stack, mut early) = (Nearest::default(), Stack::default(), None);
+        while self.step_to_nearest(simd, &box_ray, &wide, &mut walk, &mut stack, &ray, query.origin_primitive, &mut early) != Step::Done {}
+        let found = self.decide(walk.held, early, &ray, query.origin_primitive)?;
+        Some(found.hit(&ray, moved))
+    }
+
+    /// Where a ray enters the scene, its direction with unit length, and by how much the origin was moved; `None` if it does not enter or is no ray.
+    #[inline(always)]
+    pub(super) fn entry(&self, origin: DVec3, direction: DVec3) -> Option<(DVec3, DVec3, f64)> {
         let direction = unit(direction)?;
         let (origin, moved) = self.clip(origin, direction)?;
-        let box_ray = BoxRay::new(self.space.place(origin).as_vec3(), direction.as_vec3());
-        let ray = Ray::new(origin, direction);
-        let mut early = None;
-        let test = |candidate| self.test_early(candidate, &ray, origin_primitive, &mut early);
+        Some((origin, direction, moved))
+    }
+
+    /// A point in the space of the boxes.
+    #[inline(always)]
+    pub(super) fn place(&self, p: DVec3) -> Vec3 {
+        self.space.place(p).as_vec3()
+    }
+
+    #[inline(always)]
+    pub(super) fn box_ray(&self, origin: DVec3, direction: DVec3) -> BoxRay {
+        BoxRay::new(self.place(origin), direction.as_vec3())
+    }
+
+    /// Visits one node or leaf. What had to be tested early goes to `early` if it is nearer.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    pub(super) fn step_to_nearest<'a, S: Simd>(
+        &'a self,
+        simd: S,
+        box_ray: &BoxRay,
+        wide: &Splat<S>,
+        walk: &mut Nearest<'a>,
+        stack: &mut Stack<u64>,
+        ray: &Ray,
+        origin_primitive: u32,
+        early: &mut Option<Found<'a>>,
+    ) -> Step {
+        let test = |candidate| self.test_early(candidate, ray, origin_primitive, early);
         let prepare = |candidate: Candidate<'a>| {
             if !candidate.is_exact() {
                 prefetch(simd, self.shapes.as_ptr().wrapping_add(candidate.primitive() as usize));
             }
         };
-        let held =
-            self.wide.closest(simd, &box_ray, origin_primitive, prepare, test).and_then(|held| self.find(held, &ray, origin_primitive));
-        let Found { candidate, intersection } = match (held, early) {
-            (Some(held), Some(early)) if early.is_nearer(&held) => early,
-            (held, early) => held.or(early)?,
-        };
-        Some(Hit { primitive: candidate.primitive(), candidate, origin, direction, moved, intersection })
+        self.wide.step_to_nearest(simd, box_ray, wide, walk, stack, origin_primitive, prepare, test)
+    }
+
+    /// The nearer one of what was held back and what was tested early.
+    #[inline(always)]
+    pub(super) fn decide<'a>(
+        &self,
+        held: Option<Candidate<'a>>,
+        early: Option<Found<'a>>,
+        ray: &Ray,
+        origin_primitive: u32,
+    ) -> Option<Found<'a>> {
+        match (held.and_then(|held| self.find(held, ray, origin_primitive)), early) {
+            (Some(held), Some(early)) if early.is_nearer(&held) => Some(early),
+            (held, early) => held.or(early),
+        }
     }
 
     /// The exact test of what may be the nearest hit.
@@ -305,7 +384,13 @@ impl Bvh {
 
     /// Replaces the nearest hit if this one is nearer, and returns the limit from then on. Rare, and so not a part of the walk.
     #[inline(never)]
-    fn test_early<'a>(&self, candidate: Candidate<'a>, ray: &Ray, origin_primitive: u32, nearest: &mut Option<Found<'a>>) -> Option<f32> {
+    pub(super) fn test_early<'a>(
+        &self,
+        candidate: Candidate<'a>,
+        ray: &Ray,
+        origin_primitive: u32,
+        nearest: &mut Option<Found<'a>>,
+    ) -> Option<f32> {
         let found = self.find(candidate, ray, origin_primitive)?;
         if nearest.as_ref().is_some_and(|nearest| !found.is_nearer(nearest)) {
             return None;
@@ -343,34 +428,62 @@ impl Bvh {
         self.shapes[hit.primitive as usize].as_triangle()
     }
 
-    /// Whether nothing lies between the origin and the point at distance `length`. A direction that is not of unit length is made so.
+    /// Whether nothing lies on a segment. A direction that is not of unit length is made so.
     #[inline]
-    pub fn is_free(&self, origin: DVec3, direction: DVec3, length: f64, ends: Ends) -> bool {
-        dispatch!(self.level, simd => self.is_free_with(simd, origin, direction, length, ends))
+    pub fn is_free(&self, segment: &Segment) -> bool {
+        dispatch!(self.level, simd => self.is_free_with(simd, segment))
     }
 
     #[inline(always)]
-    fn is_free_with<S: Simd>(&self, simd: S, origin: DVec3, direction: DVec3, length: f64, ends: Ends) -> bool {
-        let Some(direction) = unit(direction) else { return true };
-        let Some((origin, moved)) = self.clip(origin, direction) else { return true };
-        let length = length - moved;
-        if length.is_nan() || length <= 0.0 {
-            return true;
-        }
-        let box_ray = BoxRay::new(self.space.place(origin).as_vec3(), direction.as_vec3());
+    fn is_free_with<S: Simd>(&self, simd: S, segment: &Segment) -> bool {
+        let Some(segment) = self.part_inside(segment) else { return true };
+        let box_ray = self.box_ray(segment.origin, segment.direction);
+        let wide = Splat::new(simd, &box_ray);
+        let (mut walk, mut stack) = (self.walk_to_any(&segment), Stack::default());
+        while self.step_to_any(simd, &box_ray, &wide, &mut walk, &mut stack, &segment) != Step::Done {}
+        !walk.hit
+    }
+
+    /// The part of a segment inside of the scene, with a direction of unit length; `None` if there is none.
+    #[inline(always)]
+    pub(super) fn part_inside(&self, segment: &Segment) -> Option<Segment> {
+        let (origin, direction, moved) = self.entry(segment.origin, segment.direction)?;
+        let length = segment.length - moved;
+        // Not if it is no number either.
+        (length > 0.0).then_some(Segment { origin, direction, length, ends: segment.ends })
+    }
+
+    /// The walk along a segment inside of the scene.
+    #[inline(always)]
+    pub(super) fn walk_to_any(&self, segment: &Segment) -> Any {
+        Any::new(self.round_up(segment.length))
+    }
+
+    /// Visits one node or leaf.
+    #[inline(always)]
+    pub(super) fn step_to_any<S: Simd>(
+        &self,
+        simd: S,
+        box_ray: &BoxRay,
+        wide: &Splat<S>,
+        walk: &mut Any,
+        stack: &mut Stack<u32>,
+        segment: &Segment,
+    ) -> Step {
         let blocks = |candidate: Candidate<'_>, certain: bool| {
             let primitive = candidate.primitive();
-            if certain && primitive != ends.origin && primitive != ends.end {
+            if certain && primitive != segment.ends.origin && primitive != segment.ends.end {
                 return true;
             }
-            self.blocks(candidate, origin, direction, length, ends)
+            self.blocks(candidate, segment)
         };
-        !self.wide.any(simd, &box_ray, self.round_up(length), blocks)
+        self.wide.step_to_any(simd, box_ray, wide, walk, stack, blocks)
     }
 
     /// The exact test of what may be in the way. Rare, and so not a part of the walk.
     #[inline(never)]
-    fn blocks(&self, candidate: Candidate<'_>, origin: DVec3, direction: DVec3, length: f64, ends: Ends) -> bool {
+    pub(super) fn blocks(&self, candidate: Candidate<'_>, segment: &Segment) -> bool {
+        let &Segment { origin, direction, length, ends } = segment;
         let primitive = candidate.primitive();
         let contact = match (primitive == ends.origin, primitive == ends.end) {
             (false, false) => Contact::None,
@@ -383,7 +496,7 @@ impl Bvh {
 
     /// A distance in the space of the boxes, rounded up far enough to exceed the entry of every box that contains a hit there.
     #[inline(always)]
-    fn round_up(&self, t: f64) -> f32 {
+    pub(super) fn round_up(&self, t: f64) -> f32 {
         (t * self.space.inverse_extent * (1.0 + 4.0 * f64::from(ROUNDOFF))) as f32 + f32::MIN_POSITIVE
     }
 

@@ -34,17 +34,20 @@ impl Choice {
     }
 
     /// Chooses with a number in [0, 1).
+    #[inline]
     pub fn sample(&self, u: f64) -> Option<(u32, f64)> {
         let (index, pmf) = self.0.as_ref()?.sample(u);
         Some((index as u32, pmf))
     }
 
     /// The probability of one of the things; 0 for a number that is none of them.
+    #[inline]
     pub fn pmf(&self, index: u32) -> f64 {
         self.0.as_ref().map_or(0.0, |table| if (index as usize) < table.len() { table.pmf(index as usize) } else { 0.0 })
     }
 
     /// The id of a light chosen by this table.
+    #[inline]
     pub fn sample_light(&self, u: f64) -> Option<(LightId, f64)> {
         self.sample(u).map(|(index, pmf)| (LightId(index), pmf))
     }

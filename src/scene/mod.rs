@@ -6,9 +6,11 @@ mod bvh;
 mod error;
 pub mod gallery;
 mod lights;
+mod many;
 mod material;
 mod mesh;
 mod needs;
+mod packet;
 mod scattering;
 mod space;
 #[cfg(test)]
@@ -51,6 +53,26 @@ pub trait Scene: Sync {
 
     /// Whether the open segment between two points is free. For a point at infinity the position tells where the segment ends.
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool;
+
+    /// What [`intersect`](Self::intersect) says of many rays. `found` gets each answer once, with the ray's place in the iterator, in any order.
+    ///
+    /// A scene overrides this where it gains from seeing rays that do not depend on one another: while one waits for memory, others go on.
+    fn intersect_many<'a>(
+        &self,
+        rays: impl Iterator<Item = (&'a SurfacePoint, DVec3)>,
+        mut found: impl FnMut(usize, Option<SurfacePoint>),
+    ) {
+        for (index, (from, direction)) in rays.enumerate() {
+            found(index, self.intersect(from, direction));
+        }
+    }
+
+    /// What [`visible`](Self::visible) says of many segments. `answer` gets each answer once, with the segment's place in the iterator, in any order.
+    fn visible_many<'a>(&self, segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>, mut answer: impl FnMut(usize, bool)) {
+        for (index, (a, b)) in segments.enumerate() {
+            answer(index, self.visible(a, b));
+        }
+    }
 
     /// The scattering function at a surface point that this scene returned.
     fn bsdf(&self, x: &SurfacePoint) -> Self::Bsdf<'_>;

@@ -1,10 +1,11 @@
 //! The traversal against all shapes one by one, on scenes that are hard for boxes and for f32, with every instruction set.
 
-use super::bvh::{Bvh, Ends};
-use crate::geometry::{Bounds, Contact, Disk, Quad, Ray, Shape, Sphere, SurfacePoint, Triangle};
+use super::bvh::{Bvh, Ends, Query, Segment};
+use super::{Scene, SurfaceArea, WithNeeds};
+use crate::geometry::{Bounds, Contact, Disk, Place, Quad, Ray, Shape, Sphere, SurfacePoint, Triangle};
 use crate::math::warp::square_to_sphere;
 use fearless_simd::Level;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, UVec2};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -41,6 +42,11 @@ fn shape(rng: &mut Pcg64Mcg, earlier: &[Shape]) -> Shape {
         },
         _ => Shape::Triangle(Triangle { vertices: [center, center + offset(0.0), center + offset(0.0)] }),
     }
+}
+
+/// Triangles and what is made of them, few of which are tested without a tree.
+fn is_flat(shape: &Shape) -> bool {
+    matches!(shape, Shape::Triangle(_) | Shape::Quad(_))
 }
 
 /// A point to aim at: where f32 is least sure of the answer.
@@ -91,6 +97,23 @@ fn tree(shapes: &[Shape]) -> Bvh {
     Bvh::new(shapes.to_vec(), &bounds)
 }
 
+/// Answers that come in any order, each once.
+fn in_order<T>(count: usize, ask: impl FnOnce(&mut dyn FnMut(usize, T))) -> Vec<T> {
+    let mut answers: Vec<Option<T>> = (0..count).map(|_| None).collect();
+    ask(&mut |index, answer| assert!(answers[index].replace(answer).is_none(), "{index} of {count} twice"));
+    answers.into_iter().map(|answer| answer.expect("an answer to each")).collect()
+}
+
+fn closest_many(bvh: &Bvh, queries: &[Query]) -> Vec<Option<(f64, u32)>> {
+    in_order(queries.len(), |answer| {
+        bvh.closest_many(queries.iter().copied(), |index, hit| answer(index, hit.map(|hit| (hit.intersection.t, hit.primitive))));
+    })
+}
+
+fn are_free(bvh: &Bvh, segments: &[Result<Segment, bool>]) -> Vec<bool> {
+    in_order(segments.len(), |answer| bvh.are_free(segments.iter().copied(), answer))
+}
+
 /// Compares with all shapes one by one, bit by bit; returns how many rays hit, how many of them what f32 holds exactly, and how many segments are
 /// blocked.
 fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize, usize, usize) {
@@ -98,6 +121,7 @@ fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize
     let (mut hits, mut held, mut blocked) = (0, 0, 0);
     for (level, step) in levels().into_iter().zip([1, 3, 3, 3, 3]) {
         bvh.set_level(level);
+        let (mut queries, mut nearest, mut segments, mut free_ones) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (i, &(origin, direction, length)) in rays.iter().enumerate().step_by(step) {
             let ray = Ray::new(origin, direction);
             // Every other ray starts on a primitive, and ends on one.
@@ -107,7 +131,8 @@ fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize
                 .zip(shapes)
                 .filter_map(|(id, shape)| Some((shape.intersect_apart_from(&ray, from(id))?.t, id)))
                 .min_by(|a, b| a.partial_cmp(b).expect("numbers"));
-            let found = bvh.closest(origin, direction, ends.origin, |hit| {
+            let query = Query { origin, direction, origin_primitive: ends.origin };
+            let found = bvh.closest(query, |hit| {
                 assert_eq!(bvh.triangle_of(&hit), shapes[hit.primitive as usize].as_triangle(), "{name}, ray {i}");
                 held += usize::from(hit.candidate.is_exact());
                 (hit.intersection.t, hit.primitive)
@@ -122,10 +147,17 @@ fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize
             };
             let free =
                 !(0u32..).zip(shapes).any(|(id, shape)| shape.intersect_apart_from(&ray, within(id)).is_some_and(|hit| hit.t < length));
-            assert_eq!(bvh.is_free(origin, direction, length, ends), free, "{name}, segment {i} of {length}, {level:?}");
+            let segment = Segment { origin, direction, length, ends };
+            assert_eq!(bvh.is_free(&segment), free, "{name}, segment {i} of {length}, {level:?}");
             hits += usize::from(found.is_some());
             blocked += usize::from(!free);
+            queries.push(query);
+            nearest.push(found);
+            segments.push(Ok(segment));
+            free_ones.push(free);
         }
+        assert_eq!(closest_many(&bvh, &queries), nearest, "{name}, at once, {level:?}");
+        assert_eq!(are_free(&bvh, &segments), free_ones, "{name}, segments at once, {level:?}");
     }
     (hits, held, blocked)
 }
@@ -136,6 +168,8 @@ fn the_traversal_agrees_with_all_shapes_one_by_one() {
     for (seed, (count, scale, offset, single)) in (0..).zip([
         (1, 1.0, 0.0, false),
         (9, 1.0, 0.0, false),
+        (9, 1.0, 0.0, true),
+        (35, 1.0, 0.0, true),
         (200, 1.0, 0.0, false),
         (200, 1e-20, 0.0, false),
         (200, 1e20, 0.0, false),
@@ -150,6 +184,9 @@ fn the_traversal_agrees_with_all_shapes_one_by_one() {
         for _ in 0..count {
             let shape = shape(&mut rng, &shapes);
             shapes.push(shape);
+        }
+        if single {
+            shapes.retain(is_flat);
         }
         let place = |p: DVec3| {
             let p = p * scale + offset * DVec3::new(1.0, -1.0, 0.5);
@@ -198,6 +235,95 @@ fn sheets_closer_together_than_f32_resolves_are_told_apart() {
         .collect();
     let (hits, _, blocked) = compare(&shapes, &rays, "sheets");
     assert!(hits > rays.len() && blocked > rays.len(), "{hits} hits and {blocked} blocked of {}", rays.len());
+}
+
+/// However many they are, answers are those of single queries, also for rays that are none, from outside, or past the scene.
+#[test]
+fn queries_at_once_are_answered_like_single_ones() {
+    let none = Ends { origin: NONE, end: NONE };
+    let none_sure = |p: DVec3| [p, p * 1e-3, p * 50.0, DVec3::ZERO, DVec3::NAN, DVec3::INFINITY];
+    for shapes_count in [0, 1, 9, 30, 300] {
+        let mut rng = Pcg64Mcg::seed_from_u64(shapes_count);
+        let mut shapes: Vec<Shape> = Vec::new();
+        for _ in 0..shapes_count {
+            let shape = shape(&mut rng, &shapes);
+            shapes.push(shape);
+        }
+        if shapes_count == 30 {
+            shapes.retain(is_flat);
+        }
+        let mut bvh = tree(&shapes);
+        for level in levels() {
+            bvh.set_level(level);
+            let mut hits = [0; 2];
+            for count in [0, 1, 2, 7, 8, 9, 15, 16, 17, 33, 1000] {
+                let mut any = |p: DVec3| {
+                    let kind = rng.random_range(0..40);
+                    none_sure(p)[if kind < 6 { kind } else { 0 }]
+                };
+                let mut random = Pcg64Mcg::seed_from_u64(count as u64);
+                let queries: Vec<Query> = (0..count)
+                    .map(|i| Query {
+                        origin: any(point(&mut random) * 1.2),
+                        direction: any(direction(&mut random)),
+                        origin_primitive: i as u32 % 7,
+                    })
+                    .collect();
+                let single = |q: &Query| bvh.closest(*q, |hit| (hit.intersection.t, hit.primitive));
+                let expected: Vec<_> = queries.iter().map(single).collect();
+                assert_eq!(closest_many(&bvh, &queries), expected, "{count} rays, {shapes_count} shapes, {level:?}");
+                hits[0] += expected.iter().flatten().count();
+
+                let segment = |(i, q): (usize, &Query)| match i % 11 {
+                    0 => Err(i % 2 == 0),
+                    1 => Ok(Segment { origin: q.origin, direction: q.direction, length: [0.0, f64::NAN, -1.0][i % 3], ends: none }),
+                    _ => Ok(Segment { origin: q.origin, direction: q.direction, length: 2.0 * i as f64 / count as f64, ends: none }),
+                };
+                let segments: Vec<_> = queries.iter().enumerate().map(segment).collect();
+                let expected: Vec<_> = segments.iter().map(|s| s.map_or_else(|free| free, |segment| bvh.is_free(&segment))).collect();
+                assert_eq!(are_free(&bvh, &segments), expected, "{count} segments, {shapes_count} shapes, {level:?}");
+                hits[1] += expected.iter().filter(|&&free| !free).count();
+            }
+            assert!(shapes_count < 9 || hits.into_iter().all(|hits| hits > 50), "{hits:?} with {shapes_count} shapes");
+        }
+    }
+}
+
+/// The same for points of worlds.
+#[test]
+fn points_at_once_see_what_single_ones_do() {
+    for name in super::gallery::NAMES {
+        let world = super::gallery::build(name, UVec2::splat(8)).expect("a scene of the gallery").world;
+        let mut rng = Pcg64Mcg::seed_from_u64(3);
+        let points: Vec<SurfacePoint> = (0..500)
+            .map(|i| {
+                let x = world.sample_surface(rng.random(), DVec2::new(rng.random(), rng.random()));
+                match i % 9 {
+                    0 => SurfacePoint::dirac(x.position),
+                    1 => SurfacePoint { place: Place::Infinite, ..x },
+                    _ => x,
+                }
+            })
+            .collect();
+        let rays: Vec<_> = points.iter().map(|x| (x, direction(&mut rng))).collect();
+        let single: Vec<_> = rays.iter().map(|&(x, d)| world.intersect(x, d)).collect();
+        assert_eq!(in_order(rays.len(), |answer| world.intersect_many(rays.iter().copied(), answer)), single, "{name}");
+        let all = WithNeeds::all(&world);
+        assert_eq!(in_order(rays.len(), |answer| all.intersect_many(rays.iter().copied(), answer)), single, "{name}");
+
+        // Each with another, now and then with itself.
+        let segments: Vec<_> = (0..points.len()).map(|i| (&points[i], &points[(i * 7) % points.len()])).collect();
+        let single: Vec<_> = segments.iter().map(|(a, b)| world.visible(a, b)).collect();
+        assert_eq!(in_order(segments.len(), |answer| world.visible_many(segments.iter().copied(), answer)), single, "{name}");
+        assert_eq!(in_order(segments.len(), |answer| all.visible_many(segments.iter().copied(), answer)), single, "{name}");
+
+        let single: Vec<_> = rays.iter().map(|&(x, d)| world.first_hit(x.position, d)).collect();
+        let first = rays.iter().map(|&(x, d)| (x.position, d));
+        assert_eq!(in_order(rays.len(), |answer| world.first_hits(first, answer)), single, "{name}");
+        let single: Vec<_> = rays.iter().map(|&(x, d)| world.is_clear(x.position, d, 1.0)).collect();
+        let clear = rays.iter().map(|&(x, d)| (x.position, d, 1.0));
+        assert_eq!(in_order(rays.len(), |answer| world.are_clear(clear, answer)), single, "{name}");
+    }
 }
 
 #[test]

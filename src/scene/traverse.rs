@@ -41,7 +41,7 @@ impl BoxRay {
 const SMALLEST: f32 = 1.0 / (1u64 << 60) as f32;
 
 /// Vectors that hold one number of the ray in each lane.
-struct Splat<S: Simd> {
+pub(super) struct Splat<S: Simd> {
     origin: [f32x4<S>; 3],
     direction: [f32x4<S>; 3],
     reciprocal: [f32x8<S>; 3],
@@ -55,7 +55,7 @@ fn splat<S: Simd, V: SimdBase<S, Element = f32>>(simd: S, v: &[f32; 3]) -> [V; 3
 
 impl<S: Simd> Splat<S> {
     #[inline(always)]
-    fn new(simd: S, ray: &BoxRay) -> Self {
+    pub fn new(simd: S, ray: &BoxRay) -> Self {
         Self {
             origin: splat(simd, &ray.origin),
             direction: splat(simd, &ray.direction),
@@ -81,68 +81,97 @@ fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: Node<'_>, limit:
     (near, near.simd_le(far).to_bitmask())
 }
 
-/// What the test in f32 says about the triangles of a block; see "Why no triangle is missed" in [`super::bvh`].
-struct Tested<S: Simd> {
-    /// A bit for each triangle that the ray may hit before the limit.
-    hits: u64,
-    tolerance: f32x4<S>,
-    slack: f32x4<S>,
-    /// The least and the greatest edge function.
-    least: f32x4<S>,
-    most: f32x4<S>,
-    /// Positive, with the distance times it.
-    determinant: f32x4<S>,
-    t: f32x4<S>,
+/// Triangles, in each lane the same or another: a vertex, edges and normal, by how much edge functions and distance may be off.
+pub(super) struct Facets<V> {
+    pub vertex: [V; 3],
+    pub edge1: [V; 3],
+    pub edge2: [V; 3],
+    pub normal: [V; 3],
+    pub tolerance: V,
+    pub slack: V,
 }
 
-impl<S: Simd> Tested<S> {
+impl<S: Simd> Facets<f32x4<S>> {
+    /// Those of a block.
     #[inline(always)]
-    fn new(simd: S, ray: &Splat<S>, block: Block<'_>, limit: f32) -> Self {
+    pub fn new(simd: S, block: Block<'_>) -> Self {
         let row = |v: &[u32; LANES]| u32x4::load_array_ref(simd, v).bitcast::<f32x4<S>>();
         let load = |v: [&[u32; LANES]; 3]| [row(v[0]), row(v[1]), row(v[2])];
-        let cross = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| {
-            [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
-        };
-        let dot = |a: [f32x4<S>; 3], b: [f32x4<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
-        let vertex = load(block.vertex());
         let (edge1, edge2) = (load(block.edge1()), load(block.edge2()));
-        let c = [vertex[0] - ray.origin[0], vertex[1] - ray.origin[1], vertex[2] - ray.origin[2]];
-        let r = cross(c, ray.direction);
-        let n = cross(edge1, edge2);
-        let determinant = dot(n, ray.direction);
+        Self {
+            vertex: load(block.vertex()),
+            edge1,
+            edge2,
+            normal: cross(edge1, edge2),
+            tolerance: row(block.tolerance()),
+            slack: row(block.distance_tolerance()),
+        }
+    }
+}
+
+#[inline(always)]
+fn cross<S: Simd, V: SimdFloat<S>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
+    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
+}
+
+#[inline(always)]
+fn dot<S: Simd, V: SimdFloat<S>>(a: [V; 3], b: [V; 3]) -> V {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
+/// What the test in f32 says about rays and triangles, in each lane one of each; see "Why no triangle is missed" in [`super::bvh`].
+pub(super) struct Tested<S: Simd, V: SimdBase<S>> {
+    /// Which triangles the ray may hit before the limit.
+    pub hits: V::Mask,
+    tolerance: V,
+    slack: V,
+    /// The least and the greatest edge function.
+    least: V,
+    most: V,
+    /// Positive, with the distance times it.
+    determinant: V,
+    t: V,
+}
+
+impl<S: Simd, V: SimdFloat<S, Element = f32>> Tested<S, V> {
+    #[inline(always)]
+    pub fn new(simd: S, origin: &[V; 3], direction: &[V; 3], limit: V, facets: Facets<V>) -> Self {
+        let Facets { vertex, edge1, edge2, normal, tolerance, slack } = facets;
+        let c = [vertex[0] - origin[0], vertex[1] - origin[1], vertex[2] - origin[2]];
+        let r = cross(c, *direction);
+        let determinant = dot(normal, *direction);
         let u = dot(r, edge2);
         let minus_v = dot(r, edge1);
         let w = determinant - u + minus_v;
-        let tolerance = row(block.tolerance());
         let v = -minus_v;
         let (least, most) = (u.min(v).min(w), u.max(v).max(w));
-        let t = dot(n, c);
-        let slack = row(block.distance_tolerance());
-        let sign = f32x4::splat(simd, 1.0).copysign(determinant);
+        let t = dot(normal, c);
+        let sign = V::splat(simd, 1.0).copysign(determinant);
         let (t, determinant) = (t * sign, determinant * sign);
         let inside = least.simd_ge(-tolerance) | most.simd_le(tolerance);
-        let reached = t.simd_ge(-slack) & t.simd_le(determinant.mul_add(f32x4::splat(simd, limit), slack));
-        Self { hits: (inside & reached).to_bitmask(), tolerance, slack, least, most, determinant, t }
+        let reached = t.simd_ge(-slack) & t.simd_le(determinant.mul_add(limit, slack));
+        Self { hits: inside & reached, tolerance, slack, least, most, determinant, t }
     }
 
-    /// A bit for each triangle that the ray certainly hits somewhere.
+    /// Which triangles the ray certainly hits somewhere.
     #[inline(always)]
-    fn certain(&self) -> u64 {
+    pub fn certain(&self) -> V::Mask {
         let inside = self.least.simd_gt(self.tolerance) | self.most.simd_lt(-self.tolerance);
-        (inside & self.t.simd_gt(self.slack)).to_bitmask()
+        inside & self.t.simd_gt(self.slack)
     }
 
     /// The same for before the limit.
     #[inline(always)]
-    fn certain_before(&self, simd: S, limit: f32) -> u64 {
-        self.certain() & self.t.simd_lt(self.determinant * f32x4::splat(simd, limit) - self.slack).to_bitmask()
+    pub fn certain_before(&self, limit: V) -> V::Mask {
+        self.certain() & self.t.simd_lt(self.determinant * limit - self.slack)
     }
 
     /// Bounds on the distance to triangles that are certainly hit.
     #[inline(always)]
-    fn interval(&self) -> ([f32; LANES], [f32; LANES]) {
-        let (near, far) = ((self.t - self.slack) / self.determinant, (self.t + self.slack) / self.determinant);
-        ((near * (1.0 - 4.0 * ROUNDOFF)).to_array(), (far * (1.0 + 4.0 * ROUNDOFF)).to_array())
+    pub fn interval(&self, simd: S) -> (V, V) {
+        let reciprocal = V::splat(simd, 1.0) / self.determinant;
+        let (near, far) = ((self.t - self.slack) * reciprocal, (self.t + self.slack) * reciprocal);
+        (near * (1.0 - 6.0 * ROUNDOFF), far * (1.0 + 6.0 * ROUNDOFF))
     }
 }
 
@@ -152,12 +181,11 @@ fn key(distance: i32, child: Child) -> u64 {
     u64::from(distance as u32) << 32 | u64::from(child.0)
 }
 
-/// Moves what a ray has yet to visit out of the array, for trees so deep that it does not suffice; returns the array's new length.
+/// Moves what a ray has yet to visit out of the array, for trees so deep that it does not suffice.
 #[cold]
 #[inline(never)]
-fn spill<T: Copy>(stack: &[T], heap: &mut Vec<T>) -> usize {
+fn spill<T: Copy>(stack: &[T], heap: &mut Vec<T>) {
     heap.extend_from_slice(stack);
-    0
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -182,7 +210,7 @@ pub(super) fn prefetch<S: Simd, T>(simd: S, item: *const T) {
 
 /// Takes the lowest lane out of a set of bits.
 #[inline(always)]
-fn take(bits: &mut u64) -> usize {
+pub(super) fn take(bits: &mut u64) -> usize {
     let lane = bits.trailing_zeros() as usize;
     *bits &= *bits - 1;
     lane
@@ -196,6 +224,99 @@ fn take_last(bits: &mut u64) -> usize {
     lane
 }
 
+/// What a ray has yet to visit, the nearest last. How many of the entries count is told by the walk, which the compiler keeps in registers
+/// that way.
+pub(super) struct Stack<T> {
+    entries: [T; STACK],
+    heap: Vec<T>,
+}
+
+impl<T: Copy + Default> Default for Stack<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { entries: [T::default(); STACK], heap: Vec::new() }
+    }
+}
+
+impl<T: Copy> Stack<T> {
+    /// Makes room for the children of a node.
+    #[inline(always)]
+    fn reserve(&mut self, length: &mut usize) {
+        if *length > STACK - WIDTH {
+            spill(&self.entries[..*length], &mut self.heap);
+            *length = 0;
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self, length: &mut usize) -> Option<T> {
+        if *length == 0 {
+            return self.heap.pop();
+        }
+        *length -= 1;
+        Some(self.entries[*length % STACK])
+    }
+}
+
+/// How far a walk is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Step {
+    /// At something that was just asked for and may take a while to come.
+    Descended,
+    /// At something that was asked for earlier.
+    Returned,
+    /// At its end.
+    Done,
+}
+
+/// The walk of a ray to its nearest hit.
+pub(super) struct Nearest<'a> {
+    limit: f32,
+    pub child: Child,
+    length: usize,
+    /// The hit that is certain and yet to be tested.
+    pub held: Option<Candidate<'a>>,
+    held_primitive: u32,
+    held_near: f32,
+}
+
+impl Default for Nearest<'_> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { limit: FAR, child: Child(0), length: 0, held: None, held_primitive: u32::MAX, held_near: f32::INFINITY }
+    }
+}
+
+impl Nearest<'_> {
+    /// That of a ray without hits.
+    #[inline(always)]
+    pub fn ended() -> Self {
+        Self { child: Child::NOWHERE, ..Self::default() }
+    }
+}
+
+/// The walk of a ray to any hit.
+pub(super) struct Any {
+    limit: f32,
+    pub child: Child,
+    length: usize,
+    /// Whether there is one.
+    pub hit: bool,
+}
+
+impl Any {
+    #[inline(always)]
+    pub fn new(limit: f32) -> Self {
+        Self { limit: limit.min(FAR), child: Child(0), length: 0, hit: false }
+    }
+
+    /// One of which the answer is known.
+    #[inline(always)]
+    pub fn ended(hit: bool) -> Self {
+        Self { limit: 0.0, child: Child::NOWHERE, length: 0, hit }
+    }
+}
+
 impl Wide {
     /// Asks for what a ray will visit later.
     #[inline(always)]
@@ -203,159 +324,143 @@ impl Wide {
         prefetch(simd, self.lines.as_ptr().wrapping_add(child.line()).cast::<[Line; 4]>());
     }
 
-    /// Offers candidates roughly from near to far. `test` gets one and returns the limit from then on if it has come down.
-    /// A hit that is certain is held back, which `prepare` gets to know; the last one of them is returned and yet to be tested.
-    /// The ray does not hit the primitive `origin` unless `test` says so.
+    /// Visits one node or leaf on the way to the nearest hit, and offers candidates roughly from near to far. `test` gets one and returns the
+    /// limit from then on if it has come down. A hit that is certain is held back, which `prepare` gets to know; the last one of them is yet to
+    /// be tested at the end. The ray does not hit the primitive `origin` unless `test` says so.
+    #[allow(clippy::too_many_arguments)]
     #[inline(always)]
-    pub fn closest<'a, S: Simd>(
+    pub fn step_to_nearest<'a, S: Simd>(
         &'a self,
         simd: S,
         ray: &BoxRay,
+        wide: &Splat<S>,
+        walk: &mut Nearest<'a>,
+        stack: &mut Stack<u64>,
         origin: u32,
         prepare: impl Fn(Candidate<'a>),
         mut test: impl FnMut(Candidate<'a>) -> Option<f32>,
-    ) -> Option<Candidate<'a>> {
-        if self.lines.is_empty() {
-            return None;
-        }
-        let wide = Splat::new(simd, ray);
-        let mut limit = FAR;
-        let (mut stack, mut length, mut heap) = ([0u64; STACK], 0usize, Vec::new());
-        let mut child = Child(0);
-        let (mut held, mut held_primitive, mut held_near) = (None, u32::MAX, f32::INFINITY);
-        'walk: loop {
-            if child.is_leaf() {
-                let Some(block) = self.block(child.line()) else { break };
-                let tested = Tested::new(simd, &wide, block, limit);
-                let mut hits = tested.hits;
-                if hits != 0 {
-                    let certain = tested.certain();
-                    let (near, far) = tested.interval();
-                    while hits != 0 {
-                        let lane = take(&mut hits) % LANES;
-                        let candidate = Candidate { block, lane };
-                        let primitive = candidate.primitive();
-                        let certain = certain >> lane & 1 != 0;
-                        if certain && (primitive == held_primitive || primitive == origin || near[lane] > limit) {
-                            continue;
-                        }
-                        if certain && far[lane] < held_near {
-                            (held, held_primitive, held_near) = (Some(candidate), primitive, near[lane]);
-                            limit = limit.min(far[lane]);
-                            prepare(candidate);
-                            continue;
-                        }
-                        if let Some(nearer) = test(candidate) {
-                            limit = limit.min(nearer);
-                        }
-                    }
-                }
-            } else {
-                let Some(node) = self.node(child.line()) else { break };
-                let (near, mut hits) = enter(simd, ray, &wide, node, limit);
-                if hits != 0 {
-                    let lane = take(&mut hits) % WIDTH;
-                    child = node.child(lane);
-                    if hits == 0 {
+    ) -> Step {
+        if walk.child.is_leaf() {
+            let Some(block) = self.block(walk.child.line()) else { return Step::Done };
+            let limit = f32x4::splat(simd, walk.limit);
+            let tested = Tested::new(simd, &wide.origin, &wide.direction, limit, Facets::new(simd, block));
+            let mut hits = tested.hits.to_bitmask();
+            if hits != 0 {
+                let certain = tested.certain().to_bitmask();
+                let (near, far) = tested.interval(simd);
+                let (near, far) = (near.to_array(), far.to_array());
+                while hits != 0 {
+                    let lane = take(&mut hits) % LANES;
+                    let candidate = Candidate { block, lane };
+                    let primitive = candidate.primitive();
+                    let certain = certain >> lane & 1 != 0;
+                    if certain && (primitive == walk.held_primitive || primitive == origin || near[lane] > walk.limit) {
                         continue;
                     }
-                    if length > STACK - WIDTH {
-                        length = spill(&stack[..length], &mut heap);
+                    if certain && far[lane] < walk.held_near {
+                        (walk.held, walk.held_primitive, walk.held_near) = (Some(candidate), primitive, near[lane]);
+                        walk.limit = walk.limit.min(far[lane]);
+                        prepare(candidate);
+                        continue;
                     }
-                    let near = near.to_array();
-                    self.prefetch(simd, child);
-                    let mut best = key(near[lane], child);
+                    if let Some(nearer) = test(candidate) {
+                        walk.limit = walk.limit.min(nearer);
+                    }
+                }
+            }
+        } else {
+            let Some(node) = self.node(walk.child.line()) else { return Step::Done };
+            let (near, mut hits) = enter(simd, ray, wide, node, walk.limit);
+            if hits != 0 {
+                let lane = take(&mut hits) % WIDTH;
+                walk.child = node.child(lane);
+                self.prefetch(simd, walk.child);
+                if hits == 0 {
+                    return Step::Descended;
+                }
+                stack.reserve(&mut walk.length);
+                let near = near.to_array();
+                let mut best = key(near[lane], walk.child);
+                let lane = take(&mut hits) % WIDTH;
+                let other = key(near[lane], node.child(lane));
+                self.prefetch(simd, node.child(lane));
+                let first = walk.length;
+                stack.entries[walk.length % STACK] = best.max(other);
+                best = best.min(other);
+                walk.length += 1;
+                while hits != 0 {
                     let lane = take(&mut hits) % WIDTH;
                     let other = key(near[lane], node.child(lane));
                     self.prefetch(simd, node.child(lane));
-                    let first = length;
-                    stack[length % STACK] = best.max(other);
+                    let farther = best.max(other);
                     best = best.min(other);
-                    length += 1;
-                    while hits != 0 {
-                        let lane = take(&mut hits) % WIDTH;
-                        let other = key(near[lane], node.child(lane));
-                        self.prefetch(simd, node.child(lane));
-                        let farther = best.max(other);
-                        best = best.min(other);
-                        // Insertion, farthest first.
-                        let mut at = length;
-                        length += 1;
-                        while at > first && stack[(at - 1) % STACK] < farther {
-                            stack[at % STACK] = stack[(at - 1) % STACK];
-                            at -= 1;
-                        }
-                        stack[at % STACK] = farther;
+                    // Insertion, farthest first.
+                    let mut at = walk.length;
+                    walk.length += 1;
+                    while at > first && stack.entries[(at - 1) % STACK] < farther {
+                        stack.entries[at % STACK] = stack.entries[(at - 1) % STACK];
+                        at -= 1;
                     }
-                    child = Child(best as u32);
-                    continue;
+                    stack.entries[at % STACK] = farther;
                 }
-            }
-            loop {
-                let next = if length > 0 {
-                    length -= 1;
-                    stack[length % STACK]
-                } else {
-                    let Some(next) = heap.pop() else { break 'walk };
-                    next
-                };
-                if (next >> 32) as u32 <= limit.to_bits() {
-                    child = Child(next as u32);
-                    break;
-                }
+                walk.child = Child(best as u32);
+                return Step::Descended;
             }
         }
-        held
+        while let Some(next) = stack.pop(&mut walk.length) {
+            if (next >> 32) as u32 <= walk.limit.to_bits() {
+                walk.child = Child(next as u32);
+                return Step::Returned;
+            }
+        }
+        Step::Done
     }
 
-    /// Whether `test` is true of any candidate before `limit`. It gets one and whether that is certainly hit well before `limit`.
+    /// Visits one node or leaf until `test` is true of any candidate before the limit. It gets one and whether that is certainly hit well before
+    /// the limit.
     #[inline(always)]
-    pub fn any<'a, S: Simd>(&'a self, simd: S, ray: &BoxRay, limit: f32, mut test: impl FnMut(Candidate<'a>, bool) -> bool) -> bool {
-        if self.lines.is_empty() {
-            return false;
-        }
-        let wide = Splat::new(simd, ray);
-        let limit = limit.min(FAR);
-        let (mut stack, mut length, mut heap) = ([0u32; STACK], 0usize, Vec::new());
-        let mut child = Child(0);
-        loop {
-            if child.is_leaf() {
-                let Some(block) = self.block(child.line()) else { return false };
-                let tested = Tested::new(simd, &wide, block, limit);
-                let mut hits = tested.hits;
-                if hits != 0 {
-                    let certain = tested.certain_before(simd, limit);
-                    while hits != 0 {
-                        let lane = take(&mut hits) % LANES;
-                        if test(Candidate { block, lane }, certain >> lane & 1 != 0) {
-                            return true;
-                        }
+    pub fn step_to_any<'a, S: Simd>(
+        &'a self,
+        simd: S,
+        ray: &BoxRay,
+        wide: &Splat<S>,
+        walk: &mut Any,
+        stack: &mut Stack<u32>,
+        mut test: impl FnMut(Candidate<'a>, bool) -> bool,
+    ) -> Step {
+        if walk.child.is_leaf() {
+            let Some(block) = self.block(walk.child.line()) else { return Step::Done };
+            let limit = f32x4::splat(simd, walk.limit);
+            let tested = Tested::new(simd, &wide.origin, &wide.direction, limit, Facets::new(simd, block));
+            let mut hits = tested.hits.to_bitmask();
+            if hits != 0 {
+                let certain = tested.certain_before(limit).to_bitmask();
+                while hits != 0 {
+                    let lane = take(&mut hits) % LANES;
+                    if test(Candidate { block, lane }, certain >> lane & 1 != 0) {
+                        walk.hit = true;
+                        return Step::Done;
                     }
-                }
-            } else {
-                let Some(node) = self.node(child.line()) else { return false };
-                let mut hits = enter(simd, ray, &wide, node, limit).1;
-                if hits != 0 {
-                    child = node.child(take(&mut hits) % WIDTH);
-                    if length > STACK - WIDTH {
-                        length = spill(&stack[..length], &mut heap);
-                    }
-                    while hits != 0 {
-                        let other = node.child(take_last(&mut hits) % WIDTH);
-                        self.prefetch(simd, other);
-                        stack[length % STACK] = other.0;
-                        length += 1;
-                    }
-                    continue;
                 }
             }
-            child = if length > 0 {
-                length -= 1;
-                Child(stack[length % STACK])
-            } else {
-                let Some(next) = heap.pop() else { return false };
-                Child(next)
-            };
+        } else {
+            let Some(node) = self.node(walk.child.line()) else { return Step::Done };
+            let mut hits = enter(simd, ray, wide, node, walk.limit).1;
+            if hits != 0 {
+                walk.child = node.child(take(&mut hits) % WIDTH);
+                self.prefetch(simd, walk.child);
+                stack.reserve(&mut walk.length);
+                while hits != 0 {
+                    let other = node.child(take_last(&mut hits) % WIDTH);
+                    self.prefetch(simd, other);
+                    stack.entries[walk.length % STACK] = other.0;
+                    walk.length += 1;
+                }
+                return Step::Descended;
+            }
         }
+        let Some(next) = stack.pop(&mut walk.length) else { return Step::Done };
+        walk.child = Child(next);
+        Step::Returned
     }
 }

@@ -48,6 +48,9 @@ impl<'a> Node<'a> {
 pub(super) struct Child(pub u32);
 
 impl Child {
+    /// Where walks end: no node has as many before it.
+    pub const NOWHERE: Self = Self(Self::LEAF - 1);
+
     const LEAF: u32 = 1 << 31;
 
     #[inline(always)]
@@ -77,10 +80,10 @@ pub(super) enum Facet {
 
 /// Four triangles: for each axis a vertex and the edges to the others, by how much what is computed from them may be off, and their primitives.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Block<'a>(&'a [Line; Block::LINES]);
+pub(super) struct Block<'a>(pub &'a [Line; Block::LINES]);
 
 impl<'a> Block<'a> {
-    const LINES: usize = 3;
+    pub const LINES: usize = 3;
 
     /// By how much the edge functions may be off: 0 for what is always a candidate, negative for a lane that is empty.
     const TOLERANCE: usize = 9;
@@ -91,7 +94,7 @@ impl<'a> Block<'a> {
     const EXACT: u32 = 1 << 31;
 
     #[inline(always)]
-    fn row(self, row: usize) -> &'a [u32; LANES] {
+    pub fn row(self, row: usize) -> &'a [u32; LANES] {
         &self.0[row / 4].0.as_flattened().as_chunks().0[row % 4]
     }
 
@@ -313,6 +316,16 @@ fn block(tree: &[Bvh2Node], references: &[u32], index: u32, facet: &impl Fn(u32)
     }
     found.sort_unstable();
     found.dedup();
+    block_of(&found, facet)
+}
+
+/// Blocks of all references, without a tree.
+pub(super) fn blocks(references: &[u32], facet: impl Fn(u32) -> (u32, Facet)) -> Vec<[Line; Block::LINES]> {
+    references.chunks(LANES).map(|found| block_of(found, &facet)).collect()
+}
+
+/// The block of up to four references.
+fn block_of(found: &[u32], facet: &impl Fn(u32) -> (u32, Facet)) -> [Line; Block::LINES] {
     let mut rows = [[0u32; LANES]; 12];
     rows[Block::TOLERANCE] = [(-1.0f32).to_bits(); LANES];
     rows[Block::PRIMITIVE] = [u32::MAX; LANES];

@@ -44,6 +44,14 @@ impl<S: Scene + ?Sized> Scene for WithNeeds<'_, S> {
         self.scene.visible(a, b)
     }
     #[inline]
+    fn intersect_many<'b>(&self, rays: impl Iterator<Item = (&'b SurfacePoint, DVec3)>, found: impl FnMut(usize, Option<SurfacePoint>)) {
+        self.scene.intersect_many(rays, found);
+    }
+    #[inline]
+    fn visible_many<'b>(&self, segments: impl Iterator<Item = (&'b SurfacePoint, &'b SurfacePoint)>, answer: impl FnMut(usize, bool)) {
+        self.scene.visible_many(segments, answer);
+    }
+    #[inline]
     fn bsdf(&self, x: &SurfacePoint) -> Self::Bsdf<'_> {
         self.scene.bsdf(x)
     }

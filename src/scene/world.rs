@@ -1,7 +1,7 @@
 //! The ready-made scene: meshes, spheres, quads and disks, named materials, and lights of any kind.
 
 use super::builder::{MaterialId, Surface, SurfaceId};
-use super::bvh::{Bvh, Ends, TreeStatistics, unit};
+use super::bvh::{Bvh, Ends, Hit, Query, Segment, TreeStatistics, unit};
 use super::lights::{BoxedLight, Choice};
 use super::mesh::Shading;
 use super::scattering::{Scattering, SurfaceBsdf};
@@ -137,13 +137,37 @@ impl World {
     /// an origin that lies on no surface. A direction that is not of unit length is made so; a ray that is none hits nothing.
     #[must_use]
     pub fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
-        self.bvh.closest(origin, direction, SurfacePoint::NONE, |hit| (hit.primitive, hit.moved + hit.intersection.t))
+        self.bvh.closest(query(origin, direction), primitive_and_distance)
+    }
+
+    /// [`first_hit`](Self::first_hit) of many rays, given by origin and direction. `found` gets each answer once, with the ray's place in the
+    /// iterator, in any order.
+    pub fn first_hits(&self, rays: impl Iterator<Item = (DVec3, DVec3)>, mut found: impl FnMut(usize, Option<(u32, f64)>)) {
+        let queries = rays.map(|(origin, direction)| query(origin, direction));
+        self.bvh.closest_many(queries, |index, hit| found(index, hit.map(primitive_and_distance)));
     }
 
     /// Whether a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an end that lie on no surface.
     #[must_use]
     pub fn is_clear(&self, origin: DVec3, direction: DVec3, length: f64) -> bool {
-        self.bvh.is_free(origin, direction, length, Ends { origin: SurfacePoint::NONE, end: SurfacePoint::NONE })
+        self.bvh.is_free(&segment(origin, direction, length))
+    }
+
+    /// [`is_clear`](Self::is_clear) of many rays, given by origin, direction and length. `answer` gets each answer once, with the ray's place in
+    /// the iterator, in any order.
+    pub fn are_clear(&self, rays: impl Iterator<Item = (DVec3, DVec3, f64)>, answer: impl FnMut(usize, bool)) {
+        self.bvh.are_free(rays.map(|(origin, direction, length)| Ok(segment(origin, direction, length))), answer);
+    }
+
+    /// The surface point of a hit.
+    #[inline(always)]
+    fn point_of(&self, hit: &Hit<'_>) -> Option<SurfacePoint> {
+        let triangle = self.bvh.triangle_of(hit);
+        let x = match &triangle {
+            Some(triangle) => triangle.point_at(hit.intersection.u, hit.intersection.v),
+            None => self.bvh.shape(hit.primitive)?.point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection),
+        };
+        Some(self.complete(hit.primitive, triangle, x))
     }
 
     /// Gives a point of a shape, perhaps of a triangle, what the scene knows about it.
@@ -161,34 +185,19 @@ impl World {
 
     /// The end of a segment at which to start the ray: the one closer to the scene's centre, whose rounding is the smaller one. So the
     /// answer does not depend on the order of the ends.
+    #[inline]
     fn starts_segment(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
         let distance = |x: &SurfacePoint| x.position.distance_squared(self.bvh.center());
         let key = |x: &SurfacePoint| (x.position.to_array(), x.primitive);
         let (to_a, to_b) = (distance(a), distance(b));
         to_a < to_b || (to_a == to_b && key(a) <= key(b))
     }
-}
 
-impl Scene for World {
-    type Bsdf<'a> = SurfaceBsdf<'a>;
-    type Light = dyn Light;
-
-    #[inline]
-    fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
-        let hit = self.bvh.closest(from.origin_towards(direction), direction, contact(from), |hit| hit)?;
-        let triangle = self.bvh.triangle_of(&hit);
-        let x = match &triangle {
-            Some(triangle) => triangle.point_at(hit.intersection.u, hit.intersection.v),
-            None => self.bvh.shape(hit.primitive)?.point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection),
-        };
-        Some(self.complete(hit.primitive, triangle, x))
-    }
-
-    /// Coincident points, two points at infinity and points that are not finite do not see each other: they have no geometry term.
-    #[inline]
-    fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
+    /// What to ask of the tree to find out whether two points see each other, or whether they do if that is clear without.
+    #[inline(always)]
+    fn segment(&self, a: &SurfacePoint, b: &SurfacePoint) -> Result<Segment, bool> {
         let (a, b) = match (a.place, b.place) {
-            (Place::Infinite, Place::Infinite) => return false,
+            (Place::Infinite, Place::Infinite) => return Err(false),
             (Place::Infinite, _) => (b, a),
             (_, Place::Infinite) => (a, b),
             _ if self.starts_segment(a, b) => (a, b),
@@ -201,24 +210,56 @@ impl Scene for World {
         } else {
             let between = b.position - a.position;
             if between == DVec3::ZERO {
-                return false;
+                return Err(false);
             }
             // Each end is moved towards the other, so that neither end's own surface is in the way.
             let (origin, end) = (a.origin_towards(between), b.origin_towards(-between));
             let segment = end - origin;
             if segment.dot(between) <= 0.0 {
                 // Closer to each other than their error bounds: nothing can be in between.
-                return true;
+                return Err(true);
             }
             let length = segment.length();
             (origin, segment / length, length)
         };
         if !(origin.is_finite() && direction.is_finite() && direction != DVec3::ZERO && length.is_finite()) {
-            return false;
+            return Err(false);
         }
         // Hits within the rounding of the distance itself belong to the end.
         let length = length * (1.0 - crate::geometry::gamma(8));
-        self.bvh.is_free(origin, direction, length, Ends { origin: contact(a), end: contact(b) })
+        Ok(Segment { origin, direction, length, ends: Ends { origin: contact(a), end: contact(b) } })
+    }
+}
+
+impl Scene for World {
+    type Bsdf<'a> = SurfaceBsdf<'a>;
+    type Light = dyn Light;
+
+    #[inline]
+    fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
+        // The point is made where it is needed.
+        self.bvh.closest(contact_query(from, direction), |hit| hit).and_then(|hit| self.point_of(&hit))
+    }
+
+    /// Coincident points, two points at infinity and points that are not finite do not see each other: they have no geometry term.
+    #[inline]
+    fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
+        self.segment(a, b).map_or_else(|visible| visible, |segment| self.bvh.is_free(&segment))
+    }
+
+    #[inline]
+    fn intersect_many<'a>(
+        &self,
+        rays: impl Iterator<Item = (&'a SurfacePoint, DVec3)>,
+        mut found: impl FnMut(usize, Option<SurfacePoint>),
+    ) {
+        let queries = rays.map(|(from, direction)| contact_query(from, direction));
+        self.bvh.closest_many(queries, |index, hit| found(index, hit.and_then(|hit| self.point_of(&hit))));
+    }
+
+    #[inline]
+    fn visible_many<'a>(&self, segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>, answer: impl FnMut(usize, bool)) {
+        self.bvh.are_free(segments.map(|(a, b)| self.segment(a, b)), answer);
     }
 
     #[inline]
@@ -231,6 +272,7 @@ impl Scene for World {
         self.surfaces.get(x.surface as usize)?.light
     }
 
+    #[inline]
     fn environment(&self) -> Option<LightId> {
         self.environment
     }
@@ -241,14 +283,17 @@ impl Scene for World {
         &*self.lights[id.0 as usize].1
     }
 
+    #[inline]
     fn pick_light(&self, u: f64) -> Option<(LightId, f64)> {
         self.light_choice.sample_light(u)
     }
 
+    #[inline]
     fn pick_pmf(&self, id: LightId) -> f64 {
         self.light_choice.pmf(id.0)
     }
 
+    #[inline]
     fn needs(&self) -> Needs {
         self.needs
     }
@@ -269,7 +314,30 @@ impl SurfaceArea for World {
     }
 }
 
+/// A ray from an origin that lies on no surface.
+fn query(origin: DVec3, direction: DVec3) -> Query {
+    Query { origin, direction, origin_primitive: SurfacePoint::NONE }
+}
+
+/// A ray from a surface point.
+#[inline(always)]
+fn contact_query(from: &SurfacePoint, direction: DVec3) -> Query {
+    Query { origin: from.origin_towards(direction), direction, origin_primitive: contact(from) }
+}
+
+/// A ray up to a length, from and to points that lie on no surface.
+fn segment(origin: DVec3, direction: DVec3, length: f64) -> Segment {
+    Segment { origin, direction, length, ends: Ends { origin: SurfacePoint::NONE, end: SurfacePoint::NONE } }
+}
+
+/// A hit without its surface point.
+#[inline(always)]
+fn primitive_and_distance(hit: Hit<'_>) -> (u32, f64) {
+    (hit.primitive, hit.moved + hit.intersection.t)
+}
+
 /// The primitive that a ray from a point must not hit again.
+#[inline]
 fn contact(x: &SurfacePoint) -> u32 {
     if x.place == Place::Area { x.primitive } else { SurfacePoint::NONE }
 }

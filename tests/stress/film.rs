@@ -3,7 +3,7 @@
 use crate::measure::{Method, Probe};
 use crate::scenes::{Stage, camera, furnace_box, furnace_sphere, lambert};
 use pathspace::endpoint::{PinholeCamera, PointLight};
-use pathspace::film::{ChunkFilm, Contribution, Film, FilmRegion, Filter, Sink, Technique};
+use pathspace::film::{BatchSink, ChunkFilm, Contribution, Film, FilmRegion, Filter, Technique};
 use pathspace::geometry::Sphere;
 use pathspace::glam::{DVec2, DVec3, UVec2};
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer};
@@ -52,9 +52,9 @@ fn stress_s39_contributions_that_are_not_finite() {
     let (mut film, mut chunk) = (Film::new(region).expect("a film"), ChunkFilm::new(region));
     let bad = [(f64::NAN, 1.0), (f64::INFINITY, 1.0), (f64::INFINITY, 0.0), (1.0, f64::NAN), (1.0, 1.0)];
     for (i, (value, weight)) in bad.into_iter().enumerate() {
-        chunk.begin_sample(0, i as u32);
+        chunk.begin_samples(0..1, i as u32);
         let technique = Technique { s: i as u16 / 2, t: 2 };
-        chunk.add(&Contribution { raster: DVec2::splat(0.5), value: Rgb::splat(value), weight, technique });
+        chunk.add(0, &Contribution { raster: DVec2::splat(0.5), value: Rgb::splat(value), weight, technique });
     }
     chunk.finish();
     film.merge(&chunk);
@@ -108,8 +108,8 @@ fn stress_s45_film_of_many_samples() {
     for pass in 0..64 {
         chunk.clear();
         for i in 0..1 << 20 {
-            chunk.begin_sample(0, pass << 20 | i);
-            chunk.add(&one);
+            chunk.begin_samples(0..1, pass << 20 | i);
+            chunk.add(0, &one);
         }
         chunk.finish();
         film.merge(&chunk);

@@ -15,7 +15,7 @@ pub use findings::Candidate;
 
 use super::{Adapted, Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, Pilot};
 use crate::endpoint::Camera;
-use crate::film::{Contribution, FilmRegion, FilmSample, Sink};
+use crate::film::{BatchSample, BatchSink, Contribution, FilmRegion, FilmSample, Sink};
 use crate::math::Rgb;
 use crate::path::{Counters, Heuristic, LightWalks, Roulette, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
@@ -36,6 +36,13 @@ pub struct Adaptive {
     pub pilot: f64,
     /// The techniques to run; `None`, the default, to find them by a pilot.
     pub techniques: Option<TechniqueSet>,
+}
+
+/// An integrator for a set of techniques.
+enum Chosen {
+    Path(PathTracer),
+    Light(LightTracer),
+    Both(Bidirectional),
 }
 
 impl Default for Adaptive {
@@ -74,6 +81,20 @@ impl Adaptive {
             depth: self.depth,
             roulette: Roulette { constant: Rgb::BLACK, ..self.roulette },
             heuristic: self.heuristic,
+        }
+    }
+
+    /// What runs the chosen techniques in the least time.
+    fn chosen(&self) -> Chosen {
+        let set = self.set();
+        let general @ Bidirectional { depth, roulette, heuristic, .. } = self.bidirectional(set);
+        match (set.has_camera_walk(), set.has_light_walk()) {
+            (true, false) => {
+                let mode = if set.emitter_sampling { PathTracing::Both } else { PathTracing::EmissionOnly };
+                Chosen::Path(PathTracer { mode, depth, roulette, heuristic })
+            }
+            (false, true) => Chosen::Light(LightTracer { depth, roulette }),
+            _ => Chosen::Both(general),
         }
     }
 
@@ -248,15 +269,25 @@ impl<S: Scene + ?Sized> Integrator<S> for Adaptive {
         sink: &mut K,
         scratch: &mut Scratch<'s, S>,
     ) {
-        let set = self.set();
-        let Bidirectional { depth, roulette, heuristic, .. } = self.bidirectional(set);
-        match (set.has_camera_walk(), set.has_light_walk()) {
-            (true, false) => {
-                let mode = if set.emitter_sampling { PathTracing::Both } else { PathTracing::EmissionOnly };
-                PathTracer { mode, depth, roulette, heuristic }.sample(scene, camera, film, sampler, sink, scratch);
-            }
-            (false, true) => LightTracer { depth, roulette }.sample(scene, camera, film, sampler, sink, scratch),
-            _ => self.bidirectional(set).sample(scene, camera, film, sampler, sink, scratch),
+        match self.chosen() {
+            Chosen::Path(tracer) => tracer.sample(scene, camera, film, sampler, sink, scratch),
+            Chosen::Light(tracer) => tracer.sample(scene, camera, film, sampler, sink, scratch),
+            Chosen::Both(tracer) => tracer.sample(scene, camera, film, sampler, sink, scratch),
+        }
+    }
+
+    fn sample_batch<'s, C: Camera + ?Sized, P: Sampler, K: BatchSink>(
+        &self,
+        scene: &'s S,
+        camera: &C,
+        samples: &mut [BatchSample<P>],
+        sink: &mut K,
+        scratch: &mut Scratch<'s, S>,
+    ) {
+        match self.chosen() {
+            Chosen::Path(tracer) => tracer.sample_batch(scene, camera, samples, sink, scratch),
+            Chosen::Light(tracer) => tracer.sample_batch(scene, camera, samples, sink, scratch),
+            Chosen::Both(tracer) => tracer.sample_batch(scene, camera, samples, sink, scratch),
         }
     }
 }

@@ -5,7 +5,7 @@
 
 use super::findings::{Factors, Findings, Seen, Tally, share_index};
 use crate::endpoint::Camera;
-use crate::film::{Contribution, FilmSample, Technique};
+use crate::film::{BatchSample, FilmSample, Technique};
 use crate::integrator::bidirectional::Kernel;
 use crate::integrator::{Bidirectional, Pilot};
 use crate::path::{Counters, Family, LightWalks, Path, PathDensities, Scratch, TechniqueSet};
@@ -38,7 +38,7 @@ pub(super) fn run<S: Scene + ?Sized, C: Camera + ?Sized>(
         let mut tally = Tally::new(&factors);
         for site in range {
             for_each_sample(camera, pilot, site, pixels, 0, |film, sampler| {
-                sample(&mut tally, &Kernel::new(&proxy, scene, camera, film), &proxy, sampler, scratch);
+                sample(&mut tally, &Kernel::new(&proxy, scene, camera), &proxy, &mut BatchSample { film, sampler }, scratch);
             });
             tally.end_pixel();
         }
@@ -103,11 +103,11 @@ fn sample<'s, S: Scene + ?Sized, C: Camera + ?Sized, P: Sampler>(
     tally: &mut Tally<'_>,
     kernel: &Kernel<'_, 's, S, C>,
     proxy: &Bidirectional,
-    sampler: &mut P,
+    draw: &mut BatchSample<P>,
     scratch: &mut Scratch<'s, S>,
 ) {
     scratch.counters = Counters { samples: 1, ..Counters::default() };
-    kernel.walk_from_camera(sampler, scratch);
+    kernel.walk_from_camera(draw, scratch);
     let counters = std::mem::take(&mut scratch.counters);
     tally.findings.camera_walks += counters;
     let goes_on = scratch.camera.get(1).is_some_and(|first| first.dirac);
@@ -115,19 +115,19 @@ fn sample<'s, S: Scene + ?Sized, C: Camera + ?Sized, P: Sampler>(
         if goes_on { counters } else { Counters { closest_rays: 1, scattered: counters.scattered.min(1), ..counters } };
     for t in 2..=scratch.camera.len() {
         for s in 0..2 {
-            let counters = join(tally, kernel, proxy, (s, t), 0, sampler, scratch);
+            let counters = join(tally, kernel, proxy, (s, t), 0, draw, scratch);
             tally.findings.emitter_sampling += counters;
             if goes_on {
                 tally.findings.rest_sampling += counters;
             }
         }
     }
-    for walk in 0..kernel.draw_light_walks(sampler) as usize {
-        kernel.walk_from_light(sampler, scratch);
+    for walk in 0..kernel.draw_light_walks(&mut draw.sampler) as usize {
+        kernel.walk_from_light(&mut draw.sampler, &mut scratch.light, &mut scratch.counters);
         tally.findings.light_walks += std::mem::take(&mut scratch.counters);
         for t in 1..=scratch.camera.len().max(1) {
             for s in if t == 1 { 1 } else { 2 }..=scratch.light.len() {
-                let counters = join(tally, kernel, proxy, (s, t), walk, sampler, scratch);
+                let counters = join(tally, kernel, proxy, (s, t), walk, draw, scratch);
                 let findings = &mut tally.findings;
                 *if t == 1 { &mut findings.lens } else { &mut findings.connections } += counters;
             }
@@ -143,11 +143,16 @@ fn join<'s, S: Scene + ?Sized, C: Camera + ?Sized, P: Sampler>(
     proxy: &Bidirectional,
     (s, t): (usize, usize),
     walk: usize,
-    sampler: &mut P,
+    draw: &mut BatchSample<P>,
     scratch: &mut Scratch<'s, S>,
 ) -> Counters {
-    kernel.join(s, t, sampler, scratch, &mut |path, _: &Contribution| see(tally, proxy, path, walk));
-    let counters = std::mem::take(&mut scratch.counters);
+    let Scratch { counters, camera, light, .. } = scratch;
+    kernel.join((s, t), draw, [camera, light], counters, &mut |path, _, _, counters| {
+        if path.is_visible(counters) {
+            see(tally, proxy, &path, walk);
+        }
+    });
+    let counters = std::mem::take(counters);
     let technique = Technique { s: s as u16, t: t as u16 };
     if let Some(index) = share_index(technique) {
         tally.findings.shares[index].cost += counters.cost() / proxy.techniques.count(technique);

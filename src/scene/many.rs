@@ -1,0 +1,204 @@
+//! Many queries at once: several rays are under way and take turns, so that while one waits for memory the others go on.
+//!
+//! What a ray visits does not depend on the others, so the answers are those of single queries.
+
+use super::bvh::{Bvh, Ends, Found, Hit, Query, Segment};
+use super::packet;
+use super::traverse::{Any, BoxRay, Nearest, Splat, Stack, Step};
+use crate::geometry::Ray;
+use fearless_simd::{Simd, dispatch};
+use glam::{DVec3, Vec3};
+
+/// Rays under way at a time.
+const FLIGHTS: usize = 8;
+
+impl Bvh {
+    /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in any order.
+    #[inline]
+    pub fn closest_many<'a>(&'a self, queries: impl Iterator<Item = Query>, found: impl FnMut(usize, Option<Hit<'a>>)) {
+        dispatch!(self.level, simd => self.closest_many_with(simd, queries, found));
+    }
+
+    #[inline(always)]
+    fn closest_many_with<'a, S: Simd>(&'a self, simd: S, queries: impl Iterator<Item = Query>, found: impl FnMut(usize, Option<Hit<'a>>)) {
+        if packet::pays(simd) && !self.few.is_empty() {
+            packet::closest(simd, self, &self.few, queries, found);
+        } else {
+            take_turns::<_, NearestFlight<'_>>(simd, self, queries, found);
+        }
+    }
+
+    /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with its place in the iterator, in any order.
+    #[inline]
+    pub fn are_free(&self, segments: impl Iterator<Item = Result<Segment, bool>>, answer: impl FnMut(usize, bool)) {
+        dispatch!(self.level, simd => self.are_free_with(simd, segments, answer));
+    }
+
+    #[inline(always)]
+    fn are_free_with<S: Simd>(&self, simd: S, segments: impl Iterator<Item = Result<Segment, bool>>, answer: impl FnMut(usize, bool)) {
+        if packet::pays(simd) && !self.few.is_empty() {
+            packet::are_free(simd, self, &self.few, segments, answer);
+        } else {
+            take_turns::<_, AnyFlight>(simd, self, segments, answer);
+        }
+    }
+}
+
+/// A query under way. Methods and not closures, which cannot be told to be compiled for the instruction set.
+trait Flight<'a>: Default {
+    type Query;
+    type Answer;
+
+    fn start(&mut self, bvh: &'a Bvh, query: Self::Query);
+
+    fn step<S: Simd>(&mut self, simd: S, bvh: &'a Bvh) -> Step;
+
+    fn end(&mut self, bvh: &'a Bvh) -> Self::Answer;
+}
+
+/// Lets each query go on until it has to wait, one after the other.
+#[inline(always)]
+fn take_turns<'a, S: Simd, F: Flight<'a>>(
+    simd: S,
+    bvh: &'a Bvh,
+    queries: impl Iterator<Item = F::Query>,
+    mut answer: impl FnMut(usize, F::Answer),
+) {
+    let mut queries = queries.enumerate().fuse();
+    let mut flights: [(Option<usize>, F); FLIGHTS] = Default::default();
+    loop {
+        let mut under_way = false;
+        for (slot, flight) in &mut flights {
+            loop {
+                let index = match *slot {
+                    Some(index) => index,
+                    None => {
+                        let Some((index, query)) = queries.next() else { break };
+                        flight.start(bvh, query);
+                        *slot = Some(index);
+                        index
+                    }
+                };
+                match flight.step(simd, bvh) {
+                    Step::Descended => {
+                        under_way = true;
+                        break;
+                    }
+                    Step::Returned => {}
+                    Step::Done => {
+                        answer(index, flight.end(bvh));
+                        *slot = None;
+                    }
+                }
+            }
+        }
+        if !under_way {
+            return;
+        }
+    }
+}
+
+/// A ray on its way to the nearest hit.
+struct NearestFlight<'a> {
+    walk: Nearest<'a>,
+    stack: Stack<u64>,
+    box_ray: BoxRay,
+    ray: Ray,
+    moved: f64,
+    origin_primitive: u32,
+    early: Option<Found<'a>>,
+}
+
+impl Default for NearestFlight<'_> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self {
+            walk: Nearest::default(),
+            stack: Stack::default(),
+            box_ray: BoxRay::new(Vec3::ZERO, Vec3::ZERO),
+            ray: Ray::new(DVec3::ZERO, DVec3::X),
+            moved: 0.0,
+            origin_primitive: 0,
+            early: None,
+        }
+    }
+}
+
+impl<'a> Flight<'a> for NearestFlight<'a> {
+    type Query = Query;
+    type Answer = Option<Hit<'a>>;
+
+    #[inline(always)]
+    fn start(&mut self, bvh: &'a Bvh, Query { origin, direction, origin_primitive }: Query) {
+        let Some((origin, direction, moved)) = bvh.entry(origin, direction) else {
+            self.walk = Nearest::ended();
+            return;
+        };
+        self.walk = Nearest::default();
+        self.box_ray = bvh.box_ray(origin, direction);
+        self.ray = Ray::new(origin, direction);
+        (self.moved, self.origin_primitive) = (moved, origin_primitive);
+    }
+
+    #[inline(always)]
+    fn step<S: Simd>(&mut self, simd: S, bvh: &'a Bvh) -> Step {
+        let Self { walk, stack, box_ray, ray, origin_primitive, early, .. } = self;
+        let wide = Splat::new(simd, box_ray);
+        bvh.step_to_nearest(simd, box_ray, &wide, walk, stack, ray, *origin_primitive, early)
+    }
+
+    #[inline(always)]
+    fn end(&mut self, bvh: &'a Bvh) -> Option<Hit<'a>> {
+        let found = bvh.decide(self.walk.held, self.early.take(), &self.ray, self.origin_primitive)?;
+        Some(found.hit(&self.ray, self.moved))
+    }
+}
+
+/// A segment on its way to any hit.
+struct AnyFlight {
+    walk: Any,
+    stack: Stack<u32>,
+    box_ray: BoxRay,
+    segment: Segment,
+}
+
+impl Default for AnyFlight {
+    #[inline(always)]
+    fn default() -> Self {
+        Self {
+            walk: Any::ended(false),
+            stack: Stack::default(),
+            box_ray: BoxRay::new(Vec3::ZERO, Vec3::ZERO),
+            segment: Segment { origin: DVec3::ZERO, direction: DVec3::ZERO, length: 0.0, ends: Ends { origin: 0, end: 0 } },
+        }
+    }
+}
+
+impl Flight<'_> for AnyFlight {
+    type Query = Result<Segment, bool>;
+    type Answer = bool;
+
+    #[inline(always)]
+    fn start(&mut self, bvh: &Bvh, query: Self::Query) {
+        match query.and_then(|segment| bvh.part_inside(&segment).ok_or(true)) {
+            Ok(segment) => {
+                self.walk = bvh.walk_to_any(&segment);
+                self.box_ray = bvh.box_ray(segment.origin, segment.direction);
+                self.segment = segment;
+            }
+            Err(free) => self.walk = Any::ended(!free),
+        }
+    }
+
+    #[inline(always)]
+    fn step<S: Simd>(&mut self, simd: S, bvh: &Bvh) -> Step {
+        let Self { walk, stack, box_ray, segment } = self;
+        let wide = Splat::new(simd, box_ray);
+        bvh.step_to_any(simd, box_ray, &wide, walk, stack, segment)
+    }
+
+    #[inline(always)]
+    fn end(&mut self, _: &Bvh) -> bool {
+        !self.walk.hit
+    }
+}
