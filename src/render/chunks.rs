@@ -24,7 +24,7 @@ pub(super) struct Job<'a, N, S: ?Sized, C: ?Sized, I: ?Sized> {
 }
 
 /// Samples that an integrator gets at a time: enough rays for the scene, and their paths stay in the nearest memory.
-const BATCH: usize = 64;
+const BATCH: usize = 128;
 
 /// What one chunk did.
 struct Slot {
