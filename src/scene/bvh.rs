@@ -306,7 +306,7 @@ impl Bvh {
     }
 
     #[inline(always)]
-    fn closest_with<S: Simd>(&self, simd: S, query: Query) -> Option<Hit<'_>> {
+    pub(super) fn closest_with<S: Simd>(&self, simd: S, query: Query) -> Option<Hit<'_>> {
         let (origin, direction, moved) = self.entry(query.origin, query.direction)?;
         let box_ray = self.box_ray(origin, direction);
         let wide = Splat::new(simd, &box_ray);
@@ -435,7 +435,7 @@ impl Bvh {
     }
 
     #[inline(always)]
-    fn is_free_with<S: Simd>(&self, simd: S, segment: &Segment) -> bool {
+    pub(super) fn is_free_with<S: Simd>(&self, simd: S, segment: &Segment) -> bool {
         let Some(segment) = self.part_inside(segment) else { return true };
         let box_ray = self.box_ray(segment.origin, segment.direction);
         let wide = Splat::new(simd, &box_ray);

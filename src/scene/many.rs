@@ -12,6 +12,9 @@ use glam::{DVec3, Vec3};
 /// Rays under way at a time.
 const FLIGHTS: usize = 8;
 
+/// Cosine of the angle up to which rays from the same point, such as a camera's, visit mostly the same.
+const COHERENT: f64 = 0.99;
+
 impl Bvh {
     /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in any order.
     #[inline]
@@ -46,8 +49,14 @@ impl Bvh {
 
 /// A query under way. Methods and not closures, which cannot be told to be compiled for the instruction set.
 trait Flight<'a>: Default {
-    type Query;
+    type Query: Copy;
     type Answer;
+
+    /// Whether a query will visit what the one before did, so that there is nothing to wait for.
+    fn follows(before: &Self::Query, query: &Self::Query) -> bool;
+
+    /// The answer to a query that need not take turns.
+    fn alone<S: Simd>(simd: S, bvh: &'a Bvh, query: Self::Query) -> Self::Answer;
 
     fn start(&mut self, bvh: &'a Bvh, query: Self::Query);
 
@@ -66,6 +75,7 @@ fn take_turns<'a, S: Simd, F: Flight<'a>>(
 ) {
     let mut queries = queries.enumerate().fuse();
     let mut flights: [(Option<usize>, F); FLIGHTS] = Default::default();
+    let mut before = None;
     loop {
         let mut under_way = false;
         for (slot, flight) in &mut flights {
@@ -74,6 +84,10 @@ fn take_turns<'a, S: Simd, F: Flight<'a>>(
                     Some(index) => index,
                     None => {
                         let Some((index, query)) = queries.next() else { break };
+                        if before.replace(query).is_some_and(|before| F::follows(&before, &query)) {
+                            answer(index, F::alone(simd, bvh, query));
+                            continue;
+                        }
                         flight.start(bvh, query);
                         *slot = Some(index);
                         index
@@ -129,6 +143,16 @@ impl<'a> Flight<'a> for NearestFlight<'a> {
     type Answer = Option<Hit<'a>>;
 
     #[inline(always)]
+    fn follows(before: &Query, query: &Query) -> bool {
+        query.origin == before.origin && query.direction.dot(before.direction) > COHERENT
+    }
+
+    #[inline(always)]
+    fn alone<S: Simd>(simd: S, bvh: &'a Bvh, query: Query) -> Option<Hit<'a>> {
+        bvh.closest_with(simd, query)
+    }
+
+    #[inline(always)]
     fn start(&mut self, bvh: &'a Bvh, Query { origin, direction, origin_primitive }: Query) {
         let Some((origin, direction, moved)) = bvh.entry(origin, direction) else {
             self.walk = Nearest::ended();
@@ -177,6 +201,16 @@ impl Default for AnyFlight {
 impl Flight<'_> for AnyFlight {
     type Query = Result<Segment, bool>;
     type Answer = bool;
+
+    #[inline(always)]
+    fn follows(_: &Self::Query, _: &Self::Query) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn alone<S: Simd>(simd: S, bvh: &Bvh, query: Self::Query) -> bool {
+        query.map_or_else(|free| free, |segment| bvh.is_free_with(simd, &segment))
+    }
 
     #[inline(always)]
     fn start(&mut self, bvh: &Bvh, query: Self::Query) {

@@ -289,6 +289,62 @@ fn queries_at_once_are_answered_like_single_ones() {
     }
 }
 
+/// A camera's rays: from one point to the pixels of an image around a direction, which is an axis now and then so that components are zero and
+/// change their sign.
+fn fan(rng: &mut Pcg64Mcg, origin: DVec3, side: i32) -> Vec<Query> {
+    let spread = [1e-6, 1e-3, 0.01, 0.05][rng.random_range(0..4)];
+    let forward = if rng.random_range(0..3) == 0 { direction(rng) } else { DVec3::AXES[rng.random_range(0..3)] * [1.0, -1.0][rng.random_range(0..2)] };
+    let (right, up) = forward.any_orthonormal_pair();
+    let origin_primitive = [NONE, rng.random_range(0..7)][rng.random_range(0..2)];
+    let pixel = |(x, y)| forward + spread * (right * f64::from(x - side / 3) + up * f64::from(y - side / 2));
+    let pixels = (0..side * side).map(|i| (i % side, i / side));
+    pixels.map(|at| Query { origin, direction: pixel(at).normalize(), origin_primitive }).collect()
+}
+
+/// Rays that follow one another, from inside and outside, to triangles of the same place and beside each other, too.
+#[test]
+fn rays_of_a_camera_at_once_are_answered_like_single_ones() {
+    for (seed, (count, flat)) in (0..).zip([(1, false), (35, true), (300, false), (700, true), (3000, true)]) {
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        let mut shapes: Vec<Shape> = Vec::new();
+        for _ in 0..count {
+            let shape = shape(&mut rng, &shapes);
+            shapes.push(shape);
+        }
+        if flat {
+            shapes.retain(is_flat);
+            // A wall of pairs of triangles, each of them twice.
+            for i in (0..if count > 35 { 200 } else { 0 }).map(|i| i / 2) {
+                let [x, y] = [i % 10, i / 10].map(|k| 0.1 * f64::from(k) - 0.5);
+                let corner = |u: f64, v: f64| DVec3::new(x + u, y + v, 0.25);
+                shapes.push(Shape::Triangle(Triangle { vertices: [corner(0.0, 0.0), corner(0.1, 0.0), corner(0.1, 0.1)] }));
+                shapes.push(Shape::Triangle(Triangle { vertices: [corner(0.0, 0.0), corner(0.1, 0.1), corner(0.0, 0.1)] }));
+            }
+        }
+        let mut bvh = tree(&shapes);
+        for level in levels() {
+            bvh.set_level(level);
+            let fans = if cfg!(debug_assertions) { 10 } else { 60 };
+            let queries: Vec<Query> = (0..fans)
+                .flat_map(|i| {
+                    let origin = match i % 4 {
+                        0 => point(&mut rng),
+                        1 => target(&mut rng, &shapes),
+                        2 => DVec3::new(0.02, -0.05, [0.2, 0.3, 2.0, -30.0][rng.random_range(0..4)]),
+                        _ => direction(&mut rng) * 4.0,
+                    };
+                    fan(&mut rng, origin, [3, 4, 5, 9, 16][i % 5])
+                })
+                .collect();
+            let single = |q: &Query| bvh.closest(*q, |hit| (hit.intersection.t, hit.primitive));
+            let expected: Vec<_> = queries.iter().map(single).collect();
+            assert_eq!(closest_many(&bvh, &queries), expected, "{count} shapes, {level:?}");
+            let hits = expected.iter().flatten().count();
+            assert!(count < 300 || hits > queries.len() / 8, "{hits} hits of {} rays, {count} shapes", queries.len());
+        }
+    }
+}
+
 /// The same for points of worlds.
 #[test]
 fn points_at_once_see_what_single_ones_do() {
