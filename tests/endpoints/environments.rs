@@ -1,0 +1,175 @@
+//! Environments: constant ones and maps, with both lookups and any orientation.
+
+use crate::{Random, assert_mean, estimate, flux, irradiance, origin_up, receiver};
+use approx::assert_relative_eq;
+use pathspace::endpoint::{ConstantEnvironment, Endpoint, EnvironmentMap, Light, Lookup};
+use pathspace::geometry::{Bounds, SurfacePoint};
+use pathspace::glam::{DMat3, DVec2, DVec3};
+use pathspace::math::{Rgb, warp};
+use std::f64::consts::PI;
+
+/// A fine map of a radiance given by direction, up axis +Z.
+fn map_of(height: u32, lookup: Lookup, radiance: impl Fn(DVec3) -> f64) -> EnvironmentMap {
+    let width = 2 * height;
+    let step = PI / f64::from(height);
+    let mut pixels = Vec::new();
+    for row in 0..height {
+        for column in 0..width {
+            let (theta, phi) = ((f64::from(row) + 0.5) * step, (f64::from(column) + 0.5) * step);
+            pixels.push(Rgb::splat(radiance(DVec3::new(theta.sin() * phi.sin(), theta.sin() * phi.cos(), theta.cos()))));
+        }
+    }
+    EnvironmentMap::new(width, height, pixels, EnvironmentMap::Z_UP).unwrap().with_lookup(lookup)
+}
+
+#[test]
+fn b03_cosine_power_environment() {
+    for lookup in [Lookup::PiecewiseConstant, Lookup::Bilinear] {
+        let entries = [(1, 2.0 / 3.0), (4, 1.0 / 3.0), (100, 2.0 / 102.0), (0, 1.0)];
+        // Half of all samples are below the horizon at n = 0, where both lookups are the same.
+        let count = if lookup == Lookup::Bilinear { 3 } else { 4 };
+        for (n, expected) in entries.into_iter().take(count) {
+            // The map itself is off by its discretisation, by n (π/512)² / 12 = 3e-4 for the narrowest lobe, linearly interpolated.
+            let light = map_of(if n == 0 { 8 } else { 512 }, lookup, |w| w.z.max(0.0).powi(n));
+            let (e, error) = irradiance(&light, &origin_up(), if n == 0 { 2_000_000 } else { 200_000 });
+            println!("B03 {lookup:?} n = {n}: {} ± {}", e / PI, error / PI);
+            assert!(error < 1e-3 * e);
+            assert!((e / PI - expected).abs() < 4.0 * error / PI + 4e-4 * expected, "n = {n}: {}", e / PI);
+        }
+    }
+}
+
+#[test]
+fn b05_linear_environment_at_any_orientation() {
+    let light = map_of(128, Lookup::Bilinear, |w| 1.0 + 0.5 * w.z);
+    let (nz, mut rng) = (0.3f64, Random::new(4));
+    for _ in 0..2 {
+        let phi = 2.0 * PI * rng.next();
+        let s = (1.0 - nz * nz).sqrt();
+        let x = receiver(DVec3::new(1.0, 2.0, 3.0), DVec3::new(s * phi.cos(), s * phi.sin(), nz));
+        assert_mean("B05", irradiance(&light, &x, 2_000_000), 3.455_751_918_948_772_4, 1e-3);
+    }
+}
+
+#[test]
+fn b15_single_hot_pixel() {
+    let mut pixels = vec![Rgb::BLACK; 64 * 128];
+    pixels[5 * 128 + 17] = Rgb::splat(1e6);
+    let mut light = EnvironmentMap::new(128, 64, pixels, EnvironmentMap::Z_UP).unwrap();
+    let mut rng = Random::new(13);
+    assert_mean("B15", irradiance(&light, &origin_up(), 200_000), 619.134_919_642_908_2, 1e-3);
+    let p = light.sample_point(0.0, rng.next_2d()).unwrap();
+    assert_relative_eq!(p.pdf.value(), 1.0 / 0.000_642_598_908_256_599_6, max_relative = 1e-12);
+    light.set_scene_bounds(&Bounds { min: -DVec3::ONE, max: DVec3::new(1.0, 1.0, 0.0) });
+    // The flux through the tight disk is less than the power, which counts the whole sphere around the scene.
+    let (emitted, _) = flux(&light, 10_000);
+    assert!(emitted > 0.0 && emitted <= light.power().mean());
+    // By emission: flux through the square |x|, |y| < 1 in the plane z = 0.
+    let through = estimate(400_000, || {
+        let p = light.sample_point(0.0, rng.next_2d()).unwrap();
+        let d = light.sample_direction(&p.point, rng.next_2d()).unwrap();
+        let hit = d.from.position - d.direction * (d.from.position.z / d.direction.z);
+        if hit.x.abs() < 1.0 && hit.y.abs() < 1.0 { d.weight.mean() / p.pdf.value() / 4.0 } else { 0.0 }
+    });
+    assert_mean("B15 by emission", through, 619.134_919_642_908_2, 2e-3);
+
+    // Bilinear: sampling reaches everything that interpolation reaches, with a bounded ratio.
+    let light = light.with_lookup(Lookup::Bilinear);
+    let blurred = irradiance(&light, &origin_up(), 1_000_000);
+    let (step, n) = (PI / 64.0, 600);
+    let reference: f64 = (0..n * n)
+        .map(|i| {
+            // Midpoint rule over the three by three pixels around the hot one.
+            let theta = step * (4.0 + 3.0 * (f64::from(i / n) + 0.5) / f64::from(n));
+            let phi = step * (16.0 + 3.0 * (f64::from(i % n) + 0.5) / f64::from(n));
+            let w = EnvironmentMap::Z_UP * DVec3::new(theta.sin() * phi.sin(), theta.cos(), -theta.sin() * phi.cos());
+            light.radiance(w).mean() * w.z * theta.sin() * (3.0 * step / f64::from(n)).powi(2)
+        })
+        .sum();
+    assert_mean("B15 bilinear", blurred, reference, 1.5e-3);
+}
+
+#[test]
+fn environment_maps_sample_their_own_density() {
+    let mut rng = Random::new(14);
+    let rotation = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+    let (width, height) = (12u32, 6u32);
+    // Black rows at one pole and in the middle, black columns, six orders of magnitude.
+    let pixels: Vec<Rgb> = (0..width * height)
+        .map(|i| if i / width == 0 || i / width == 3 || i % width == 4 { Rgb::BLACK } else { Rgb::splat(10f64.powf(6.0 * rng.next())) })
+        .collect();
+    for rotation in [rotation, DMat3::IDENTITY, DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0))] {
+        for lookup in [Lookup::PiecewiseConstant, Lookup::Bilinear] {
+            let map = EnvironmentMap::new(width, height, pixels.clone(), rotation).unwrap().with_lookup(lookup);
+            // The density integrates to 1 and is positive wherever there is radiance.
+            let integral = estimate(400_000, || {
+                let p = SurfacePoint::infinite(DVec3::ZERO, warp::square_to_sphere(rng.next_2d()));
+                let pdf = map.point_pdf(&p).value();
+                assert!(pdf > 0.0 || map.emit(&p, p.geometric_normal).is_black());
+                pdf * 4.0 * PI
+            });
+            assert_mean("map density", integral, 1.0, 0.02);
+            // Counts in octants of the world against the integral of the density there.
+            let n = 400_000;
+            let octant = |w: DVec3| usize::from(w.x > 0.0) + 2 * usize::from(w.y > 0.0) + 4 * usize::from(w.z > 0.0);
+            let (mut counts, mut masses) = ([0.0f64; 8], [0.0f64; 8]);
+            let mut total = Rgb::BLACK;
+            for _ in 0..n {
+                let s = map.sample_point(rng.next(), rng.next_2d()).unwrap();
+                assert_eq!(s.pdf, map.point_pdf(&s.point));
+                let radiance = map.emit(&s.point, s.point.geometric_normal);
+                assert!(lookup == Lookup::Bilinear || !radiance.is_black());
+                total += radiance / s.pdf.value() / f64::from(n);
+                counts[octant(s.point.geometric_normal)] += 1.0 / f64::from(n);
+            }
+            let grid = 600;
+            for i in 0..grid * grid {
+                let u = DVec2::new(f64::from(i % grid) + 0.5, f64::from(i / grid) + 0.5) / f64::from(grid);
+                let w = warp::square_to_sphere(u);
+                masses[octant(w)] += map.point_pdf(&SurfacePoint::infinite(DVec3::ZERO, w)).value() * 4.0 * PI / f64::from(grid * grid);
+            }
+            for (count, mass) in counts.iter().zip(&masses) {
+                assert!((count - mass).abs() < 4.0 * (mass * (1.0 - mass) / f64::from(n)).sqrt() + 3e-3, "{count} {mass}");
+            }
+            if lookup == Lookup::PiecewiseConstant {
+                // Every sample estimates the same integral.
+                let s = map.sample_point(0.0, DVec2::splat(0.3)).unwrap();
+                let one = map.emit(&s.point, s.point.geometric_normal).mean() / s.pdf.value();
+                assert_relative_eq!(total.mean(), one, max_relative = 1e-9);
+            }
+        }
+    }
+}
+
+#[test]
+fn environment_map_orientation_and_poles() {
+    let pixels: Vec<Rgb> = (0..8).map(|i| Rgb::splat(f64::from(i) + 1.0)).collect();
+    let map = EnvironmentMap::new(4, 2, pixels, DMat3::IDENTITY).unwrap();
+    // The left edge is at -Z; columns run to the right, through +X.
+    assert_eq!(map.radiance(DVec3::new(0.1, 0.5, -1.0).normalize()).r(), 1.0);
+    assert_eq!(map.radiance(DVec3::new(1.0, 0.5, 0.1).normalize()).r(), 2.0);
+    assert_eq!(map.radiance(DVec3::new(-0.1, -0.5, -1.0).normalize()).r(), 8.0);
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|a| EnvironmentMap::Z_UP * a);
+    assert_eq!((x, y, z), (DVec3::X, DVec3::Z, DVec3::NEG_Y));
+    for lookup in [Lookup::PiecewiseConstant, Lookup::Bilinear] {
+        let map = map.clone().with_lookup(lookup);
+        for w in [DVec3::Y, -DVec3::Y, DVec3::Z, -DVec3::Z, DVec3::X, -DVec3::X] {
+            assert!(map.radiance(w).is_finite() && map.point_pdf(&SurfacePoint::infinite(DVec3::ZERO, -w)).value() > 0.0);
+        }
+        for u in [DVec2::ZERO, DVec2::ONE, DVec2::splat(1.0 - 0.5 * f64::EPSILON), DVec2::NAN] {
+            assert!(map.sample_point(0.0, u).is_some_and(|s| s.pdf.value().is_finite()));
+        }
+    }
+    let black = EnvironmentMap::new(4, 2, vec![Rgb::BLACK; 8], DMat3::IDENTITY).unwrap();
+    assert!(black.sample_point(0.5, DVec2::splat(0.5)).is_none() && black.power().is_black());
+}
+
+#[test]
+fn constant_environment() {
+    let mut light = ConstantEnvironment::new(Rgb::splat(2.0)).unwrap();
+    assert_mean("constant environment", irradiance(&light, &origin_up(), 2_000_000), 2.0 * PI, 1e-3);
+    assert_eq!(flux(&light, 2).0, 0.0);
+    light.set_scene_bounds(&Bounds { min: DVec3::ZERO, max: DVec3::new(1.0, 2.0, 10.0) });
+    let (emitted, _) = flux(&light, 10_000);
+    assert!(emitted > 0.0 && emitted < light.power().mean());
+}
