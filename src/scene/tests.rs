@@ -293,7 +293,11 @@ fn queries_at_once_are_answered_like_single_ones() {
 /// change their sign.
 fn fan(rng: &mut Pcg64Mcg, origin: DVec3, side: i32) -> Vec<Query> {
     let spread = [1e-6, 1e-3, 0.01, 0.05][rng.random_range(0..4)];
-    let forward = if rng.random_range(0..3) == 0 { direction(rng) } else { DVec3::AXES[rng.random_range(0..3)] * [1.0, -1.0][rng.random_range(0..2)] };
+    let forward = if rng.random_range(0..3) == 0 {
+        direction(rng)
+    } else {
+        DVec3::AXES[rng.random_range(0..3)] * [1.0, -1.0][rng.random_range(0..2)]
+    };
     let (right, up) = forward.any_orthonormal_pair();
     let origin_primitive = [NONE, rng.random_range(0..7)][rng.random_range(0..2)];
     let pixel = |(x, y)| forward + spread * (right * f64::from(x - side / 3) + up * f64::from(y - side / 2));
