@@ -98,7 +98,7 @@ const CLIP: f64 = 1.0 + 4.0 * PADDING as f64;
 
 /// A tree over all primitives of a scene.
 pub(crate) struct Bvh {
-    wide: Wide,
+    pub(super) wide: Wide,
     /// All facets of a scene that has few, in which all are triangles.
     pub(super) few: Vec<[Line; Block::LINES]>,
     /// All primitives, by their number.

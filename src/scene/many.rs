@@ -3,7 +3,7 @@
 //! What a ray visits does not depend on the others, so the answers are those of single queries.
 
 use super::bvh::{Bvh, Ends, Found, Hit, Query, Segment};
-use super::packet;
+use super::packet::{self, Entry, RAYS};
 use super::traverse::{Any, BoxRay, Nearest, Splat, Stack, Step};
 use crate::geometry::Ray;
 use fearless_simd::{Simd, dispatch};
@@ -55,8 +55,14 @@ trait Flight<'a>: Default {
     /// Whether a query will visit what the one before did, so that there is nothing to wait for.
     fn follows(before: &Self::Query, query: &Self::Query) -> bool;
 
-    /// The answer to a query that need not take turns.
-    fn alone<S: Simd>(simd: S, bvh: &'a Bvh, query: Self::Query) -> Self::Answer;
+    /// The answers to such queries, of which there are up to sixteen. They need not take turns.
+    fn together<S: Simd>(
+        simd: S,
+        bvh: &'a Bvh,
+        stack: &mut Stack<Entry>,
+        queries: &[(usize, Self::Query)],
+        answer: &mut impl FnMut(usize, Self::Answer),
+    );
 
     fn start(&mut self, bvh: &'a Bvh, query: Self::Query);
 
@@ -76,6 +82,8 @@ fn take_turns<'a, S: Simd, F: Flight<'a>>(
     let mut queries = queries.enumerate().fuse();
     let mut flights: [(Option<usize>, F); FLIGHTS] = Default::default();
     let mut before = None;
+    let mut next = queries.next();
+    let mut stack = Stack::default();
     loop {
         let mut under_way = false;
         for (slot, flight) in &mut flights {
@@ -83,11 +91,24 @@ fn take_turns<'a, S: Simd, F: Flight<'a>>(
                 let index = match *slot {
                     Some(index) => index,
                     None => {
-                        let Some((index, query)) = queries.next() else { break };
-                        if before.replace(query).is_some_and(|before| F::follows(&before, &query)) {
-                            answer(index, F::alone(simd, bvh, query));
+                        let Some((index, query)) = next else { break };
+                        if before.is_some_and(|before| F::follows(&before, &query)) {
+                            let mut fan = [(index, query); RAYS];
+                            let mut count = 0;
+                            while count < RAYS
+                                && let Some((index, query)) = next
+                                && before.is_some_and(|before| F::follows(&before, &query))
+                            {
+                                fan[count] = (index, query);
+                                count += 1;
+                                before = Some(query);
+                                next = queries.next();
+                            }
+                            F::together(simd, bvh, &mut stack, &fan[..count], &mut answer);
                             continue;
                         }
+                        before = Some(query);
+                        next = queries.next();
                         flight.start(bvh, query);
                         *slot = Some(index);
                         index
@@ -148,8 +169,22 @@ impl<'a> Flight<'a> for NearestFlight<'a> {
     }
 
     #[inline(always)]
-    fn alone<S: Simd>(simd: S, bvh: &'a Bvh, query: Query) -> Option<Hit<'a>> {
-        bvh.closest_with(simd, query)
+    fn together<S: Simd>(
+        simd: S,
+        bvh: &'a Bvh,
+        stack: &mut Stack<Entry>,
+        queries: &[(usize, Query)],
+        answer: &mut impl FnMut(usize, Option<Hit<'a>>),
+    ) {
+        if packet::pays(simd)
+            && let Ok(queries) = queries.try_into()
+            && packet::closest_together(simd, bvh, queries, stack, answer).is_some()
+        {
+            return;
+        }
+        for &(index, query) in queries {
+            answer(index, bvh.closest_with(simd, query));
+        }
     }
 
     #[inline(always)]
@@ -208,8 +243,10 @@ impl Flight<'_> for AnyFlight {
     }
 
     #[inline(always)]
-    fn alone<S: Simd>(simd: S, bvh: &Bvh, query: Self::Query) -> bool {
-        query.map_or_else(|free| free, |segment| bvh.is_free_with(simd, &segment))
+    fn together<S: Simd>(simd: S, bvh: &Bvh, _: &mut Stack<Entry>, queries: &[(usize, Self::Query)], answer: &mut impl FnMut(usize, bool)) {
+        for &(index, query) in queries {
+            answer(index, query.map_or_else(|free| free, |segment| bvh.is_free_with(simd, &segment)));
+        }
     }
 
     #[inline(always)]

@@ -1,19 +1,22 @@
-//! Many queries at once in a scene of few facets, on a processor with vectors of sixteen numbers: sixteen rays are tested against one facet after the other, without a tree.
+//! Many queries at once on a processor with vectors of sixteen numbers: sixteen rays are tested against one facet after the other. In a scene of few facets that takes no tree.
+//!
+//! Rays of a camera, which visit mostly the same, walk through the tree sixteen at a time in larger scenes: each node's boxes are tested one after the other, and what any ray enters is visited.
+//! Each ray passes what it would pass alone, by the same numbers.
 //!
 //! Tolerances, hits that are held back and exact tests are those of the walk through the tree, so the answers are the same.
 
 use super::bvh::{Bvh, Ends, Found, Hit, Query, Segment};
-use super::traverse::{FAR, Facets, Tested, take};
-use super::wide::{Block, Candidate, LANES, Line};
+use super::traverse::{FAR, Facets, SMALLEST, Stack, Tested, take};
+use super::wide::{Block, Candidate, Child, LANES, Line, Node, WIDTH};
 use crate::geometry::{Ray, SurfacePoint};
-use fearless_simd::{Simd, f32x4, f32x16, prelude::*, u32x16};
+use fearless_simd::{Simd, f32x4, f32x16, mask32x16, prelude::*, u32x16};
 use glam::DVec3;
 
 /// Facets up to which a tree does not pay, where it need not be walked for each ray.
 pub(super) const FEW: usize = 48;
 
 /// Rays of a packet.
-const RAYS: usize = 16;
+pub(super) const RAYS: usize = 16;
 
 /// Whether an instruction set is one with which packets are faster than rays that take turns: one of 16 lanes.
 #[inline(always)]
@@ -114,36 +117,133 @@ pub(super) fn closest<'a, S: Simd>(
         if count == 0 {
             return;
         }
-        let (held, mut early) = nearest(simd, bvh, few, &packet, &rays, &origins);
-        for (lane, (index, ray, moved)) in rays[..count].iter().enumerate() {
-            let number = held[lane] as usize;
-            let held = few.get(number / LANES).map(|block| Candidate { block: Block(block), lane: number % LANES });
-            let decided = bvh.decide(held, early[lane].take(), ray, origins[lane]);
-            found(*index, decided.map(|found| found.hit(ray, *moved)));
+        let mut search = Search::new(simd, bvh, &packet, &rays, &origins);
+        for block in few {
+            search.test(simd, Block(block));
         }
+        search.end(count, &mut found);
     }
 }
 
-/// The number of the facet that is held back for each ray of a packet, and what had to be tested early.
+/// What [`Bvh::closest`] says of sixteen rays that visit mostly the same: they walk through the tree together. `None` if they cannot, one
+/// not entering the scene or their directions having different signs.
 #[inline(always)]
-fn nearest<'a, S: Simd>(
+pub(super) fn closest_together<'a, S: Simd>(
     simd: S,
     bvh: &'a Bvh,
-    few: Few<'a>,
-    packet: &Packet,
-    rays: &[(usize, Ray, f64); RAYS],
-    origins: &[u32; RAYS],
-) -> ([u32; RAYS], [Option<Found<'a>>; RAYS]) {
-    let (origin, direction, mut limit) = packet.load(simd);
-    let origin_primitive = u32x16::load_array_ref(simd, origins);
-    let mut held = u32x16::splat(simd, u32::MAX);
-    let (mut held_primitive, mut held_near) = (held, f32x16::splat(simd, f32::INFINITY));
-    let mut early = [const { None }; RAYS];
-    for (number, block) in few.iter().enumerate() {
-        let block = Block(block);
+    queries: &[(usize, Query); RAYS],
+    stack: &mut Stack<Entry>,
+    found: &mut impl FnMut(usize, Option<Hit<'a>>),
+) -> Option<()> {
+    let mut packet = Packet::new();
+    let mut rays = [(0, Ray::new(DVec3::ZERO, DVec3::X), 0.0); RAYS];
+    let mut origins = [SurfacePoint::NONE; RAYS];
+    for (lane, &(index, query)) in queries.iter().enumerate() {
+        let (origin, direction, moved) = bvh.entry(query.origin, query.direction)?;
+        packet.set(lane, bvh, origin, direction, FAR);
+        rays[lane] = (index, Ray::new(origin, direction), moved);
+        origins[lane] = query.origin_primitive;
+    }
+    let mut search = Search::new(simd, bvh, &packet, &rays, &origins);
+    let planes = Planes::new(simd, &search)?;
+    search.walk(simd, &planes, stack);
+    search.end(RAYS, found);
+    Some(())
+}
+
+/// What the rays of a packet have yet to visit: where they enter it, and what it is.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Entry {
+    near: [f32; RAYS],
+    child: u32,
+}
+
+/// How the rays of a packet meet planes: reciprocals of directions, minus origin times them, and along which axes all rays run downwards.
+struct Planes<S: Simd> {
+    reciprocal: [f32x16<S>; 3],
+    offset: [f32x16<S>; 3],
+    backwards: [bool; 3],
+}
+
+impl<S: Simd> Planes<S> {
+    /// `None` if directions do not have the same signs. The numbers are those of a [`BoxRay`](super::traverse::BoxRay).
+    #[inline(always)]
+    fn new(simd: S, search: &Search<'_, '_, S>) -> Option<Self> {
+        let mut planes = Self { reciprocal: search.direction, offset: search.origin, backwards: [false; 3] };
+        for axis in 0..3 {
+            let d = search.direction[axis];
+            let smallest = f32x16::splat(simd, SMALLEST);
+            let reciprocal = f32x16::splat(simd, 1.0) / d.abs().simd_lt(smallest).select(smallest.copysign(d), d);
+            planes.reciprocal[axis] = reciprocal;
+            planes.offset[axis] = -search.origin[axis] * reciprocal;
+            let backwards = reciprocal.simd_lt(0.0);
+            planes.backwards[axis] = backwards.any_true();
+            if backwards.any_true() && !backwards.all_true() {
+                return None;
+            }
+        }
+        Some(planes)
+    }
+
+    /// Where the rays enter a box of a node, and which of them do so before their limits.
+    #[inline(always)]
+    fn enter(&self, simd: S, node: Node<'_>, lane: usize, limit: f32x16<S>) -> (f32x16<S>, mask32x16<S>) {
+        let plane = |axis: usize, side: bool| {
+            let plane = f32x16::splat(simd, f32::from_bits(node.planes(axis, side)[lane % WIDTH]));
+            plane.mul_add(self.reciprocal[axis], self.offset[axis])
+        };
+        let [x, y, z] = self.backwards;
+        let near = plane(0, x).max(plane(1, y)).max(plane(2, z).max(f32x16::splat(simd, 0.0)));
+        let far = plane(0, !x).min(plane(1, !y)).min(plane(2, !z).min(limit));
+        (near, near.simd_le(far))
+    }
+}
+
+/// The search for the nearest hits of a packet.
+struct Search<'a, 'r, S: Simd> {
+    bvh: &'a Bvh,
+    /// Their places, what is tested exactly, and how far they were moved.
+    rays: &'r [(usize, Ray, f64); RAYS],
+    /// The primitives that they start on.
+    origins: &'r [u32; RAYS],
+    origin: [f32x16<S>; 3],
+    direction: [f32x16<S>; 3],
+    origin_primitive: u32x16<S>,
+    limit: f32x16<S>,
+    /// The hits that are certain and yet to be tested.
+    held: [Option<Candidate<'a>>; RAYS],
+    held_primitive: u32x16<S>,
+    held_near: f32x16<S>,
+    /// What had to be tested early.
+    early: [Option<Found<'a>>; RAYS],
+}
+
+impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
+    #[inline(always)]
+    fn new(simd: S, bvh: &'a Bvh, packet: &Packet, rays: &'r [(usize, Ray, f64); RAYS], origins: &'r [u32; RAYS]) -> Self {
+        let (origin, direction, limit) = packet.load(simd);
+        let none = u32x16::splat(simd, u32::MAX);
+        Self {
+            bvh,
+            rays,
+            origins,
+            origin,
+            direction,
+            origin_primitive: u32x16::load_array_ref(simd, origins),
+            limit,
+            held: [None; RAYS],
+            held_primitive: none,
+            held_near: f32x16::splat(simd, f32::INFINITY),
+            early: [const { None }; RAYS],
+        }
+    }
+
+    /// Tests the facets of a block.
+    #[inline(always)]
+    fn test(&mut self, simd: S, block: Block<'a>) {
         let rows = Rows::new(simd, block);
         for lane in 0..LANES {
-            let tested = Tested::new(simd, &origin, &direction, limit, rows.facet(simd, lane));
+            let tested = Tested::new(simd, &self.origin, &self.direction, self.limit, rows.facet(simd, lane));
             if !tested.hits.any_true() {
                 continue;
             }
@@ -151,26 +251,85 @@ fn nearest<'a, S: Simd>(
             let primitive = u32x16::splat(simd, candidate.primitive());
             let certain = tested.hits & tested.certain();
             let (near, far) = tested.interval(simd);
-            let dropped = certain & (primitive.simd_eq(held_primitive) | primitive.simd_eq(origin_primitive) | near.simd_gt(limit));
-            let nearer = certain & !dropped & far.simd_lt(held_near);
-            held = nearer.select(u32x16::splat(simd, (number * LANES + lane) as u32), held);
-            held_primitive = nearer.select(primitive, held_primitive);
-            held_near = nearer.select(near, held_near);
-            limit = nearer.select(limit.min(far), limit);
+            let dropped =
+                certain & (primitive.simd_eq(self.held_primitive) | primitive.simd_eq(self.origin_primitive) | near.simd_gt(self.limit));
+            let nearer = certain & !dropped & far.simd_lt(self.held_near);
+            let mut to_hold = nearer.to_bitmask();
+            while to_hold != 0 {
+                self.held[take(&mut to_hold) % RAYS] = Some(candidate);
+            }
+            self.held_primitive = nearer.select(primitive, self.held_primitive);
+            self.held_near = nearer.select(near, self.held_near);
+            self.limit = nearer.select(self.limit.min(far), self.limit);
             let mut unclear = (tested.hits & !dropped & !nearer).to_bitmask();
             if unclear != 0 {
-                let mut limits = limit.to_array();
+                let mut limits = self.limit.to_array();
                 while unclear != 0 {
                     let lane = take(&mut unclear) % RAYS;
-                    if let Some(nearer) = bvh.test_early(candidate, &rays[lane].1, origins[lane], &mut early[lane]) {
+                    if let Some(nearer) = self.bvh.test_early(candidate, &self.rays[lane].1, self.origins[lane], &mut self.early[lane]) {
                         limits[lane] = limits[lane].min(nearer);
                     }
                 }
-                limit = f32x16::load_array(simd, limits);
+                self.limit = f32x16::load_array(simd, limits);
             }
         }
     }
-    (held.to_array(), early)
+
+    /// Walks through the tree, to the children that the first of the rays enters first.
+    #[inline(always)]
+    fn walk(&mut self, simd: S, planes: &Planes<S>, stack: &mut Stack<Entry>) {
+        let wide = &self.bvh.wide;
+        let mut length = 0;
+        let mut next = Some(Entry::default());
+        while let Some(Entry { near, child }) = next {
+            let child = Child(child);
+            if !f32x16::load_array_ref(simd, &near).simd_le(self.limit).any_true() {
+                // All have found something nearer since.
+            } else if child.is_leaf() {
+                if let Some(block) = wide.block(child.line()) {
+                    self.test(simd, block);
+                }
+            } else if let Some(node) = wide.node(child.line()) {
+                let mut entries = [Entry::default(); WIDTH];
+                let mut order = [0u64; WIDTH];
+                let mut count = 0;
+                for lane in 0..WIDTH {
+                    let child = node.child(lane);
+                    let (near, hits) = planes.enter(simd, node, lane, self.limit);
+                    let bits = hits.to_bitmask();
+                    if bits == 0 {
+                        continue;
+                    }
+                    wide.prefetch(simd, child);
+                    let near = hits.select(near, f32x16::splat(simd, f32::INFINITY)).to_array();
+                    entries[count % WIDTH] = Entry { near, child: child.0 };
+                    let first = near[bits.trailing_zeros() as usize % RAYS];
+                    let key = u64::from(first.to_bits()) << 32 | count as u64;
+                    let mut at = count;
+                    count += 1;
+                    while at > 0 && order[(at - 1) % WIDTH] < key {
+                        order[at % WIDTH] = order[(at - 1) % WIDTH];
+                        at -= 1;
+                    }
+                    order[at % WIDTH] = key;
+                }
+                stack.reserve(&mut length);
+                for key in &order[..count] {
+                    stack.push(&mut length, entries[*key as usize % WIDTH]);
+                }
+            }
+            next = stack.pop(&mut length);
+        }
+    }
+
+    /// Tells what was found for the first `count` rays.
+    #[inline(always)]
+    fn end(mut self, count: usize, found: &mut impl FnMut(usize, Option<Hit<'a>>)) {
+        for (lane, &(index, ray, moved)) in self.rays[..count].iter().enumerate() {
+            let decided = self.bvh.decide(self.held[lane], self.early[lane].take(), &ray, self.origins[lane]);
+            found(index, decided.map(|found| found.hit(&ray, moved)));
+        }
+    }
 }
 
 /// What [`Bvh::is_free`] says of many segments.

@@ -292,12 +292,18 @@ fn queries_at_once_are_answered_like_single_ones() {
 /// A camera's rays: from one point to the pixels of an image around a direction, which is an axis now and then so that components are zero and
 /// change their sign.
 fn fan(rng: &mut Pcg64Mcg, origin: DVec3, side: i32) -> Vec<Query> {
-    let spread = [1e-6, 1e-3, 0.01, 0.05][rng.random_range(0..4)];
-    let forward = if rng.random_range(0..3) == 0 { direction(rng) } else { DVec3::AXES[rng.random_range(0..3)] * [1.0, -1.0][rng.random_range(0..2)] };
+    let spread = [1e-6, 3e-3, 0.02, 0.06][rng.random_range(0..4)];
+    let forward = if rng.random_range(0..3) == 0 {
+        direction(rng)
+    } else {
+        DVec3::AXES[rng.random_range(0..3)] * [1.0, -1.0][rng.random_range(0..2)]
+    };
     let (right, up) = forward.any_orthonormal_pair();
     let origin_primitive = [NONE, rng.random_range(0..7)][rng.random_range(0..2)];
-    let pixel = |(x, y)| forward + spread * (right * f64::from(x - side / 3) + up * f64::from(y - side / 2));
-    let pixels = (0..side * side).map(|i| (i % side, i / side));
+    let middle = [-1, 0, side / 2][rng.random_range(0..3)];
+    let pixel = |(x, y)| forward + spread * (right * f64::from(x - middle) + up * f64::from(y - middle));
+    // To and fro, so that each is beside the one before.
+    let pixels = (0..side * side).map(|i| (i / side, i % side)).map(|(y, x)| (if y % 2 == 0 { x } else { side - 1 - x }, y));
     pixels.map(|at| Query { origin, direction: pixel(at).normalize(), origin_primitive }).collect()
 }
 
@@ -324,7 +330,7 @@ fn rays_of_a_camera_at_once_are_answered_like_single_ones() {
         let mut bvh = tree(&shapes);
         for level in levels() {
             bvh.set_level(level);
-            let fans = if cfg!(debug_assertions) { 10 } else { 60 };
+            let fans = if cfg!(debug_assertions) { 10 } else { 200 };
             let queries: Vec<Query> = (0..fans)
                 .flat_map(|i| {
                     let origin = match i % 4 {

@@ -38,7 +38,7 @@ impl BoxRay {
 }
 
 /// Smaller components of a direction count as this.
-const SMALLEST: f32 = 1.0 / (1u64 << 60) as f32;
+pub(super) const SMALLEST: f32 = 1.0 / (1u64 << 60) as f32;
 
 /// Vectors that hold one number of the ray in each lane.
 pub(super) struct Splat<S: Simd> {
@@ -241,7 +241,7 @@ impl<T: Copy + Default> Default for Stack<T> {
 impl<T: Copy> Stack<T> {
     /// Makes room for the children of a node.
     #[inline(always)]
-    fn reserve(&mut self, length: &mut usize) {
+    pub fn reserve(&mut self, length: &mut usize) {
         if *length > STACK - WIDTH {
             spill(&self.entries[..*length], &mut self.heap);
             *length = 0;
@@ -249,7 +249,13 @@ impl<T: Copy> Stack<T> {
     }
 
     #[inline(always)]
-    fn pop(&mut self, length: &mut usize) -> Option<T> {
+    pub fn push(&mut self, length: &mut usize, entry: T) {
+        self.entries[*length % STACK] = entry;
+        *length += 1;
+    }
+
+    #[inline(always)]
+    pub fn pop(&mut self, length: &mut usize) -> Option<T> {
         if *length == 0 {
             return self.heap.pop();
         }
@@ -320,7 +326,7 @@ impl Any {
 impl Wide {
     /// Asks for what a ray will visit later.
     #[inline(always)]
-    fn prefetch<S: Simd>(&self, simd: S, child: Child) {
+    pub fn prefetch<S: Simd>(&self, simd: S, child: Child) {
         prefetch(simd, self.lines.as_ptr().wrapping_add(child.line()).cast::<[Line; 4]>());
     }
 
