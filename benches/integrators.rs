@@ -3,7 +3,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec2, UVec2};
 use pathspace::endpoint::Camera;
-use pathspace::film::{Contribution, FilmSample, Sink};
+use pathspace::film::{BatchSample, BatchSink, Contribution, FilmSample};
 use pathspace::integrator::{Bidirectional, Depth, Integrator, LightTracer, PathTracer, UniformArea};
 use pathspace::math::Rgb;
 use pathspace::path::{Counters, Heuristic, Path, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet};
@@ -16,24 +16,30 @@ use std::time::Duration;
 const SIDE: u32 = 64;
 const SAMPLES: u32 = SIDE * SIDE;
 const MAX_BOUNCES: u32 = 7;
+/// As the driver does.
+const BATCH: u32 = 128;
 
 #[derive(Default)]
 struct Sum(Rgb);
 
-impl Sink for Sum {
-    fn add(&mut self, contribution: &Contribution) {
+impl BatchSink for Sum {
+    fn add(&mut self, _sample: usize, contribution: &Contribution) {
         self.0 += contribution.value * contribution.weight;
     }
 }
 
-/// One sample per pixel.
-fn pass<I: Integrator<World>>(scene: &GalleryScene, integrator: &I) -> Counters {
+/// One sample per pixel, so many at a time.
+fn pass<I: Integrator<World>>(scene: &GalleryScene, integrator: &I, batch: u32) -> Counters {
     let (source, camera) = (Independent { seed: 1 }, &*scene.camera);
     let (mut scratch, mut sum) = (Scratch::default(), Sum::default());
-    for pixel in 0..SAMPLES {
-        let mut sampler = source.sampler(pixel, 0);
-        let raster = UVec2::new(pixel % SIDE, pixel / SIDE).as_dvec2() + sampler.next_2d();
-        integrator.sample(&scene.world, camera, FilmSample { raster, offset: DVec2::ZERO }, &mut sampler, &mut sum, &mut scratch);
+    for first in (0..SAMPLES).step_by(batch as usize) {
+        let sample = |pixel: u32| {
+            let mut sampler = source.sampler(pixel, 0);
+            let raster = UVec2::new(pixel % SIDE, pixel / SIDE).as_dvec2() + sampler.next_2d();
+            BatchSample { film: FilmSample { raster, offset: DVec2::ZERO }, sampler }
+        };
+        let mut samples: Vec<_> = (first..first + batch).map(sample).collect();
+        integrator.sample_batch(&scene.world, camera, &mut samples, &mut sum, &mut scratch);
     }
     black_box(sum.0);
     scratch.counters
@@ -51,11 +57,15 @@ fn integrators(criterion: &mut Criterion) {
         group.bench_function(name, |bencher| bencher.iter(run));
     };
     let roulette = Roulette::default();
-    bench("uniform-area", &|| pass(&scene, &UniformArea { depth, roulette }));
-    bench("path-tracing", &|| pass(&scene, &PathTracer { depth, ..PathTracer::default() }));
-    bench("path-tracing/general-kernel", &|| pass(&scene, &Bidirectional { techniques: s01, depth, ..Bidirectional::default() }));
-    bench("light-tracing", &|| pass(&scene, &LightTracer { depth, roulette }));
-    bench("bidirectional", &|| pass(&scene, &Bidirectional { depth, ..Bidirectional::default() }));
+    let bidirectional = Bidirectional { depth, ..Bidirectional::default() };
+    bench("uniform-area", &|| pass(&scene, &UniformArea { depth, roulette }, BATCH));
+    bench("path-tracing", &|| pass(&scene, &PathTracer { depth, ..PathTracer::default() }, BATCH));
+    bench("path-tracing/one-by-one", &|| pass(&scene, &PathTracer { depth, ..PathTracer::default() }, 1));
+    bench("path-tracing/general-kernel", &|| pass(&scene, &Bidirectional { techniques: s01, ..bidirectional }, BATCH));
+    bench("light-tracing", &|| pass(&scene, &LightTracer { depth, roulette }, BATCH));
+    bench("light-tracing/one-by-one", &|| pass(&scene, &LightTracer { depth, roulette }, 1));
+    bench("bidirectional", &|| pass(&scene, &bidirectional, BATCH));
+    bench("bidirectional/one-by-one", &|| pass(&scene, &bidirectional, 1));
     group.finish();
 }
 

@@ -63,6 +63,7 @@ pub(crate) struct Segment {
 pub(crate) struct Segments {
     list: Vec<Segment>,
     sampled: Vec<SurfacePoint>,
+    visible: Vec<bool>,
 }
 
 impl Segments {
@@ -146,19 +147,21 @@ impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
     /// Tests the segments and gives what is visible to the sink.
     #[inline]
     pub fn test(&mut self, scene: &S, walks: &[Walks<'s, S>], sink: &mut impl BatchSink) {
-        let Self { vertices, segments: Segments { list, sampled }, .. } = self;
+        let Self { vertices, segments: Segments { list, sampled, visible }, .. } = self;
         let point = |sample: usize, end: End| match end {
             End::Arrival(i) => vertices[i as usize].as_ref().map(|vertex| &vertex.point),
             End::Camera(i) => walks[sample].camera.get(i as usize).map(|vertex| &vertex.point),
             End::Light(i) => walks[sample].light.get(i as usize).map(|vertex| &vertex.point),
             End::Sampled(i) => sampled.get(i as usize),
         };
-        let ends = list.iter().map(|Segment { sample, ends: [a, b], .. }| point(*sample, *a).zip(point(*sample, *b)));
-        scene.visible_many(ends.flatten(), |i, visible| {
-            if visible {
-                sink.add(list[i].sample, &list[i].contribution);
-            }
-        });
+        let ends = list.iter().filter_map(|Segment { sample, ends: [a, b], .. }| point(*sample, *a).zip(point(*sample, *b)));
+        visible.clear();
+        visible.resize(list.len(), false);
+        scene.visible_many(ends, |i, answer| visible[i] = answer);
+        // In their own order and not in that of the answers, which depends on the instruction set.
+        for (Segment { sample, contribution, .. }, _) in list.iter().zip(visible).filter(|(_, visible)| **visible) {
+            sink.add(*sample, contribution);
+        }
         list.clear();
         sampled.clear();
     }

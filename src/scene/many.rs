@@ -18,7 +18,10 @@ const COHERENT: f64 = 0.99;
 impl Bvh {
     /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in any order.
     #[inline]
-    pub fn closest_many<'a>(&'a self, queries: impl Iterator<Item = Query>, found: impl FnMut(usize, Option<Hit<'a>>)) {
+    pub fn closest_many<'a>(&'a self, queries: impl Iterator<Item = Query>, mut found: impl FnMut(usize, Option<Hit<'a>>)) {
+        if are_few(&queries) {
+            return queries.enumerate().for_each(|(index, query)| found(index, self.closest(query, |hit| hit)));
+        }
         dispatch!(self.level, simd => self.closest_many_with(simd, queries, found));
     }
 
@@ -33,7 +36,11 @@ impl Bvh {
 
     /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with its place in the iterator, in any order.
     #[inline]
-    pub fn are_free(&self, segments: impl Iterator<Item = Result<Segment, bool>>, answer: impl FnMut(usize, bool)) {
+    pub fn are_free(&self, segments: impl Iterator<Item = Result<Segment, bool>>, mut answer: impl FnMut(usize, bool)) {
+        if are_few(&segments) {
+            let is_free = |segment: Result<Segment, bool>| segment.map_or_else(|known| known, |segment| self.is_free(&segment));
+            return segments.enumerate().for_each(|(index, segment)| answer(index, is_free(segment)));
+        }
         dispatch!(self.level, simd => self.are_free_with(simd, segments, answer));
     }
 
@@ -45,6 +52,12 @@ impl Bvh {
             take_turns::<_, AnyFlight>(simd, self, segments, answer);
         }
     }
+}
+
+/// Whether there are so few queries that what it takes to begin would not pay.
+#[inline]
+fn are_few<T>(queries: &impl Iterator<Item = T>) -> bool {
+    queries.size_hint().1.is_some_and(|most| most < 4)
 }
 
 /// A query under way. Methods and not closures, which cannot be told to be compiled for the instruction set.
