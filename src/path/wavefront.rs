@@ -112,7 +112,8 @@ impl<'s, S: Scene + ?Sized + 's> Default for Wavefront<'s, S> {
 }
 
 impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
-    /// Traces one ray for each path, and shows each path with the vertex where it has arrived, or `None`.
+    /// Traces one ray for each path and shows `visit` those that arrive somewhere, with the vertex there as it is and as the end of segments. It says
+    /// whether the path may go on.
     #[inline]
     pub fn arrive(
         &mut self,
@@ -133,7 +134,7 @@ impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
         }
     }
 
-    /// Keeps the paths of which `scatter` says that they go on.
+    /// Keeps the paths that may go on and of which `scatter` says that they do.
     #[inline]
     pub fn scatter(&mut self, mut scatter: impl FnMut(&mut GrowingPath<'s, S>, &mut Vertex<S::Bsdf<'s>>) -> bool) {
         let Self { paths, vertices, .. } = self;
