@@ -19,7 +19,13 @@ impl Bvh {
     /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in any order.
     #[inline]
     pub fn closest_many<'a>(&'a self, queries: impl Iterator<Item = Query>, mut found: impl FnMut(usize, Option<Hit<'a>>)) {
-        if are_few(&queries) {
+        self.closest_together(&mut { queries }, &mut found);
+    }
+
+    /// Compiled once, and not for every caller, for it is long: for all instruction sets.
+    #[inline(never)]
+    fn closest_together<'a>(&'a self, queries: &mut dyn Iterator<Item = Query>, found: &mut dyn FnMut(usize, Option<Hit<'a>>)) {
+        if are_few(queries) {
             return queries.enumerate().for_each(|(index, query)| found(index, self.closest(query, |hit| hit)));
         }
         dispatch!(self.level, simd => self.closest_many_with(simd, queries, found));
@@ -37,7 +43,12 @@ impl Bvh {
     /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with its place in the iterator, in any order.
     #[inline]
     pub fn are_free(&self, segments: impl Iterator<Item = Result<Segment, bool>>, mut answer: impl FnMut(usize, bool)) {
-        if are_few(&segments) {
+        self.are_free_together(&mut { segments }, &mut answer);
+    }
+
+    #[inline(never)]
+    fn are_free_together(&self, segments: &mut dyn Iterator<Item = Result<Segment, bool>>, answer: &mut dyn FnMut(usize, bool)) {
+        if are_few(segments) {
             let is_free = |segment: Result<Segment, bool>| segment.map_or_else(|known| known, |segment| self.is_free(&segment));
             return segments.enumerate().for_each(|(index, segment)| answer(index, is_free(segment)));
         }
@@ -56,7 +67,7 @@ impl Bvh {
 
 /// Whether there are so few queries that what it takes to begin would not pay.
 #[inline]
-fn are_few<T>(queries: &impl Iterator<Item = T>) -> bool {
+fn are_few<T>(queries: &dyn Iterator<Item = T>) -> bool {
     queries.size_hint().1.is_some_and(|most| most < 4)
 }
 
