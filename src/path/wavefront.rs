@@ -13,8 +13,6 @@ pub(crate) struct GrowingPath<'s, S: Scene + ?Sized + 's> {
     /// The number of its sample.
     pub sample: usize,
     pub walk: RandomWalk<'s, S>,
-    /// Number of vertices behind its start.
-    pub arrived: usize,
     /// Density of the walk's direction at the vertex before.
     pub pdf_next: PerProjected,
     /// Whether a connection could have drawn the path from there.
@@ -24,7 +22,7 @@ pub(crate) struct GrowingPath<'s, S: Scene + ?Sized + 's> {
 impl<'s, S: Scene + ?Sized + 's> GrowingPath<'s, S> {
     #[inline]
     pub fn new(sample: usize, walk: RandomWalk<'s, S>) -> Self {
-        Self { sample, walk, arrived: 0, pdf_next: PerProjected::ZERO, competes: false }
+        Self { sample, walk, pdf_next: PerProjected::ZERO, competes: false }
     }
 }
 
@@ -188,10 +186,9 @@ impl<'s, S: Scene + ?Sized + 's> Scratch<'s, S> {
                 walks[*sample].vertices(walk).extend(walk.vertex_at(point));
             });
             for i in (0..paths.len()).rev() {
-                let GrowingPath { sample, walk, arrived, .. } = &mut paths[i];
-                // The walk's start is one of the vertices.
-                *arrived += 1;
-                let vertex = walks[*sample].vertices(walk).get_mut(*arrived);
+                let GrowingPath { sample, walk, .. } = &mut paths[i];
+                // Behind the walk's start and all surfaces met before.
+                let vertex = walks[*sample].vertices(walk).get_mut(walk.vertices() as usize + 1);
                 walk.count_vertex(vertex.as_deref(), counters);
                 let has_gone_on = vertex.is_some_and(|vertex| {
                     if walk.vertices() > max_bounces {
