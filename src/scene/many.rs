@@ -3,90 +3,148 @@
 //! What a ray visits does not depend on the others, so the answers are those of single queries.
 
 use super::bvh::{Bvh, Ends, Found, Hit, Query, Segment};
-use super::packet::{self, Entry, RAYS};
+use super::packet::{self, RAYS};
 use super::traverse::{Any, BoxRay, Nearest, Splat, Stack, Step};
 use crate::geometry::Ray;
 use fearless_simd::{Simd, dispatch};
 use glam::{DVec3, Vec3};
+use std::ops::Range;
 
 /// Rays under way at a time.
 const FLIGHTS: usize = 8;
+
+/// Queries that the kernel is given at a time.
+const BLOCK: usize = 128;
+
+/// Queries from which on what it takes to begin pays.
+const SOME: usize = 4;
 
 /// Cosine of the angle up to which rays from the same point, such as a camera's, visit mostly the same.
 const COHERENT: f64 = 0.99;
 
 impl Bvh {
-    /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in any order.
+    /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in order.
     #[inline]
     pub fn closest_many<'a>(&'a self, queries: impl Iterator<Item = Query>, mut found: impl FnMut(usize, Option<Hit<'a>>)) {
-        self.closest_together(&mut { queries }, &mut found);
+        let none = Query { origin: DVec3::ZERO, direction: DVec3::ZERO, origin_primitive: 0 };
+        in_blocks(queries, none, |first, queries| {
+            let mut hits = [const { None }; BLOCK];
+            self.closest_of_block(queries, &mut hits[..queries.len()]);
+            hits.into_iter().take(queries.len()).enumerate().for_each(|(i, hit)| found(first + i, hit));
+        });
     }
 
     /// Compiled once, and not for every caller, for it is long: for all instruction sets.
     #[inline(never)]
-    fn closest_together<'a>(&'a self, queries: &mut dyn Iterator<Item = Query>, found: &mut dyn FnMut(usize, Option<Hit<'a>>)) {
-        if are_few(queries) {
-            return queries.enumerate().for_each(|(index, query)| found(index, self.closest(query, |hit| hit)));
-        }
-        dispatch!(self.level, simd => self.closest_many_with(simd, queries, found));
+    fn closest_of_block<'a>(&'a self, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
+        dispatch!(self.level, simd => self.closest_of_block_with(simd, queries, hits));
     }
 
     #[inline(always)]
-    fn closest_many_with<'a, S: Simd>(&'a self, simd: S, queries: impl Iterator<Item = Query>, found: impl FnMut(usize, Option<Hit<'a>>)) {
+    fn closest_of_block_with<'a, S: Simd>(&'a self, simd: S, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
+        if queries.len() < SOME {
+            return self.closest_one_by_one(simd, queries, hits);
+        }
         if packet::pays(simd) && !self.few.is_empty() {
-            packet::closest(simd, self, &self.few, queries, found);
-        } else {
-            take_turns::<_, NearestFlight<'_>>(simd, self, queries, found);
+            return packet::closest(simd, self, &self.few, queries, hits);
+        }
+        let mut done = 0;
+        for fan in Fans(queries, 0) {
+            take_turns::<_, NearestFlight<'_>>(simd, self, &queries[done..fan.start], &mut hits[done..fan.start]);
+            for (queries, hits) in queries[fan.clone()].chunks(RAYS).zip(hits[fan.clone()].chunks_mut(RAYS)) {
+                self.closest_of_fan(simd, queries, hits);
+            }
+            done = fan.end;
+        }
+        take_turns::<_, NearestFlight<'_>>(simd, self, &queries[done..], &mut hits[done..]);
+    }
+
+    /// Up to sixteen rays that visit mostly the same, so that there is nothing to wait for.
+    #[inline(always)]
+    fn closest_of_fan<'a, S: Simd>(&'a self, simd: S, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
+        let together = packet::pays(simd) && queries.len() >= RAYS / 2;
+        if !(together && packet::closest_together(simd, self, queries, hits)) {
+            self.closest_one_by_one(simd, queries, hits);
         }
     }
 
-    /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with its place in the iterator, in any order.
+    #[inline(always)]
+    fn closest_one_by_one<'a, S: Simd>(&'a self, simd: S, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
+        for (query, hit) in queries.iter().zip(hits) {
+            *hit = self.closest_with(simd, *query);
+        }
+    }
+
+    /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with its place in the iterator, in order.
     #[inline]
     pub fn are_free(&self, segments: impl Iterator<Item = Result<Segment, bool>>, mut answer: impl FnMut(usize, bool)) {
-        self.are_free_together(&mut { segments }, &mut answer);
+        in_blocks(segments, Err(false), |first, segments| {
+            let mut free = [false; BLOCK];
+            self.are_free_in_block(segments, &mut free[..segments.len()]);
+            free.into_iter().take(segments.len()).enumerate().for_each(|(i, free)| answer(first + i, free));
+        });
     }
 
     #[inline(never)]
-    fn are_free_together(&self, segments: &mut dyn Iterator<Item = Result<Segment, bool>>, answer: &mut dyn FnMut(usize, bool)) {
-        if are_few(segments) {
-            let is_free = |segment: Result<Segment, bool>| segment.map_or_else(|known| known, |segment| self.is_free(&segment));
-            return segments.enumerate().for_each(|(index, segment)| answer(index, is_free(segment)));
-        }
-        dispatch!(self.level, simd => self.are_free_with(simd, segments, answer));
+    fn are_free_in_block(&self, segments: &[Result<Segment, bool>], free: &mut [bool]) {
+        dispatch!(self.level, simd => self.are_free_in_block_with(simd, segments, free));
     }
 
     #[inline(always)]
-    fn are_free_with<S: Simd>(&self, simd: S, segments: impl Iterator<Item = Result<Segment, bool>>, answer: impl FnMut(usize, bool)) {
-        if packet::pays(simd) && !self.few.is_empty() {
-            packet::are_free(simd, self, &self.few, segments, answer);
+    fn are_free_in_block_with<S: Simd>(&self, simd: S, segments: &[Result<Segment, bool>], free: &mut [bool]) {
+        if segments.len() < SOME {
+            for (segment, free) in segments.iter().zip(free) {
+                *free = segment.map_or_else(|known| known, |segment| self.is_free_with(simd, &segment));
+            }
+        } else if packet::pays(simd) && !self.few.is_empty() {
+            packet::are_free(simd, self, &self.few, segments, free);
         } else {
-            take_turns::<_, AnyFlight>(simd, self, segments, answer);
+            take_turns::<_, AnyFlight>(simd, self, segments, free);
         }
     }
 }
 
-/// Whether there are so few queries that what it takes to begin would not pay.
-#[inline]
-fn are_few<T>(queries: &dyn Iterator<Item = T>) -> bool {
-    queries.size_hint().1.is_some_and(|most| most < 4)
+/// Hands out queries by the block, each block with the place of its first in the iterator. What an array holds before does not matter.
+#[inline(always)]
+fn in_blocks<Q: Copy>(queries: impl Iterator<Item = Q>, before: Q, mut ask: impl FnMut(usize, &[Q])) {
+    let (mut queries, mut block) = (queries.fuse(), [before; BLOCK]);
+    for first in (0..).step_by(BLOCK) {
+        let mut count = 0;
+        for (place, query) in block.iter_mut().zip(&mut queries) {
+            *place = query;
+            count += 1;
+        }
+        if count > 0 {
+            ask(first, &block[..count]);
+        }
+        if count < BLOCK {
+            return;
+        }
+    }
+}
+
+/// The parts of some queries, from a place on, that are rays from one point, each in nearly the direction of the one before.
+struct Fans<'q>(&'q [Query], usize);
+
+impl Iterator for Fans<'_> {
+    type Item = Range<usize>;
+
+    #[inline]
+    fn next(&mut self) -> Option<Range<usize>> {
+        let Self(queries, at) = self;
+        let follows = |[before, query]: &[Query; 2]| query.origin == before.origin && query.direction.dot(before.direction) > COHERENT;
+        let pairs = queries.array_windows();
+        let start = *at + pairs.clone().skip(*at).position(follows)?;
+        let more = pairs.skip(start).take_while(|pair| follows(pair)).count();
+        *at = start + more + 1;
+        Some(start..*at)
+    }
 }
 
 /// A query under way. Methods and not closures, which cannot be told to be compiled for the instruction set.
 trait Flight<'a>: Default {
     type Query: Copy;
     type Answer;
-
-    /// Whether a query will visit what the one before did, so that there is nothing to wait for.
-    fn follows(before: &Self::Query, query: &Self::Query) -> bool;
-
-    /// The answers to such queries, of which there are up to sixteen. They need not take turns.
-    fn together<S: Simd>(
-        simd: S,
-        bvh: &'a Bvh,
-        stack: &mut Stack<Entry>,
-        queries: &[(usize, Self::Query)],
-        answer: &mut impl FnMut(usize, Self::Answer),
-    );
 
     fn start(&mut self, bvh: &'a Bvh, query: Self::Query);
 
@@ -97,17 +155,12 @@ trait Flight<'a>: Default {
 
 /// Lets each query go on until it has to wait, one after the other.
 #[inline(always)]
-fn take_turns<'a, S: Simd, F: Flight<'a>>(
-    simd: S,
-    bvh: &'a Bvh,
-    queries: impl Iterator<Item = F::Query>,
-    mut answer: impl FnMut(usize, F::Answer),
-) {
-    let mut queries = queries.enumerate().fuse();
+fn take_turns<'a, S: Simd, F: Flight<'a>>(simd: S, bvh: &'a Bvh, queries: &[F::Query], answers: &mut [F::Answer]) {
+    if queries.is_empty() {
+        return;
+    }
     let mut flights: [(Option<usize>, F); FLIGHTS] = Default::default();
-    let mut before = None;
-    let mut next = queries.next();
-    let mut stack = Stack::default();
+    let mut queries = queries.iter().enumerate();
     loop {
         let mut under_way = false;
         for (slot, flight) in &mut flights {
@@ -115,25 +168,8 @@ fn take_turns<'a, S: Simd, F: Flight<'a>>(
                 let index = match *slot {
                     Some(index) => index,
                     None => {
-                        let Some((index, query)) = next else { break };
-                        if before.is_some_and(|before| F::follows(&before, &query)) {
-                            let mut fan = [(index, query); RAYS];
-                            let mut count = 0;
-                            while count < RAYS
-                                && let Some((index, query)) = next
-                                && before.is_some_and(|before| F::follows(&before, &query))
-                            {
-                                fan[count] = (index, query);
-                                count += 1;
-                                before = Some(query);
-                                next = queries.next();
-                            }
-                            F::together(simd, bvh, &mut stack, &fan[..count], &mut answer);
-                            continue;
-                        }
-                        before = Some(query);
-                        next = queries.next();
-                        flight.start(bvh, query);
+                        let Some((index, query)) = queries.next() else { break };
+                        flight.start(bvh, *query);
                         *slot = Some(index);
                         index
                     }
@@ -145,7 +181,7 @@ fn take_turns<'a, S: Simd, F: Flight<'a>>(
                     }
                     Step::Returned => {}
                     Step::Done => {
-                        answer(index, flight.end(bvh));
+                        answers[index] = flight.end(bvh);
                         *slot = None;
                     }
                 }
@@ -186,30 +222,6 @@ impl Default for NearestFlight<'_> {
 impl<'a> Flight<'a> for NearestFlight<'a> {
     type Query = Query;
     type Answer = Option<Hit<'a>>;
-
-    #[inline(always)]
-    fn follows(before: &Query, query: &Query) -> bool {
-        query.origin == before.origin && query.direction.dot(before.direction) > COHERENT
-    }
-
-    #[inline(always)]
-    fn together<S: Simd>(
-        simd: S,
-        bvh: &'a Bvh,
-        stack: &mut Stack<Entry>,
-        queries: &[(usize, Query)],
-        answer: &mut impl FnMut(usize, Option<Hit<'a>>),
-    ) {
-        if packet::pays(simd)
-            && let Ok(queries) = queries.try_into()
-            && packet::closest_together(simd, bvh, queries, stack, answer).is_some()
-        {
-            return;
-        }
-        for &(index, query) in queries {
-            answer(index, bvh.closest_with(simd, query));
-        }
-    }
 
     #[inline(always)]
     fn start(&mut self, bvh: &'a Bvh, Query { origin, direction, origin_primitive }: Query) {
@@ -260,18 +272,6 @@ impl Default for AnyFlight {
 impl Flight<'_> for AnyFlight {
     type Query = Result<Segment, bool>;
     type Answer = bool;
-
-    #[inline(always)]
-    fn follows(_: &Self::Query, _: &Self::Query) -> bool {
-        false
-    }
-
-    #[inline(always)]
-    fn together<S: Simd>(simd: S, bvh: &Bvh, _: &mut Stack<Entry>, queries: &[(usize, Self::Query)], answer: &mut impl FnMut(usize, bool)) {
-        for &(index, query) in queries {
-            answer(index, query.map_or_else(|free| free, |segment| bvh.is_free_with(simd, &segment)));
-        }
-    }
 
     #[inline(always)]
     fn start(&mut self, bvh: &Bvh, query: Self::Query) {

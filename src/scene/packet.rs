@@ -57,6 +57,32 @@ impl Packet {
     }
 }
 
+/// The rays of a packet and what else their exact tests need.
+struct Rays {
+    packet: Packet,
+    /// What is tested exactly, and how far it was moved.
+    rays: [(Ray, f64); RAYS],
+    /// The primitives that they start on.
+    origins: [u32; RAYS],
+}
+
+impl Rays {
+    /// Up to sixteen; a ray that does not enter the scene leaves its lane empty.
+    #[inline(always)]
+    fn new(bvh: &Bvh, queries: &[Query]) -> Self {
+        let mut rays =
+            Self { packet: Packet::new(), rays: [(Ray::new(DVec3::ZERO, DVec3::X), 0.0); RAYS], origins: [SurfacePoint::NONE; RAYS] };
+        for (lane, query) in queries.iter().enumerate().take(RAYS) {
+            if let Some((origin, direction, moved)) = bvh.entry(query.origin, query.direction) {
+                rays.packet.set(lane, bvh, origin, direction, FAR);
+                rays.rays[lane] = (Ray::new(origin, direction), moved);
+                rays.origins[lane] = query.origin_primitive;
+            }
+        }
+        rays
+    }
+}
+
 /// The facets of a block, to be taken one by one.
 struct Rows {
     vectors: [[[f32; LANES]; 3]; 4],
@@ -91,69 +117,32 @@ impl Rows {
 
 /// What [`Bvh::closest`] says of many rays.
 #[inline(always)]
-pub(super) fn closest<'a, S: Simd>(
-    simd: S,
-    bvh: &'a Bvh,
-    few: Few<'a>,
-    queries: impl Iterator<Item = Query>,
-    mut found: impl FnMut(usize, Option<Hit<'a>>),
-) {
-    let mut queries = queries.enumerate().fuse();
-    let mut rays = [(0, Ray::new(DVec3::ZERO, DVec3::X), 0.0); RAYS];
-    let mut origins = [SurfacePoint::NONE; RAYS];
-    loop {
-        let (mut packet, mut count) = (Packet::new(), 0);
-        while count < RAYS {
-            let Some((index, query)) = queries.next() else { break };
-            let Some((origin, direction, moved)) = bvh.entry(query.origin, query.direction) else {
-                found(index, None);
-                continue;
-            };
-            packet.set(count, bvh, origin, direction, FAR);
-            rays[count] = (index, Ray::new(origin, direction), moved);
-            origins[count] = query.origin_primitive;
-            count += 1;
-        }
-        if count == 0 {
-            return;
-        }
-        let mut search = Search::new(simd, bvh, &packet, &rays, &origins);
+pub(super) fn closest<'a, S: Simd>(simd: S, bvh: &'a Bvh, few: Few<'a>, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
+    for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
+        let rays = Rays::new(bvh, queries);
+        let mut search = Search::new(simd, bvh, &rays);
         for block in few {
             search.test(simd, Block(block));
         }
-        search.end(count, &mut found);
+        search.end(hits);
     }
 }
 
-/// What [`Bvh::closest`] says of sixteen rays that visit mostly the same: they walk through the tree together. `None` if they cannot, one
-/// not entering the scene or their directions having different signs.
+/// What [`Bvh::closest`] says of up to sixteen rays that visit mostly the same: they walk through the tree together. Returns whether they can: not if
+/// the signs of their directions differ.
 #[inline(always)]
-pub(super) fn closest_together<'a, S: Simd>(
-    simd: S,
-    bvh: &'a Bvh,
-    queries: &[(usize, Query); RAYS],
-    stack: &mut Stack<Entry>,
-    found: &mut impl FnMut(usize, Option<Hit<'a>>),
-) -> Option<()> {
-    let mut packet = Packet::new();
-    let mut rays = [(0, Ray::new(DVec3::ZERO, DVec3::X), 0.0); RAYS];
-    let mut origins = [SurfacePoint::NONE; RAYS];
-    for (lane, &(index, query)) in queries.iter().enumerate() {
-        let (origin, direction, moved) = bvh.entry(query.origin, query.direction)?;
-        packet.set(lane, bvh, origin, direction, FAR);
-        rays[lane] = (index, Ray::new(origin, direction), moved);
-        origins[lane] = query.origin_primitive;
-    }
-    let mut search = Search::new(simd, bvh, &packet, &rays, &origins);
-    let planes = Planes::new(simd, &search)?;
-    search.walk(simd, &planes, stack);
-    search.end(RAYS, found);
-    Some(())
+pub(super) fn closest_together<'a, S: Simd>(simd: S, bvh: &'a Bvh, queries: &[Query], hits: &mut [Option<Hit<'a>>]) -> bool {
+    let rays = Rays::new(bvh, queries);
+    let mut search = Search::new(simd, bvh, &rays);
+    let Some(planes) = Planes::new(simd, &search) else { return false };
+    search.walk(simd, &planes);
+    search.end(hits);
+    true
 }
 
 /// What the rays of a packet have yet to visit: where they enter it, and what it is.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Entry {
+struct Entry {
     near: [f32; RAYS],
     child: u32,
 }
@@ -170,6 +159,7 @@ impl<S: Simd> Planes<S> {
     #[inline(always)]
     fn new(simd: S, search: &Search<'_, '_, S>) -> Option<Self> {
         let mut planes = Self { reciprocal: search.direction, offset: search.origin, backwards: [false; 3] };
+        let empty = !search.limit.simd_eq(search.limit);
         for axis in 0..3 {
             let d = search.direction[axis];
             let smallest = f32x16::splat(simd, SMALLEST);
@@ -178,7 +168,7 @@ impl<S: Simd> Planes<S> {
             planes.offset[axis] = -search.origin[axis] * reciprocal;
             let backwards = reciprocal.simd_lt(0.0);
             planes.backwards[axis] = backwards.any_true();
-            if backwards.any_true() && !backwards.all_true() {
+            if backwards.any_true() && !(backwards | empty).all_true() {
                 return None;
             }
         }
@@ -202,10 +192,7 @@ impl<S: Simd> Planes<S> {
 /// The search for the nearest hits of a packet.
 struct Search<'a, 'r, S: Simd> {
     bvh: &'a Bvh,
-    /// Their places, what is tested exactly, and how far they were moved.
-    rays: &'r [(usize, Ray, f64); RAYS],
-    /// The primitives that they start on.
-    origins: &'r [u32; RAYS],
+    rays: &'r Rays,
     origin: [f32x16<S>; 3],
     direction: [f32x16<S>; 3],
     origin_primitive: u32x16<S>,
@@ -220,16 +207,15 @@ struct Search<'a, 'r, S: Simd> {
 
 impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
     #[inline(always)]
-    fn new(simd: S, bvh: &'a Bvh, packet: &Packet, rays: &'r [(usize, Ray, f64); RAYS], origins: &'r [u32; RAYS]) -> Self {
-        let (origin, direction, limit) = packet.load(simd);
+    fn new(simd: S, bvh: &'a Bvh, rays: &'r Rays) -> Self {
+        let (origin, direction, limit) = rays.packet.load(simd);
         let none = u32x16::splat(simd, u32::MAX);
         Self {
             bvh,
             rays,
-            origins,
             origin,
             direction,
-            origin_primitive: u32x16::load_array_ref(simd, origins),
+            origin_primitive: u32x16::load_array_ref(simd, &rays.origins),
             limit,
             held: [None; RAYS],
             held_primitive: none,
@@ -266,7 +252,8 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
                 let mut limits = self.limit.to_array();
                 while unclear != 0 {
                     let lane = take(&mut unclear) % RAYS;
-                    if let Some(nearer) = self.bvh.test_early(candidate, &self.rays[lane].1, self.origins[lane], &mut self.early[lane]) {
+                    let Rays { rays, origins, .. } = self.rays;
+                    if let Some(nearer) = self.bvh.test_early(candidate, &rays[lane].0, origins[lane], &mut self.early[lane]) {
                         limits[lane] = limits[lane].min(nearer);
                     }
                 }
@@ -277,9 +264,9 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
 
     /// Walks through the tree, to the children that the first of the rays enters first.
     #[inline(always)]
-    fn walk(&mut self, simd: S, planes: &Planes<S>, stack: &mut Stack<Entry>) {
+    fn walk(&mut self, simd: S, planes: &Planes<S>) {
         let wide = &self.bvh.wide;
-        let mut length = 0;
+        let (mut stack, mut length) = (Stack::default(), 0);
         let mut next = Some(Entry::default());
         while let Some(Entry { near, child }) = next {
             let child = Child(child);
@@ -322,54 +309,44 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
         }
     }
 
-    /// Tells what was found for the first `count` rays.
+    /// Tells what was found.
     #[inline(always)]
-    fn end(mut self, count: usize, found: &mut impl FnMut(usize, Option<Hit<'a>>)) {
-        for (lane, &(index, ray, moved)) in self.rays[..count].iter().enumerate() {
-            let decided = self.bvh.decide(self.held[lane], self.early[lane].take(), &ray, self.origins[lane]);
-            found(index, decided.map(|found| found.hit(&ray, moved)));
+    fn end(mut self, hits: &mut [Option<Hit<'a>>]) {
+        let Rays { rays, origins, .. } = self.rays;
+        for (lane, hit) in hits.iter_mut().enumerate().take(RAYS) {
+            let (ray, moved) = &rays[lane];
+            let found = self.bvh.decide(self.held[lane], self.early[lane].take(), ray, origins[lane]);
+            *hit = found.map(|found| found.hit(ray, *moved));
         }
     }
 }
 
 /// What [`Bvh::is_free`] says of many segments.
 #[inline(always)]
-pub(super) fn are_free<S: Simd>(
-    simd: S,
-    bvh: &Bvh,
-    few: Few<'_>,
-    queries: impl Iterator<Item = Result<Segment, bool>>,
-    mut answer: impl FnMut(usize, bool),
-) {
-    let mut queries = queries.enumerate().fuse();
-    let nowhere = Segment { origin: DVec3::ZERO, direction: DVec3::ZERO, length: 0.0, ends: Ends { origin: 0, end: 0 } };
-    let (mut indices, mut segments) = ([0; RAYS], [nowhere; RAYS]);
-    loop {
-        let (mut packet, mut count) = (Packet::new(), 0);
-        while count < RAYS {
-            let Some((index, query)) = queries.next() else { break };
-            match query.and_then(|segment| bvh.part_inside(&segment).ok_or(true)) {
+pub(super) fn are_free<S: Simd>(simd: S, bvh: &Bvh, few: Few<'_>, segments: &[Result<Segment, bool>], free: &mut [bool]) {
+    for (segments, answers) in segments.chunks(RAYS).zip(free.chunks_mut(RAYS)) {
+        let mut inside = [Segment { origin: DVec3::ZERO, direction: DVec3::ZERO, length: 0.0, ends: Ends { origin: 0, end: 0 } }; RAYS];
+        let (mut packet, mut free, mut unknown) = (Packet::new(), 0, 0);
+        for (lane, segment) in segments.iter().enumerate() {
+            match segment.and_then(|segment| bvh.part_inside(&segment).ok_or(true)) {
                 Ok(segment) => {
-                    packet.set(count, bvh, segment.origin, segment.direction, bvh.round_up(segment.length).min(FAR));
-                    (indices[count], segments[count]) = (index, segment);
-                    count += 1;
+                    packet.set(lane, bvh, segment.origin, segment.direction, bvh.round_up(segment.length).min(FAR));
+                    inside[lane] = segment;
+                    unknown |= 1 << lane;
                 }
-                Err(free) => answer(index, free),
+                Err(known) => free |= u64::from(known) << lane,
             }
         }
-        if count == 0 {
-            return;
-        }
-        let free = free(simd, bvh, few, &packet, &segments, (1 << count) - 1);
-        for (lane, &index) in indices[..count].iter().enumerate() {
-            answer(index, free >> lane & 1 != 0);
+        free |= unblocked(simd, bvh, few, &packet, &inside, unknown);
+        for (lane, answer) in answers.iter_mut().enumerate() {
+            *answer = free >> lane & 1 != 0;
         }
     }
 }
 
 /// Which segments of a packet, given by a bit for each, nothing lies on.
 #[inline(always)]
-fn free<S: Simd>(simd: S, bvh: &Bvh, few: Few<'_>, packet: &Packet, segments: &[Segment; RAYS], mut free: u64) -> u64 {
+fn unblocked<S: Simd>(simd: S, bvh: &Bvh, few: Few<'_>, packet: &Packet, segments: &[Segment; RAYS], mut free: u64) -> u64 {
     let (origin, direction, limit) = packet.load(simd);
     let origins = u32x16::from_fn(simd, |lane| segments[lane].ends.origin);
     let ends = u32x16::from_fn(simd, |lane| segments[lane].ends.end);
