@@ -123,9 +123,10 @@ fn cell_containing(sums: &[f64], u: f64) -> usize {
     sums.partition_point(|s| *s <= x).clamp(1, last) - 1
 }
 
-/// The number of equal parts of `[0, 1)` that a guide to `cells` tells apart: a power of two, so that scaling by it is exact.
+/// The number of equal parts of `[0, 1)` that a guide to `cells` tells apart: a power of two, so that scaling by it is exact. Eight cells
+/// of running sums share a line of memory, so more parts would only take more of the cache.
 const fn guide_parts(cells: usize) -> usize {
-    1 << cells.ilog2()
+    1 << (cells / 4 + 1).ilog2()
 }
 
 /// Appends the cells in which the parts of `[0, 1)` start, and the last cell (the cutpoints of Chen and Asau 1974, "On Generating Random
@@ -141,7 +142,7 @@ fn push_guide(guide: &mut Vec<u32>, sums: &[f64]) {
 fn invert(sums: &[f64], guide: &[u32], u: f64) -> (usize, f64) {
     let u = unit(u);
     let x = u * sums[sums.len() - 1];
-    // Since `cell_containing` is monotonic, its answer lies between those for the ends of the part. Mostly they are next to each other.
+    // Since `cell_containing` is monotonic, its answer lies between those for the ends of the part.
     let part = (u * (guide.len() - 1) as f64) as usize;
     let (first, last) = (guide[part] as usize, guide[part + 1] as usize);
     let cell = first + sums[first + 1..=last].partition_point(|s| *s <= x);
@@ -166,7 +167,7 @@ pub struct GridSample {
 
 /// A density over the unit square that is constant in each cell of a grid: rows by their marginal, then columns conditional on the row.
 ///
-/// Takes 8 bytes a cell for running sums and at most 4 to find a cell in constant time on average, and at worst by bisection.
+/// Takes 8 bytes a cell for running sums and 1 for a guide, by which a cell is found in constant time on average and by bisection at worst.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PiecewiseConstant2d {
     width: usize,
@@ -354,7 +355,7 @@ mod tests {
                     continue;
                 }
                 push_guide(&mut guide, &sums);
-                assert!(guide.len() <= count + 1 && guide.len() > count / 2);
+                assert!(guide.len() <= count / 4 + 2 && guide.len() > count / 8);
                 // Where cells and parts of the guide start, and next to it.
                 let borders = sums.iter().map(|s| s / sums[count]).chain((0..=count).map(|i| i as f64 / (guide.len() - 1) as f64));
                 let numbers: Vec<f64> = borders.flat_map(|u| [u.next_down(), u, u.next_up()]).collect();
