@@ -12,8 +12,9 @@
 //! Directions and normals here are in the upper hemisphere, z > 0, of the side they are seen from.
 
 use super::BsdfError;
+use crate::math::angle::sin_cos_of_turn;
 use glam::{DVec2, DVec3};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// Roughness below which a surface counts as smooth, and to which the smaller of two roughnesses is raised.
 ///
@@ -129,7 +130,7 @@ impl Ggx {
         // 1 - z of a uniform point on the cap z ≥ -view.z
         let depth = u.y * (1.0 + view.z);
         let radius = (depth * (2.0 - depth)).max(0.0).sqrt();
-        let (sin, cos) = (TAU * u.x).sin_cos();
+        let (sin, cos) = sin_cos_of_turn(u.x);
         let mirrored = DVec3::new(radius * cos, radius * sin, 1.0 - depth);
         let normal = self.stretch(mirrored + view).try_normalize()?;
         (normal.z > 0.0).then_some(normal)
@@ -168,11 +169,11 @@ mod tests {
             // dθ = cos² d(tan θ)
             let jacobian = sin * cos * cos * alpha / ((1.0 - t) * (1.0 - t));
             for j in 0..m {
-                let (s, c) = (TAU * (f64::from(j) + 0.5) / f64::from(m)).sin_cos();
+                let (s, c) = (2.0 * PI * (f64::from(j) + 0.5) / f64::from(m)).sin_cos();
                 sum += jacobian * g(DVec3::new(sin * c, sin * s, cos));
             }
         }
-        sum * TAU / f64::from(n * m)
+        sum * 2.0 * PI / f64::from(n * m)
     }
 
     #[test]

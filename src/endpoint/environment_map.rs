@@ -2,10 +2,11 @@
 
 use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, extent::SceneExtent};
 use crate::geometry::{Bounds, SurfacePoint};
+use crate::math::angle;
 use crate::math::distribution::PiecewiseConstant2d;
 use crate::math::{PerArea, PerProjected, PerSolidAngle, Rgb};
 use glam::{DMat3, DVec2, DVec3};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_PI, PI};
 
 /// How radiance between the pixels' centres is looked up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,6 +31,7 @@ pub struct EnvironmentMap {
     width: usize,
     height: usize,
     pixels: Vec<Rgb>,
+    bands: Vec<Band>,
     /// Columns are the image's axes in the world.
     rotation: DMat3,
     lookup: Lookup,
@@ -38,6 +40,33 @@ pub struct EnvironmentMap {
     /// `∫ L dσ`.
     integral: Rgb,
     extent: SceneExtent,
+}
+
+/// The directions of a row of pixels.
+#[derive(Clone, Copy, Debug)]
+struct Band {
+    /// sin²(θ/2) at its upper edge, which is (1 - cos θ)/2 and so uniform in solid angle.
+    upper: f64,
+    /// What is added to it at the lower edge.
+    step: f64,
+    /// Solid angle of each of its pixels, `Δφ (cos θ_0 - cos θ_1)`, without the difference.
+    solid_angle: f64,
+}
+
+impl Band {
+    fn new(row: usize, width: usize, height: usize) -> Self {
+        let half_step = 0.5 * PI / height as f64;
+        let [upper, lower] = [row, row + 1].map(|edge| (edge as f64 * half_step).sin().powi(2));
+        let middle = (2 * row + 1) as f64 * half_step;
+        Self { upper, step: lower - upper, solid_angle: 2.0 * PI / width as f64 * 2.0 * middle.sin() * half_step.sin() }
+    }
+}
+
+/// A pixel, and a place inside it in [0, 1].
+struct Place {
+    column: usize,
+    row: usize,
+    within: DVec2,
 }
 
 impl EnvironmentMap {
@@ -63,6 +92,7 @@ impl EnvironmentMap {
             width: width as usize,
             height: height as usize,
             pixels,
+            bands: (0..height as usize).map(|row| Band::new(row, width as usize, height as usize)).collect(),
             rotation,
             lookup: Lookup::default(),
             distribution: None,
@@ -76,13 +106,14 @@ impl EnvironmentMap {
     #[must_use]
     pub fn with_lookup(mut self, lookup: Lookup) -> Self {
         self.lookup = lookup;
-        self.integral = (0..self.height).map(|row| (0..self.width).map(|c| self.pixel(c, row)).sum::<Rgb>() * self.solid_angle(row)).sum();
+        self.integral =
+            (0..self.height).map(|row| (0..self.width).map(|c| self.pixel(c, row)).sum::<Rgb>() * self.bands[row].solid_angle).sum();
         // Relative to the brightest pixel, so that sums cannot overflow.
         let brightest = self.pixels.iter().map(|p| p.max_component()).fold(0.0, f64::max);
         if brightest > 0.0 {
             let mut weights = Vec::with_capacity(self.pixels.len());
             for row in 0..self.height {
-                let solid_angle = self.solid_angle(row);
+                let solid_angle = self.bands[row].solid_angle;
                 weights.extend((0..self.width).map(|column| solid_angle * self.importance(column, row, brightest)));
             }
             self.distribution = PiecewiseConstant2d::new(self.width, self.height, &weights);
@@ -93,20 +124,23 @@ impl EnvironmentMap {
     /// Radiance that arrives from the direction `towards` the environment (unit, in the world).
     #[must_use]
     pub fn radiance(&self, towards: DVec3) -> Rgb {
-        let (turn, polar) = self.angles(towards);
+        let Place { column, row, within } = self.place(towards);
         match self.lookup {
-            Lookup::PiecewiseConstant => {
-                let (column, row) = self.cell(turn, polar);
-                self.pixel(column, row)
-            }
+            Lookup::PiecewiseConstant => self.pixel(column, row),
             Lookup::Bilinear => {
-                let (x, y) = (turn * self.width as f64 - 0.5, polar * self.height as f64 - 0.5);
-                let (left, upper) = (x.floor(), y.floor());
-                let (fx, fy) = (x - left, y - upper);
-                let columns = [(left as isize).rem_euclid(self.width as isize) as usize, (left as isize + 1) as usize % self.width];
-                let rows = [upper.max(0.0) as usize, ((upper + 1.0) as usize).min(self.height - 1)];
-                let across = |row: usize| self.pixel(columns[0], row) * (1.0 - fx) + self.pixel(columns[1], row) * fx;
-                across(rows[0]) * (1.0 - fy) + across(rows[1]) * fy
+                // The nearer neighbour in each direction, if there is one; around the axis there always is.
+                let (columns, x) = if within.x < 0.5 {
+                    ([if column == 0 { self.width - 1 } else { column - 1 }, column], within.x + 0.5)
+                } else {
+                    ([column, if column + 1 == self.width { 0 } else { column + 1 }], within.x - 0.5)
+                };
+                let (rows, y) = if within.y < 0.5 {
+                    ([row.saturating_sub(1), row], within.y + 0.5)
+                } else {
+                    ([row, (row + 1).min(self.height - 1)], within.y - 0.5)
+                };
+                let across = |row: usize| self.pixel(columns[0], row) * (1.0 - x) + self.pixel(columns[1], row) * x;
+                across(rows[0]) * (1.0 - y) + across(rows[1]) * y
             }
         }
     }
@@ -130,24 +164,17 @@ impl EnvironmentMap {
         self.pixels[row * self.width + column]
     }
 
-    /// Solid angle of each pixel of a row, `Δφ (cos θ_0 - cos θ_1)`, without the difference.
-    fn solid_angle(&self, row: usize) -> f64 {
-        let step = PI / self.height as f64;
-        let middle = (row as f64 + 0.5) * step;
-        2.0 * PI / self.width as f64 * 2.0 * middle.sin() * (0.5 * step).sin()
-    }
-
-    /// Azimuth in turns, [0, 1), and polar angle in half turns, [0, 1].
-    fn angles(&self, towards: DVec3) -> (f64, f64) {
-        let w = self.rotation.transpose() * towards;
-        let turn = w.x.atan2(-w.z) / (2.0 * PI);
-        (if turn < 0.0 { turn + 1.0 } else { turn }, w.x.hypot(w.z).atan2(w.y) / PI)
-    }
-
     /// The one place that decides which pixel a direction belongs to, for lookup and for sampling.
-    fn cell(&self, turn: f64, polar: f64) -> (usize, usize) {
-        let index = |x: f64, count: usize| ((x * count as f64) as usize).min(count - 1);
-        (index(turn, self.width), index(polar, self.height))
+    fn place(&self, towards: DVec3) -> Place {
+        let w = self.rotation.transpose() * towards;
+        let split = |x: f64, count: usize| {
+            let scaled = x * count as f64;
+            let cell = (scaled as usize).min(count - 1);
+            (cell, scaled - cell as f64)
+        };
+        let (column, x) = split(angle::turn(w.x, -w.z), self.width);
+        let (row, y) = split(FRAC_1_PI * angle::atan2((w.x * w.x + w.z * w.z).sqrt(), w.y), self.height);
+        Place { column, row, within: DVec2::new(x, y) }
     }
 
     /// Density per solid angle of sampling the direction `towards` the environment.
@@ -155,9 +182,8 @@ impl EnvironmentMap {
         let Some(distribution) = &self.distribution else {
             return PerSolidAngle::ZERO;
         };
-        let (turn, polar) = self.angles(towards);
-        let (column, row) = self.cell(turn, polar);
-        PerSolidAngle(distribution.pmf(column, row) / self.solid_angle(row))
+        let Place { column, row, .. } = self.place(towards);
+        PerSolidAngle(distribution.pmf(column, row) / self.bands[row].solid_angle)
     }
 }
 
@@ -176,12 +202,9 @@ fn orthogonal(m: DMat3) -> Option<DMat3> {
 impl Endpoint for EnvironmentMap {
     fn sample_point(&self, _u1: f64, u2: DVec2) -> Option<PointSample> {
         let cell = self.distribution.as_ref()?.sample(u2);
-        let (sin_phi, cos_phi) = (2.0 * PI * (cell.column as f64 + cell.within.x) / self.width as f64).sin_cos();
-        // sin²(θ/2) = (1 - cos θ)/2 is uniform in solid angle.
-        let half_step = 0.5 * PI / self.height as f64;
-        let upper = (cell.row as f64 * half_step).sin().powi(2);
-        let lower = ((cell.row + 1) as f64 * half_step).sin().powi(2);
-        let s = upper + (lower - upper) * cell.within.y;
+        let (sin_phi, cos_phi) = angle::sin_cos_of_turn((cell.column as f64 + cell.within.x) / self.width as f64);
+        let band = self.bands[cell.row];
+        let s = band.upper + band.step * cell.within.y;
         let sin_theta = 2.0 * (s * (1.0 - s)).max(0.0).sqrt();
         let local = DVec3::new(sin_theta * sin_phi, 1.0 - 2.0 * s, -sin_theta * cos_phi);
         let point = SurfacePoint::infinite(DVec3::ZERO, -(self.rotation * local).normalize());

@@ -4,6 +4,7 @@
 //! equal numbers, so the ratio may be 1e-12 as well as almost 1.
 
 use crate::geometry::{Frame, Sphere, SurfacePoint};
+use crate::math::angle::sin_cos_of_turn;
 use crate::math::{PerArea, PerSolidAngle};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -56,7 +57,7 @@ impl SphereCone {
         let (sin_phi, cos_phi) = (sin2_phi.sqrt(), (1.0 - sin2_phi).sqrt());
         let cos_alpha = cos_phi * cos_theta + sin2_phi * self.sine;
         let sin_alpha = sin_phi * (cos_theta - self.sine * cos_phi).max(0.0);
-        let (sin_turn, cos_turn) = (2.0 * PI * u.y).sin_cos();
+        let (sin_turn, cos_turn) = sin_cos_of_turn(u.y);
         let local = DVec3::new(sin_alpha * cos_turn, sin_alpha * sin_turn, cos_alpha);
         self.sphere.point_at(Frame::from_normal(self.to_receiver).to_world(local).normalize())
     }

@@ -1,6 +1,7 @@
 //! The shapes that surfaces are made of, and uniform sampling of their area.
 
 use super::{Bounds, SurfacePoint};
+use crate::math::angle;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -132,8 +133,7 @@ impl Sphere {
         let error = gamma(6) * (self.center.abs() + DVec3::splat(self.radius)).max_element();
         let normal = if self.inward { -outward } else { outward };
         let local = super::Frame::from_normal(self.axis).to_local(outward);
-        let longitude = local.y.atan2(local.x) / (2.0 * PI);
-        let uv = DVec2::new(if longitude < 0.0 { longitude + 1.0 } else { longitude }, local.z.clamp(-1.0, 1.0).acos() / PI);
+        let uv = DVec2::new(angle::turn(local.y, local.x), angle::atan2(local.truncate().length(), local.z) / PI);
         SurfacePoint { uv, tangent: self.axis.cross(outward), ..SurfacePoint::on_surface(position, error, normal) }
     }
 }
@@ -208,7 +208,7 @@ impl Shape {
             Self::Sphere(s) => {
                 let z = s.cos_min + (s.cos_max - s.cos_min) * u.x;
                 let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-                let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+                let (sin, cos) = angle::sin_cos_of_turn(u.y);
                 let frame = super::Frame::from_normal(s.axis);
                 s.point_at(frame.to_world(DVec3::new(r * cos, r * sin, z)).normalize())
             }

@@ -1,5 +1,6 @@
 //! Mathematics that knows nothing of rendering: typed densities, colour, warps, distributions, statistics.
 
+pub(crate) mod angle;
 pub mod distribution;
 pub mod measure;
 pub mod spectrum;

@@ -1,7 +1,8 @@
 //! Maps from the unit square to disks, hemispheres, spheres, cones and triangles.
 
+use super::angle::{sin_cos_of_octant, sin_cos_of_turn};
 use glam::{DVec2, DVec3};
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::FRAC_PI_4;
 
 /// Uniform on the unit disk, without folding neighbourhoods (Shirley and Chiu 1997, concentric map).
 #[inline]
@@ -18,31 +19,6 @@ pub fn square_to_disk(u: DVec2) -> DVec2 {
     r * if is_near_x { DVec2::new(cos, sin) } else { DVec2::new(sin, cos) }
 }
 
-/// Sine and cosine of an angle in [-π/4, π/4] by their series, whose next terms are below 5e-17. The same on every platform.
-#[inline]
-fn sin_cos_of_octant(angle: f64) -> (f64, f64) {
-    const SINE: [f64; 8] = inverse_factorials(1);
-    const COSINE: [f64; 8] = inverse_factorials(2);
-    let y = -angle * angle;
-    let series = |coefficients: &[f64; 8]| coefficients.iter().rev().fold(0.0, |sum, c| sum * y + c);
-    (angle * series(&SINE), 1.0 + y * series(&COSINE))
-}
-
-/// `1 / n!` of every other number from `first` on.
-const fn inverse_factorials(first: u32) -> [f64; 8] {
-    let mut result = [0.0; 8];
-    let (mut n, mut factorial, mut k) = (1, 1.0, 0);
-    while k < 8 {
-        while n < first + 2 * k {
-            n += 1;
-            factorial *= n as f64;
-        }
-        result[k as usize] = 1.0 / factorial;
-        k += 1;
-    }
-    result
-}
-
 /// On the upper hemisphere with density `cos θ / π` per solid angle, that is `1/π` per projected solid angle (Malley's method).
 #[inline]
 #[must_use]
@@ -56,7 +32,7 @@ pub fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {
 pub fn square_to_sphere(u: DVec2) -> DVec3 {
     let z = 1.0 - 2.0 * u.x;
     let r = 2.0 * (u.x * (1.0 - u.x)).sqrt();
-    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    let (sin, cos) = sin_cos_of_turn(u.y);
     DVec3::new(r * cos, r * sin, z)
 }
 
@@ -87,7 +63,7 @@ pub fn square_to_cone(u: DVec2, one_minus_cosine_max: f64) -> DVec3 {
 #[must_use]
 pub fn direction_from_one_minus_cosine(v: f64, turn: f64) -> DVec3 {
     let r = (v * (2.0 - v)).max(0.0).sqrt();
-    let (sin, cos) = (2.0 * PI * turn).sin_cos();
+    let (sin, cos) = sin_cos_of_turn(turn);
     DVec3::new(r * cos, r * sin, 1.0 - v)
 }
 
@@ -138,16 +114,6 @@ mod tests {
             let b = square_to_triangle(u);
             assert!(b.x >= 0.0 && b.y >= 0.0 && b.x + b.y <= 1.0);
             assert!(square_to_smoothstep(x) >= 0.0 && square_to_smoothstep(x) <= 1.0);
-        }
-    }
-
-    #[test]
-    fn sine_and_cosine_are_those_of_the_standard_library() {
-        for i in -1000..=1000 {
-            let angle = FRAC_PI_4 * f64::from(i) / 1000.0;
-            let (sin, cos) = sin_cos_of_octant(angle);
-            assert_relative_eq!(sin, angle.sin(), max_relative = 5e-16);
-            assert_relative_eq!(cos, angle.cos(), max_relative = 5e-16);
         }
     }
 
