@@ -3,18 +3,20 @@
 use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, extent::SceneExtent};
 use crate::geometry::{Bounds, SurfacePoint};
 use crate::math::angle;
-use crate::math::distribution::PiecewiseConstant2d;
-use crate::math::{PerArea, PerProjected, PerSolidAngle, Rgb};
+use crate::math::distribution::{GridSample, PiecewiseConstant2d};
+use crate::math::{PerArea, PerProjected, PerSolidAngle, Rgb, warp::unit_to_linear};
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, PI};
+use std::ops::{Add, Mul};
 
 /// How radiance between the pixels' centres is looked up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lookup {
-    /// Each pixel is a patch of constant radiance, which is sampled exactly.
+    /// Each pixel is a patch of constant radiance.
     #[default]
     PiecewiseConstant,
-    /// Linear in both angles between the pixels' centres.
+    /// Linear in both angles between the pixels' centres: patches have their corners there. Those at the poles are half as high and constant along
+    /// their height.
     Bilinear,
 }
 
@@ -23,46 +25,54 @@ pub enum Lookup {
 /// Row i of H covers the angles [π i/H, π (i+1)/H] from the up axis, +Y before rotation. The left edge of the image is at -Z, and columns
 /// run to the right as seen from the inside, through +X at a quarter of the width.
 ///
-/// A pixel is chosen in proportion to its largest component times its exact solid angle, then a direction uniformly in its solid angle, so
-/// rows at the poles need no special care. With bilinear lookup the image is blurred over neighbours for sampling, which covers all
-/// that the interpolation reaches.
+/// Sampling chooses a patch in proportion to its mean largest component times its exact solid angle. In a patch of a pixel the density is
+/// constant in solid angle; between pixels' centres it is linear in azimuth and in solid angle from the upper edge, so that it differs from
+/// what is linear in both angles by a factor from 2/3 to 2 in the rows next to the poles, and by next to nothing elsewhere.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     width: usize,
     height: usize,
     pixels: Vec<Rgb>,
+    /// The rows of patches.
     bands: Vec<Band>,
     /// Columns are the image's axes in the world.
     rotation: DMat3,
     lookup: Lookup,
-    /// `None` if everything is black.
+    /// The largest component of all pixels. Sampling is relative to it, so that sums cannot overflow.
+    brightest: f64,
+    /// The patches; `None` if everything is black.
     distribution: Option<PiecewiseConstant2d>,
+    /// `∫ D dσ` of what the density is proportional to.
+    density_integral: f64,
     /// `∫ L dσ`.
     integral: Rgb,
     extent: SceneExtent,
 }
 
-/// The directions of a row of pixels.
+/// The directions of a row of patches.
 #[derive(Clone, Copy, Debug)]
 struct Band {
     /// sin²(θ/2) at its upper edge, which is (1 - cos θ)/2 and so uniform in solid angle.
     upper: f64,
     /// What is added to it at the lower edge.
     step: f64,
-    /// Solid angle of each of its pixels, `Δφ (cos θ_0 - cos θ_1)`, without the difference.
-    solid_angle: f64,
 }
 
 impl Band {
-    fn new(row: usize, width: usize, height: usize) -> Self {
-        let half_step = 0.5 * PI / height as f64;
-        let [upper, lower] = [row, row + 1].map(|edge| (edge as f64 * half_step).sin().powi(2));
-        let middle = (2 * row + 1) as f64 * half_step;
-        Self { upper, step: lower - upper, solid_angle: 2.0 * PI / width as f64 * 2.0 * middle.sin() * half_step.sin() }
+    /// Between two polar angles.
+    fn new(upper: f64, lower: f64) -> Self {
+        Self { upper: (0.5 * upper).sin().powi(2), step: (0.5 * (lower + upper)).sin() * (0.5 * (lower - upper)).sin() }
+    }
+
+    /// How much of its solid angle lies above a direction with the up axis at +Y.
+    fn part_above(&self, w: DVec3) -> f64 {
+        // Without the difference near the upper pole.
+        let s = if w.y > 0.0 { 0.5 * (w.x * w.x + w.z * w.z) / (1.0 + w.y) } else { 0.5 - 0.5 * w.y };
+        ((s - self.upper) / self.step).clamp(0.0, 1.0)
     }
 }
 
-/// A pixel, and a place inside it in [0, 1].
+/// A patch, and a place inside it in [0, 1].
 struct Place {
     column: usize,
     row: usize,
@@ -92,10 +102,12 @@ impl EnvironmentMap {
             width: width as usize,
             height: height as usize,
             pixels,
-            bands: (0..height as usize).map(|row| Band::new(row, width as usize, height as usize)).collect(),
+            bands: Vec::new(),
             rotation,
             lookup: Lookup::default(),
+            brightest: 0.0,
             distribution: None,
+            density_integral: 0.0,
             integral: Rgb::BLACK,
             extent: SceneExtent::default(),
         };
@@ -106,84 +118,96 @@ impl EnvironmentMap {
     #[must_use]
     pub fn with_lookup(mut self, lookup: Lookup) -> Self {
         self.lookup = lookup;
-        self.integral =
-            (0..self.height).map(|row| (0..self.width).map(|c| self.pixel(c, row)).sum::<Rgb>() * self.bands[row].solid_angle).sum();
-        // Relative to the brightest pixel, so that sums cannot overflow.
-        let brightest = self.pixels.iter().map(|p| p.max_component()).fold(0.0, f64::max);
-        if brightest > 0.0 {
-            let mut weights = Vec::with_capacity(self.pixels.len());
-            for row in 0..self.height {
-                let solid_angle = self.bands[row].solid_angle;
-                weights.extend((0..self.width).map(|column| solid_angle * self.importance(column, row, brightest)));
+        let step = PI / self.height as f64;
+        self.bands = match lookup {
+            Lookup::PiecewiseConstant => (0..self.height).map(|row| Band::new(row as f64 * step, (row + 1) as f64 * step)).collect(),
+            Lookup::Bilinear => {
+                let edge = |row: usize| (row as f64 - 0.5).clamp(0.0, self.height as f64) * step;
+                (0..=self.height).map(|row| Band::new(edge(row), edge(row + 1))).collect()
             }
-            self.distribution = PiecewiseConstant2d::new(self.width, self.height, &weights);
+        };
+        self.brightest = self.pixels.iter().map(|p| p.max_component()).fold(0.0, f64::max);
+        (self.integral, self.density_integral) = (Rgb::BLACK, 0.0);
+        let mut weights = Vec::with_capacity(self.width * self.bands.len());
+        for (row, band) in self.bands.iter().enumerate() {
+            let solid_angle = 4.0 * PI / self.width as f64 * band.step;
+            let (mut radiance, mut density) = (Rgb::BLACK, 0.0);
+            for column in 0..self.width {
+                let middle = Place { column, row, within: DVec2::splat(0.5) };
+                let mean = if self.brightest > 0.0 { self.density(&middle) } else { 0.0 };
+                radiance += self.interpolate(&middle, |pixel| pixel);
+                density += mean;
+                weights.push(solid_angle * mean);
+            }
+            self.integral += radiance * solid_angle;
+            self.density_integral += density * solid_angle;
         }
+        self.distribution = PiecewiseConstant2d::new(self.width, self.bands.len(), &weights);
         self
     }
 
     /// Radiance that arrives from the direction `towards` the environment (unit, in the world).
     #[must_use]
     pub fn radiance(&self, towards: DVec3) -> Rgb {
-        let Place { column, row, within } = self.place(towards);
+        self.interpolate(&self.place(self.rotation.transpose() * towards), |pixel| pixel)
+    }
+
+    /// What the density per solid angle is proportional to, where `within` is a part of the patch's solid angle.
+    fn density(&self, place: &Place) -> f64 {
+        self.interpolate(place, |pixel| pixel.max_component()) / self.brightest
+    }
+
+    fn interpolate<T: Mul<f64, Output = T> + Add<Output = T>>(&self, place: &Place, value: impl Fn(Rgb) -> T) -> T {
+        let Place { column, row, within: DVec2 { x, y } } = *place;
         match self.lookup {
-            Lookup::PiecewiseConstant => self.pixel(column, row),
+            Lookup::PiecewiseConstant => value(self.pixel(column, row)),
             Lookup::Bilinear => {
-                // The nearer neighbour in each direction, if there is one; around the axis there always is.
-                let (columns, x) = if within.x < 0.5 {
-                    ([if column == 0 { self.width - 1 } else { column - 1 }, column], within.x + 0.5)
-                } else {
-                    ([column, if column + 1 == self.width { 0 } else { column + 1 }], within.x - 0.5)
-                };
-                let (rows, y) = if within.y < 0.5 {
-                    ([row.saturating_sub(1), row], within.y + 0.5)
-                } else {
-                    ([row, (row + 1).min(self.height - 1)], within.y - 0.5)
-                };
-                let across = |row: usize| self.pixel(columns[0], row) * (1.0 - x) + self.pixel(columns[1], row) * x;
-                across(rows[0]) * (1.0 - y) + across(rows[1]) * y
+                let [[a, b], [c, d]] = self.corners(column, row).map(|row| row.map(&value));
+                (a * (1.0 - x) + b * x) * (1.0 - y) + (c * (1.0 - x) + d * x) * y
             }
         }
     }
 
-    /// What a pixel is worth to sampling. With bilinear lookup neighbours shine into it; the kernel (1 2 1)/4 in both directions keeps
-    /// the ratio of radiance to importance at 4 or below.
-    fn importance(&self, column: usize, row: usize, scale: f64) -> f64 {
-        let value = |c: usize, r: usize| self.pixel(c, r).max_component() / scale;
-        match self.lookup {
-            Lookup::PiecewiseConstant => value(column, row),
-            Lookup::Bilinear => {
-                let columns = [(column + self.width - 1) % self.width, column, (column + 1) % self.width];
-                let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
-                let across = |r: usize| 0.25 * value(columns[0], r) + 0.5 * value(columns[1], r) + 0.25 * value(columns[2], r);
-                0.25 * across(rows[0]) + 0.5 * across(rows[1]) + 0.25 * across(rows[2])
-            }
-        }
+    /// The pixels around a patch between their centres, the upper ones first.
+    fn corners(&self, column: usize, row: usize) -> [[Rgb; 2]; 2] {
+        let columns = [column, if column + 1 == self.width { 0 } else { column + 1 }];
+        [row.saturating_sub(1), row.min(self.height - 1)].map(|row| columns.map(|column| self.pixel(column, row)))
     }
 
     fn pixel(&self, column: usize, row: usize) -> Rgb {
         self.pixels[row * self.width + column]
     }
 
-    /// The one place that decides which pixel a direction belongs to, for lookup and for sampling.
-    fn place(&self, towards: DVec3) -> Place {
-        let w = self.rotation.transpose() * towards;
+    /// By how much patches are displaced against pixels, in columns to the right and rows upwards.
+    fn displacement(&self) -> f64 {
+        match self.lookup {
+            Lookup::PiecewiseConstant => 0.0,
+            Lookup::Bilinear => 0.5,
+        }
+    }
+
+    /// The one place that decides which patch a direction belongs to, in the image's axes, for lookup and for sampling.
+    fn place(&self, w: DVec3) -> Place {
         let split = |x: f64, count: usize| {
-            let scaled = x * count as f64;
-            let cell = (scaled as usize).min(count - 1);
-            (cell, scaled - cell as f64)
+            let cell = (x as usize).min(count - 1);
+            (cell, x - cell as f64)
         };
-        let (column, x) = split(angle::turn(w.x, -w.z), self.width);
-        let (row, y) = split(FRAC_1_PI * angle::atan2((w.x * w.x + w.z * w.z).sqrt(), w.y), self.height);
+        let x = angle::turn(w.x, -w.z) * self.width as f64 - self.displacement();
+        let (column, x) = split(if x < 0.0 { x + self.width as f64 } else { x }, self.width);
+        let polar = FRAC_1_PI * angle::atan2((w.x * w.x + w.z * w.z).sqrt(), w.y);
+        let (row, y) = split(polar * self.height as f64 + self.displacement(), self.bands.len());
         Place { column, row, within: DVec2::new(x, y) }
     }
 
     /// Density per solid angle of sampling the direction `towards` the environment.
     fn pdf(&self, towards: DVec3) -> PerSolidAngle {
-        let Some(distribution) = &self.distribution else {
+        if self.distribution.is_none() {
             return PerSolidAngle::ZERO;
-        };
-        let Place { column, row, .. } = self.place(towards);
-        PerSolidAngle(distribution.pmf(column, row) / self.bands[row].solid_angle)
+        }
+        let w = self.rotation.transpose() * towards;
+        let Place { column, row, within } = self.place(w);
+        let within = DVec2::new(within.x, self.bands[row].part_above(w));
+        PerSolidAngle(self.density(&Place { column, row, within }) / self.density_integral)
     }
 }
 
@@ -201,14 +225,19 @@ fn orthogonal(m: DMat3) -> Option<DMat3> {
 
 impl Endpoint for EnvironmentMap {
     fn sample_point(&self, _u1: f64, u2: DVec2) -> Option<PointSample> {
-        let cell = self.distribution.as_ref()?.sample(u2);
-        let (sin_phi, cos_phi) = angle::sin_cos_of_turn((cell.column as f64 + cell.within.x) / self.width as f64);
-        let band = self.bands[cell.row];
-        let s = band.upper + band.step * cell.within.y;
+        let GridSample { column, row, mut within, .. } = self.distribution.as_ref()?.sample(u2);
+        if self.lookup == Lookup::Bilinear {
+            let [[a, b], [c, d]] = self.corners(column, row).map(|row| row.map(|pixel| pixel.max_component() / self.brightest));
+            within.y = unit_to_linear(within.y, a + b, c + d);
+            within.x = unit_to_linear(within.x, a * (1.0 - within.y) + c * within.y, b * (1.0 - within.y) + d * within.y);
+        }
+        let (sin_phi, cos_phi) = angle::sin_cos_of_turn((column as f64 + within.x + self.displacement()) / self.width as f64);
+        let band = self.bands[row];
+        let s = band.upper + band.step * within.y;
         let sin_theta = 2.0 * (s * (1.0 - s)).max(0.0).sqrt();
         let local = DVec3::new(sin_theta * sin_phi, 1.0 - 2.0 * s, -sin_theta * cos_phi);
         let point = SurfacePoint::infinite(DVec3::ZERO, -(self.rotation * local).normalize());
-        // Asked of the direction itself: at a pixel's border rounding may have moved it next door.
+        // Asked of the direction itself: at a patch's border rounding may have moved it next door.
         let pdf = self.point_pdf(&point);
         (pdf.value() > 0.0).then_some(PointSample { point, pdf })
     }

@@ -43,6 +43,14 @@ pub fn square_to_triangle(u: DVec2) -> DVec2 {
     if u.y > u.x { DVec2::new(0.5 * u.x, u.y - 0.5 * u.x) } else { DVec2::new(u.x - 0.5 * u.y, 0.5 * u.y) }
 }
 
+/// A point of [0, 1] whose density is linear, in proportion to `start` at 0 and to `end` at 1, neither negative, from `u` in [0, 1]. Monotonic.
+#[must_use]
+pub fn unit_to_linear(u: f64, start: f64, end: f64) -> f64 {
+    // The root of (end - start) x² / 2 + start x = u (start + end) / 2 without the difference.
+    let denominator = start + (start * start * (1.0 - u) + end * end * u).sqrt();
+    if denominator > 0.0 { (u * (start + end) / denominator).min(1.0) } else { u }
+}
+
 /// `1 - cos θ` from `sin θ` for θ in [0, π/2], without cancellation: `s² / (1 + √(1 - s²))`.
 #[inline]
 #[must_use]
@@ -115,6 +123,21 @@ mod tests {
             assert!(b.x >= 0.0 && b.y >= 0.0 && b.x + b.y <= 1.0);
             assert!(square_to_smoothstep(x) >= 0.0 && square_to_smoothstep(x) <= 1.0);
         }
+    }
+
+    #[test]
+    fn linear_density_is_inverted() {
+        for (start, end) in [(1.0, 1.0), (0.0, 3.0), (2.0, 0.0), (1e-9, 1.0), (0.7, 0.2), (1e150, 1e-150)] {
+            let mut before = 0.0;
+            for u in (0..=1000).map(|i| f64::from(i) / 1000.0) {
+                let x = unit_to_linear(u, start, end);
+                assert!(x >= before && x <= 1.0, "{start} {end}: {x} at {u}");
+                let below = x * (start + 0.5 * (end - start) * x) / (0.5 * (start + end));
+                assert_abs_diff_eq!(below, u, epsilon = 1e-14);
+                before = x;
+            }
+        }
+        assert_eq!(unit_to_linear(0.3, 0.0, 0.0), 0.3);
     }
 
     #[test]

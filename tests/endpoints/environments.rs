@@ -114,12 +114,13 @@ fn environment_maps_sample_their_own_density() {
             let octant = |w: DVec3| usize::from(w.x > 0.0) + 2 * usize::from(w.y > 0.0) + 4 * usize::from(w.z > 0.0);
             let (mut counts, mut masses) = ([0.0f64; 8], [0.0f64; 8]);
             let mut total = Rgb::BLACK;
+            let mut range = [f64::INFINITY, 0.0];
             for _ in 0..n {
                 let s = map.sample_point(rng.next(), rng.next_2d()).unwrap();
                 assert_eq!(s.pdf, map.point_pdf(&s.point));
-                let radiance = map.emit(&s.point, s.point.geometric_normal);
-                assert!(lookup == Lookup::Bilinear || !radiance.is_black());
-                total += radiance / s.pdf.value() / f64::from(n);
+                let one = map.emit(&s.point, s.point.geometric_normal) / s.pdf.value();
+                range = [one.r().min(range[0]), one.r().max(range[1])];
+                total += one / f64::from(n);
                 counts[octant(s.point.geometric_normal)] += 1.0 / f64::from(n);
             }
             let grid = 600;
@@ -131,11 +132,12 @@ fn environment_maps_sample_their_own_density() {
             for (count, mass) in counts.iter().zip(&masses) {
                 assert!((count - mass).abs() < 4.0 * (mass * (1.0 - mass) / f64::from(n)).sqrt() + 3e-3, "{count} {mass}");
             }
+            // Samples estimate the same integral, all but for the rows next to the poles between the pixels' centres.
+            let [least, most] = range.map(|one| one / total.mean());
             if lookup == Lookup::PiecewiseConstant {
-                // Every sample estimates the same integral.
-                let s = map.sample_point(0.0, DVec2::splat(0.3)).unwrap();
-                let one = map.emit(&s.point, s.point.geometric_normal).mean() / s.pdf.value();
-                assert_relative_eq!(total.mean(), one, max_relative = 1e-9);
+                assert!(least > 1.0 - 1e-9 && most < 1.0 + 1e-9, "{least} {most}");
+            } else {
+                assert!(most / least <= 3.0 + 1e-9 && least > 0.5, "{least} {most}");
             }
         }
     }
