@@ -355,7 +355,7 @@ mod tests {
                     continue;
                 }
                 push_guide(&mut guide, &sums);
-                assert!(guide.len() <= count / 4 + 2 && guide.len() > count / 8);
+                assert!(guide.len() <= count / 4 + 2 && guide.len() > count / 8 && (guide.len() - 1).is_power_of_two());
                 // Where cells and parts of the guide start, and next to it.
                 let borders = sums.iter().map(|s| s / sums[count]).chain((0..=count).map(|i| i as f64 / (guide.len() - 1) as f64));
                 let numbers: Vec<f64> = borders.flat_map(|u| [u.next_down(), u, u.next_up()]).collect();

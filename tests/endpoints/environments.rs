@@ -144,6 +144,31 @@ fn environment_maps_sample_their_own_density() {
 }
 
 #[test]
+fn bilinear_lookup_is_linear_between_centres() {
+    let (width, height) = (8u32, 4u32);
+    let mut rng = Random::new(15);
+    let pixels: Vec<f64> = (0..width * height).map(|_| rng.next()).collect();
+    let colours = pixels.iter().map(|v| Rgb::splat(*v)).collect();
+    let map = EnvironmentMap::new(width, height, colours, DMat3::IDENTITY).unwrap().with_lookup(Lookup::Bilinear);
+    for _ in 0..10_000 {
+        let (x, y) = (f64::from(width) * rng.next(), f64::from(height) * rng.next());
+        let (theta, phi) = (PI * y / f64::from(height), 2.0 * PI * x / f64::from(width));
+        // Every pixel's share is a tent around its centre; columns go around, and beyond the poles rows repeat.
+        let tent = |distance: f64| (1.0 - distance.abs()).max(0.0);
+        let (mut expected, mut shares) = (0.0, 0.0);
+        for (column, row) in (-1..=width as i32).flat_map(|c| (-1..=height as i32).map(move |r| (c, r))) {
+            let share = tent(x - f64::from(column) - 0.5) * tent(y - f64::from(row) - 0.5);
+            let (column, row) = (column.rem_euclid(width as i32), row.clamp(0, height as i32 - 1));
+            expected += share * pixels[(row * width as i32 + column) as usize];
+            shares += share;
+        }
+        assert_relative_eq!(shares, 1.0, max_relative = 1e-12);
+        let towards = DVec3::new(theta.sin() * phi.sin(), theta.cos(), -theta.sin() * phi.cos());
+        assert_relative_eq!(map.radiance(towards).mean(), expected, max_relative = 1e-9);
+    }
+}
+
+#[test]
 fn environment_map_orientation_and_poles() {
     let pixels: Vec<Rgb> = (0..8).map(|i| Rgb::splat(f64::from(i) + 1.0)).collect();
     let map = EnvironmentMap::new(4, 2, pixels, DMat3::IDENTITY).unwrap();
