@@ -132,8 +132,11 @@ impl Iterator for Fans<'_> {
     #[inline]
     fn next(&mut self) -> Option<Range<usize>> {
         let Self(queries, at) = self;
-        let follows = |[before, query]: &[Query; 2]| query.origin == before.origin && query.direction.dot(before.direction) > COHERENT;
-        let pairs = queries.array_windows();
+        let follows = |pair: &[Query]| {
+            let [before, query] = pair else { return false };
+            query.origin == before.origin && query.direction.dot(before.direction) > COHERENT
+        };
+        let pairs = queries.windows(2);
         let start = *at + pairs.clone().skip(*at).position(follows)?;
         let more = pairs.skip(start).take_while(|pair| follows(pair)).count();
         *at = start + more + 1;
