@@ -165,6 +165,24 @@ fn structured_samplers_beat_random_ones_on_a_smooth_integrand() {
     assert!((0.008..0.03).contains(&random), "{random}");
 }
 
+/// Points that keep apart leave less variance at an edge: a disk is met by 0.069 of that of random points (simulated with random permutations), by 0.18 if rows and
+/// columns of the grid are permuted each for itself. Means of 4000 pixels: a standard error of 2 %.
+#[test]
+fn stratified_points_keep_apart() {
+    let (pixels, strata) = (4000, 64);
+    let source = Stratified { seed: SEED, samples_per_pixel: strata };
+    let is_inside = |u: DVec2| f64::from((u - 0.5).length_squared() < 0.1);
+    let mean = |pixel| (0..strata).map(|pass| is_inside(source.sampler(pixel, pass).next_2d())).sum::<f64>() / f64::from(strata);
+    let area = 0.1 * std::f64::consts::PI;
+    let errors: Vec<f64> = (0..pixels).map(|pixel| mean(pixel) - area).collect();
+    let of_random = area * (1.0 - area) / f64::from(strata);
+    let ratio = errors.iter().map(|e| e * e).sum::<f64>() / f64::from(pixels) / of_random;
+    let bias = errors.iter().sum::<f64>() / f64::from(pixels);
+    let standard_error = (ratio * of_random / f64::from(pixels)).sqrt();
+    println!("variance / random {ratio:.4}, bias {bias:.2e} ± {standard_error:.2e}");
+    assert!((ratio - 0.069).abs() < 0.006 && bias.abs() < 4.0 * standard_error);
+}
+
 #[test]
 fn a_stream_announced_twice_does_not_repeat_its_numbers() {
     for source in all() {
