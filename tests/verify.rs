@@ -13,7 +13,7 @@ use glam::DVec3;
 use pathspace::film::Technique;
 use pathspace::geometry::Place;
 use pathspace::integrator::{Bidirectional, Depth};
-use pathspace::path::{Heuristic, PathDensities, PathRecord, Roulette, Scratch};
+use pathspace::path::{Heuristic, LightWalks, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet};
 use pathspace::scene::Scene;
 use std::collections::BTreeSet;
 use worlds::{Placement, Result, TestScene};
@@ -125,6 +125,45 @@ fn long_paths_verify_at_every_scale() -> Result {
                 // Displaced by a thousand sizes, positions lose three digits more.
                 let bound = if offset == 0.0 { 1e-8 } else { 1e-5 };
                 assert!(audit.value < bound && audit.weight < bound, "{} {at:?} {audit:?}", scene.name);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Weights from what the vertices of the walks keep are those of a sweep over the path, whatever the set.
+#[test]
+fn weights_in_constant_time_are_those_of_sweeps() -> Result {
+    let all = TechniqueSet::BIDIRECTIONAL;
+    let walks = |exponent| LightWalks::power_of_two(exponent).unwrap_or_default();
+    let sets = [
+        TechniqueSet { light_walks: walks(2), ..all },
+        TechniqueSet { light_walks: walks(-1), ..all },
+        TechniqueSet { emitter_hits: false, light_walks: walks(1), ..all },
+        TechniqueSet { emitter_sampling: false, light_walks: walks(1), ..all },
+        TechniqueSet { connections: false, light_walks: walks(1), ..all },
+        TechniqueSet { lens_sampling: false, light_walks: walks(1), ..all },
+        TechniqueSet { lens_first: true, ..all },
+        TechniqueSet { without: Some(Technique { s: 2, t: 2 }), ..all },
+    ];
+    for scene in worlds::all()? {
+        for (seed, techniques) in sets.into_iter().enumerate() {
+            for heuristic in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(0.7)] {
+                let integrator = Bidirectional { techniques, heuristic, depth: Depth::up_to(7), ..Bidirectional::default() };
+                let set = techniques.pruned(&scene.world.needs());
+                let (mut sampler, mut scratch) = (Random::new(seed as u64), Scratch::default());
+                let mut paths = 0;
+                for _ in 0..500 {
+                    let film = worlds::film_sample(&*scene.camera, &mut sampler);
+                    integrator.for_each_path(&scene.world, &*scene.camera, film, &mut sampler, &mut scratch, |path, contribution| {
+                        let swept = path.weight(&set, heuristic);
+                        let rounding = 16.0 * f64::EPSILON * path.edges() as f64;
+                        let error = (contribution.weight - swept).abs();
+                        assert!(error <= rounding * swept, "{} {path:?} {set:?} {heuristic:?} {error:e} {swept:e}", scene.name);
+                        paths += 1;
+                    });
+                }
+                assert!(paths > 100, "{} {set:?}: only {paths} paths", scene.name);
             }
         }
     }

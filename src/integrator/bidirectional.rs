@@ -7,8 +7,8 @@ use crate::endpoint::{Camera, Endpoint};
 use crate::film::{BatchSample, BatchSink, Contribution, FilmRegion, FilmSample, Sink, Technique};
 use crate::math::Rgb;
 use crate::path::{
-    Counters, End, GrowingPath, Heuristic, Path, RandomWalk, Roulette, Scratch, Segments, TechniqueSet, Vertex, Walks, sample_emitter,
-    sample_lens,
+    Counters, End, GrowingPath, Heuristic, Path, RandomWalk, Roulette, Scratch, Segments, TechniqueSet, Vertex, Walks, Weighting,
+    sample_emitter, sample_lens,
 };
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{Needs, Scene};
@@ -87,7 +87,7 @@ pub(super) struct Kernel<'a, 's, S: ?Sized, C: ?Sized> {
     set: TechniqueSet,
     depth: Depth,
     roulette: Roulette,
-    heuristic: Heuristic,
+    weighting: Weighting,
     /// Whether a vertex on a surface can be connected to.
     has_finite_lobes: bool,
     /// Over the number of light walks.
@@ -106,7 +106,7 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
             set,
             depth: integrator.depth.within(&needs),
             roulette: Roulette { constant: Rgb::BLACK, ..integrator.roulette },
-            heuristic: integrator.heuristic,
+            weighting: Weighting::new(set, integrator.heuristic),
             has_finite_lobes: needs.contains(Needs::FINITE_LOBES),
             light_share: 1.0 / set.light_walks.count(),
         }
@@ -170,6 +170,7 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         if let [lens, first, ..] = vertices {
             lens.start.connection = self.camera.pdf_from(&first.point, &lens.point);
         }
+        self.weighting.complete_camera_walk(vertices);
     }
 
     /// Scattering events of a light walk: its last vertex is connected, never hit; to the lens at the cost of one scattering event, to a camera
@@ -200,7 +201,9 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         if let [start, first, ..] = vertices
             && let Some(id) = start.light
         {
-            start.start.connection = self.scene.light(id).pdf_from(&first.point, &start.point) * self.scene.pick_pmf(id);
+            let light = self.scene.light(id);
+            start.start.connection = light.pdf_from(&first.point, &start.point) * self.scene.pick_pmf(id);
+            self.weighting.complete_light_walk(vertices, light);
         }
     }
 
@@ -307,7 +310,7 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         let Some(path) = path else { return };
         let mut value = path.value() * share;
         if path.joint().is_some() {
-            let weight = || path.weight(&self.set, self.heuristic);
+            let weight = || self.weighting.weight(&path);
             let Some(probability) = self.roulette.test_shadow(value, weight, || sampler.next_1d()) else { return };
             value = value / probability;
         }
@@ -343,7 +346,7 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
     /// What a path contributes that was offered, if it is visible.
     #[inline]
     pub fn contribution(&self, path: &Path<'_, 's, S, C>, raster: DVec2, value: Rgb) -> Contribution {
-        Contribution { raster, value, weight: path.weight(&self.set, self.heuristic), technique: path.technique() }
+        Contribution { raster, value, weight: self.weighting.weight(path), technique: path.technique() }
     }
 }
 

@@ -32,6 +32,8 @@ pub struct Vertex<B> {
     pub dirac: bool,
     /// Densities of an endpoint as a starting point; zero elsewhere.
     pub start: StartDensity,
+    /// R of [`super::rivals`], if the walk is used with weights.
+    pub(super) rivals: f64,
 }
 
 /// The two densities of an endpoint's position.
@@ -41,6 +43,14 @@ pub struct StartDensity {
     pub walk: PerArea,
     /// As the point that the neighbouring vertex connects to, probability of choosing the light included.
     pub connection: PerArea,
+}
+
+impl StartDensity {
+    /// How much denser a connection's point is than a walk's.
+    #[inline]
+    pub(super) fn bias(&self) -> f64 {
+        self.connection.value() / self.walk.value()
+    }
 }
 
 impl<B: Bsdf> Vertex<B> {
@@ -59,6 +69,7 @@ impl<B: Bsdf> Vertex<B> {
             geometry: 0.0,
             dirac: false,
             start,
+            rivals: 0.0,
         }
     }
 

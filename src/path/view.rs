@@ -2,7 +2,7 @@
 
 use super::walk::emission_density;
 use super::weight::{Ends, PathDensities};
-use super::{Counters, Edge, Heuristic, PathRecord, TechniqueSet, Vertex};
+use super::{Counters, Edge, Heuristic, PathRecord, StartDensity, TechniqueSet, Vertex};
 use crate::bsdf::Walk;
 use crate::endpoint::{Camera, Endpoint, Light, LightId};
 use crate::film::Technique;
@@ -13,13 +13,13 @@ use std::fmt;
 
 /// A complete path `x_0 … x_k`: the first t vertices from the camera, the last s from the light. Copies nothing.
 pub struct Path<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> {
-    scene: &'s S,
+    pub(super) scene: &'s S,
     camera: &'v C,
-    camera_part: &'v [Vertex<S::Bsdf<'s>>],
-    light_part: &'v [Vertex<S::Bsdf<'s>>],
-    light: LightId,
+    pub(super) camera_part: &'v [Vertex<S::Bsdf<'s>>],
+    pub(super) light_part: &'v [Vertex<S::Bsdf<'s>>],
+    pub(super) light: LightId,
     /// The connecting edge, from the camera part to the light part; `None` if s = 0.
-    joint: Option<Edge>,
+    pub(super) joint: Option<Edge>,
     value: Rgb,
 }
 
@@ -150,7 +150,7 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
         (y.bsdf.is_none() && z.bsdf.is_none()).then(|| self.scene.light(self.light).facing(&z.point, &y.point))
     }
 
-    /// The multiple importance sampling weight of the technique that drew the path, within a set that contains it.
+    /// The multiple importance sampling weight of the technique that drew the path, within a set that contains it; by a sweep over all techniques.
     #[inline]
     #[must_use]
     pub fn weight(&self, set: &TechniqueSet, heuristic: Heuristic) -> f64 {
@@ -179,7 +179,16 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
         PathRecord::evaluate(self.scene, self.camera, &points, &dirac, self.light)
     }
 
-    fn ends_are_joinable(&self) -> bool {
+    /// Densities of the point on the light.
+    pub(super) fn light_start(&self) -> StartDensity {
+        match (self.light_part, self.camera_part) {
+            ([start, ..], _) => start.start,
+            ([], [.., receiver, end]) => emission_density(self.scene, self.light, &receiver.point, &end.point),
+            _ => StartDensity::default(),
+        }
+    }
+
+    pub(super) fn ends_are_joinable(&self) -> bool {
         let hittable = self.scene.light(self.light).can_be_hit();
         let lens = self.vertex(0).point.place;
         let light = self.vertex(self.edges()).point.place;
@@ -190,12 +199,7 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
         let (lens, end) = (self.vertex(0), self.vertex(self.edges()));
         let light = self.scene.light(self.light);
         let hittable = light.can_be_hit();
-        let start = if self.light_part.is_empty() {
-            let receiver = &self.camera_part[self.camera_part.len() - 2].point;
-            emission_density(self.scene, self.light, receiver, &end.point)
-        } else {
-            end.start
-        };
+        let start = self.light_start();
         Ends {
             camera: lens.start.walk.value(),
             camera_connection: lens.start.connection.value(),
@@ -208,7 +212,7 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
     }
 
     /// Densities at the two vertices that the connection joins; they depend on both parts.
-    fn joint_densities(&self) -> JointDensities {
+    pub(super) fn joint_densities(&self) -> JointDensities {
         let mut joint = JointDensities::default();
         let Some(y) = self.camera_part.last() else { return joint };
         let Some(edge) = &self.joint else {
@@ -244,15 +248,15 @@ pub(crate) fn are_joinable(lens: Place, light: Place, hittable: bool) -> bool {
 
 /// Densities per projected solid angle around the connecting edge.
 #[derive(Clone, Copy, Debug, Default)]
-struct JointDensities {
+pub(super) struct JointDensities {
     /// x_{t-1} → x_t.
-    towards_light: f64,
+    pub towards_light: f64,
     /// x_t → x_{t-1}; with s = 0, of the emission at x_k.
-    towards_camera: f64,
+    pub towards_camera: f64,
     /// x_{t-1} → x_{t-2}.
-    before: f64,
+    pub before: f64,
     /// x_t → x_{t+1}.
-    behind: f64,
+    pub behind: f64,
 }
 
 struct CachedDensities<'p, 'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> {

@@ -181,6 +181,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
             geometry: Edge::along(&self.from, &point, self.direction).geometry,
             dirac: false,
             start: StartDensity::default(),
+            rivals: 0.0,
             point,
         }
     }

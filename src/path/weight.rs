@@ -27,6 +27,8 @@
 //! The probabilities of Russian roulette depend on the walk, not on the path alone; they are left out of all weights alike and stay in the
 //! throughput.
 //!
+//! The sweep takes time in proportion to k; bidirectional path tracing takes constant time by [`super::rivals`], with the same result.
+//!
 //! Sources: Veach 1997, sections 9.2 and 10.2; the projected form is derived here.
 
 use super::TechniqueSet;

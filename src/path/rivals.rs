@@ -1,0 +1,163 @@
+//! Weights in constant time: each vertex of a walk keeps what the techniques have in the sum that would have ended its walk before it.
+//!
+//! Number the vertices of a walk v_1 … v_n from its start and let
+//!
+//! ```text
+//! d_1 = p(v_1),  d_j = p⊥(v_{j-1} → v_j) G_j   with which the walk reached v_j over the edge with geometry term G_j,
+//! c_j = p⊥(v_j → v_{j-1})                      with which the other walk would go on from v_j.
+//! ```
+//!
+//! Seen from a technique that ends this walk at v_m and samples v_m from there with density x by the other walk, the techniques that end it
+//! at v_{m-1}, v_{m-2}, … have relative densities
+//!
+//! ```text
+//! x / d_m,    x / d_m · c_m G_m / d_{m-1},    x / d_m · c_m G_m / d_{m-1} · c_{m-1} G_{m-1} / d_{m-2},    …
+//! ```
+//!
+//! Of these only x and c_m depend on the connection. With r the power of the heuristic and n_j the share of the technique that ends at v_j
+//! (r of its number of samples, 0 if it is not in the set or cannot draw the path) their sum is, by Horner's rule,
+//!
+//! ```text
+//! r(x / d_m) (n_{m-1} + r(c_m G_m / d_{m-1}) R_{m-1}),        R_j = n_{j-1} + r(c_j G_j / d_{j-1}) R_{j-1},
+//! ```
+//!
+//! where R_1 is n_0 for a walk from a light, which a camera walk can hit, and 0 for one from the lens. The walk's start may be drawn
+//! differently for a connection to it: n_1 has the ratio of the two densities.
+//!
+//! Sources: weights by recursion are of van Antwerpen 2011 and Georgiev 2012; this one, of ratios as in [`super::weight`], is derived here.
+
+use super::{Heuristic, Path, TechniqueSet, Vertex};
+use crate::endpoint::{Camera, Light};
+use crate::scene::Scene;
+
+/// How a set of techniques is weighted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weighting {
+    set: TechniqueSet,
+    heuristic: Heuristic,
+    /// The shares of the families, 0 of those that are not in the set.
+    emitter_hits: f64,
+    emitter_sampling: f64,
+    connections: f64,
+    lens_sampling: f64,
+}
+
+impl Weighting {
+    #[inline]
+    pub fn new(set: TechniqueSet, heuristic: Heuristic) -> Self {
+        let light_walks = heuristic.raise(set.light_walks.count());
+        let share = |has: bool, share| if has { share } else { 0.0 };
+        Self {
+            set,
+            heuristic,
+            emitter_hits: share(set.emitter_hits, 1.0),
+            emitter_sampling: share(set.emitter_sampling, 1.0),
+            connections: share(set.connections, light_walks),
+            lens_sampling: share(set.lens_sampling, light_walks),
+        }
+    }
+
+    /// Completes the vertices of a walk from the lens.
+    pub fn complete_camera_walk<B>(&self, walk: &mut [Vertex<B>]) {
+        self.complete(walk, 0.0, self.lens_sampling);
+    }
+
+    /// Completes the vertices of a walk from a light.
+    pub fn complete_light_walk<B>(&self, walk: &mut [Vertex<B>], light: &(impl Light + ?Sized)) {
+        self.complete(walk, self.hitting(light), self.sampling(light));
+    }
+
+    /// Given n_0 and the share of connections to the start.
+    fn complete<B>(&self, walk: &mut [Vertex<B>], hitting: f64, to_start: f64) {
+        for m in 0..walk.len() {
+            walk[m].rivals = match &walk[..=m] {
+                [_] => hitting,
+                up_to => {
+                    let vertex = &up_to[m];
+                    let nearest = if vertex.dirac { 0.0 } else { self.share(up_to, [to_start, self.connections]) };
+                    nearest + self.farther(up_to, 1.0, vertex.pdf_back.value())
+                }
+            };
+        }
+    }
+
+    /// The weight of a path whose walks are complete, within the set.
+    pub fn weight<S: Scene + ?Sized, C: Camera + ?Sized>(&self, path: &Path<'_, '_, S, C>) -> f64 {
+        let TechniqueSet { only, without, lens_first, .. } = self.set;
+        if only.is_some() || without.is_some() || lens_first {
+            // Not a matter of families.
+            return path.weight(&self.set, self.heuristic);
+        }
+        let (camera, light) = (path.camera_part, path.light_part);
+        let (emitter, joint) = (path.scene.light(path.light), path.joint_densities());
+        let rivals = match (path.joint, light) {
+            (None, _) | (_, []) => {
+                let start = path.light_start();
+                let (walk, connection) = (start.walk.value(), start.connection.value());
+                let x = if camera.len() == 2 { walk } else { connection };
+                let to_lens = if path.ends_are_joinable() { self.lens_sampling } else { 0.0 };
+                self.side(camera, [x, walk], joint.towards_camera, [to_lens, self.sampling(emitter)])
+            }
+            (Some(edge), [start, ..]) => {
+                let is_to_lens = camera.len() == 1;
+                let x = joint.towards_light * edge.geometry * if is_to_lens { 1.0 / camera[0].start.bias() } else { 1.0 };
+                let by_camera = if light.len() > 1 {
+                    self.side(light, [x; 2], joint.behind, [self.sampling(emitter), self.connections])
+                } else {
+                    let density = if is_to_lens { start.start.walk } else { start.start.connection };
+                    product(self.heuristic.raise(x / density.value()), self.hitting(emitter))
+                };
+                let x = joint.towards_camera * edge.geometry * if light.len() == 1 { 1.0 / start.start.bias() } else { 1.0 };
+                let by_light =
+                    if is_to_lens { 0.0 } else { self.side(camera, [x; 2], joint.before, [self.lens_sampling, self.connections]) };
+                (by_camera + by_light) / self.heuristic.raise(self.set.count(path.technique()))
+            }
+        };
+        1.0 / (1.0 + rivals)
+    }
+
+    /// What the techniques have in the sum that end a walk before its last vertex, which the other walk would sample from there with density x:
+    /// one x of the technique that ends the walk one vertex earlier, and one of all others.
+    fn side<B>(&self, walk: &[Vertex<B>], x: [f64; 2], onwards: f64, shares: [f64; 2]) -> f64 {
+        let [nearest, farther] = x.map(|x| x / density(walk));
+        product(self.heuristic.raise(nearest), self.share(walk, shares)) + self.farther(walk, farther, onwards)
+    }
+
+    /// n of the technique that ends a walk one vertex earlier, given the shares of connections to the start and to others.
+    fn share<B>(&self, walk: &[Vertex<B>], [to_start, to_others]: [f64; 2]) -> f64 {
+        match walk {
+            [start, _] => product(to_start, self.heuristic.raise(start.start.bias())),
+            [.., before, _] if !before.dirac => to_others,
+            _ => 0.0,
+        }
+    }
+
+    /// The sum over the techniques that end a walk two or more vertices earlier, if the one that ends it one earlier has density `ratio`.
+    fn farther<B>(&self, walk: &[Vertex<B>], ratio: f64, onwards: f64) -> f64 {
+        let [before @ .., last] = walk else { return 0.0 };
+        let Some(previous) = before.last() else { return 0.0 };
+        product(self.heuristic.raise(ratio * onwards * last.geometry / density(before)), previous.rivals)
+    }
+
+    fn hitting(&self, light: &(impl Light + ?Sized)) -> f64 {
+        if light.can_be_hit() { self.emitter_hits } else { 0.0 }
+    }
+
+    fn sampling(&self, light: &(impl Light + ?Sized)) -> f64 {
+        if light.can_be_connected() { self.emitter_sampling } else { 0.0 }
+    }
+}
+
+/// d: the density with which a walk reached its last vertex.
+fn density<B>(walk: &[Vertex<B>]) -> f64 {
+    match walk {
+        [.., before, last] => before.pdf_next.value() * last.geometry,
+        [start] => start.start.walk.value(),
+        [] => 1.0,
+    }
+}
+
+/// A product that nothing infinite makes of nothing.
+fn product(a: f64, b: f64) -> f64 {
+    if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
+}
