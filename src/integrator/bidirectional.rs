@@ -263,7 +263,7 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         if t == 1 {
             sampler.stream(Stream::LensSampling(s as u32 - 1));
             let Some(lens) = sample_lens(camera, &from_light[s - 1].point, sampler) else { return };
-            let from_camera = [lens.vertex()];
+            let from_camera = [lens.vertex(scene, camera)];
             counters.connections += 1;
             let path = Path::connect(scene, camera, &from_camera, from_light);
             let raster = path.as_ref().and_then(|path| {
@@ -289,7 +289,7 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
             sampler.stream(Stream::EmitterSampling(t as u32 - 1));
             let Some(emitter) = sample_emitter(scene, &from_camera[t - 1].point, sampler) else { return };
             counters.connections += 1;
-            self.offer(Path::connect(scene, camera, from_camera, &[emitter.vertex()]), raster, 1.0, sampler, counters, offer);
+            self.offer(Path::connect(scene, camera, from_camera, &[emitter.vertex(scene, camera)]), raster, 1.0, sampler, counters, offer);
         } else {
             counters.connections += 1;
             self.offer(Path::connect(scene, camera, from_camera, from_light), raster, self.light_share, sampler, counters, offer);

@@ -127,7 +127,7 @@ impl<'s, S: Scene + ?Sized> Kernel<'s, S> {
         }
         let weight = if self.set.emitter_hits && light.can_be_hit() {
             let hit = bsdf.pdf(vertex.to_previous, edge.direction, Walk::Camera).value() * edge.geometry;
-            self.heuristic.weight([hit / emitter.start.connection.value()])
+            self.heuristic.weight([hit / emitter.pdf.value()])
         } else {
             1.0
         };

@@ -1,7 +1,6 @@
 //! Points sampled on an endpoint for the sake of a given vertex: next event estimation and light tracing.
 
 use super::{StartDensity, Vertex};
-use crate::bsdf::Bsdf;
 use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::{PerArea, Rgb};
@@ -16,36 +15,36 @@ pub struct SampledEndpoint {
     pub point: SurfacePoint,
     /// Whose it is; `None` on the lens.
     pub light: Option<LightId>,
-    /// Its densities; that of the connection is not 0.
-    pub start: StartDensity,
+    /// The density with which it was chosen, probability of the light included; not 0.
+    pub pdf: PerArea,
 }
 
 impl SampledEndpoint {
     /// What was sampled on an endpoint that was chosen with probability `pmf`. Borrowed, because points are large and copied only where they stay.
     #[inline(always)]
-    fn new(
-        sample: &Option<PointSample>,
-        light: Option<LightId>,
-        pmf: f64,
-        point_pdf: impl FnOnce(&SurfacePoint) -> PerArea,
-    ) -> Option<Self> {
+    fn new(sample: &Option<PointSample>, light: Option<LightId>, pmf: f64) -> Option<Self> {
         let PointSample { point, pdf } = sample.as_ref()?;
-        let start = StartDensity { walk: point_pdf(point) * pmf, connection: *pdf * pmf };
-        if start.connection.value() > 0.0 { Some(Self { point: *point, light, start }) } else { None }
+        let pdf = *pdf * pmf;
+        if pdf.value() > 0.0 { Some(Self { point: *point, light, pdf }) } else { None }
     }
 
     /// The inverse of the density with which it was chosen.
     #[inline]
     #[must_use]
     pub fn throughput(&self) -> f64 {
-        1.0 / self.start.connection.value()
+        1.0 / self.pdf.value()
     }
 
     /// As a vertex of a path.
     #[inline]
     #[must_use]
-    pub fn vertex<B: Bsdf>(&self) -> Vertex<B> {
-        Vertex { throughput: Rgb::splat(self.throughput()), ..Vertex::endpoint(self.point, self.light, self.start) }
+    pub fn vertex<'s, S: Scene + ?Sized, C: Camera + ?Sized>(&self, scene: &'s S, camera: &C) -> Vertex<S::Bsdf<'s>> {
+        let walk = match self.light {
+            Some(id) => scene.light(id).point_pdf(&self.point) * scene.pick_pmf(id),
+            None => camera.point_pdf(&self.point),
+        };
+        let start = StartDensity { walk, connection: self.pdf };
+        Vertex { throughput: Rgb::splat(self.throughput()), ..Vertex::endpoint(self.point, self.light, start) }
     }
 }
 
@@ -62,7 +61,7 @@ pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(scene: &S, receiver: &Surfa
         return None;
     }
     let sample = light.sample_from(receiver, u1, u2);
-    SampledEndpoint::new(&sample, Some(id), pmf, |point| light.point_pdf(point))
+    SampledEndpoint::new(&sample, Some(id), pmf)
 }
 
 /// The numbers that a point on the lens is sampled with; a lens that is a point needs none.
@@ -81,5 +80,5 @@ pub(super) fn lens_numbers<C: Camera + ?Sized, P: Sampler>(camera: &C, sampler: 
 pub fn sample_lens<C: Camera + ?Sized, P: Sampler>(camera: &C, receiver: &SurfacePoint, sampler: &mut P) -> Option<SampledEndpoint> {
     let (u1, u2) = lens_numbers(camera, sampler);
     let sample = Endpoint::sample_from(camera, receiver, u1, u2);
-    SampledEndpoint::new(&sample, None, 1.0, |point| camera.point_pdf(point))
+    SampledEndpoint::new(&sample, None, 1.0)
 }
