@@ -162,16 +162,20 @@ impl EnvironmentMap {
         match self.lookup {
             Lookup::PiecewiseConstant => value(self.pixel(column, row)),
             Lookup::Bilinear => {
-                let [[a, b], [c, d]] = self.corners(column, row).map(|row| row.map(&value));
+                let [[a, b], [c, d]] = self.corners(column, row, value);
                 (a * (1.0 - x) + b * x) * (1.0 - y) + (c * (1.0 - x) + d * x) * y
             }
         }
     }
 
-    /// The pixels around a patch between their centres, the upper ones first.
-    fn corners(&self, column: usize, row: usize) -> [[Rgb; 2]; 2] {
-        let columns = [column, if column + 1 == self.width { 0 } else { column + 1 }];
-        [row.saturating_sub(1), row.min(self.height - 1)].map(|row| columns.map(|column| self.pixel(column, row)))
+    /// Values of the pixels around a patch between their centres, the upper ones first.
+    #[inline]
+    fn corners<T>(&self, left: usize, row: usize, value: impl Fn(Rgb) -> T) -> [[T; 2]; 2] {
+        let right = if left + 1 == self.width { 0 } else { left + 1 };
+        let (upper, lower) = (row.saturating_sub(1), row.min(self.height - 1));
+        let at = |column, row| value(self.pixel(column, row));
+        // Not by `array::map`, which moves them through memory.
+        [[at(left, upper), at(right, upper)], [at(left, lower), at(right, lower)]]
     }
 
     fn pixel(&self, column: usize, row: usize) -> Rgb {
@@ -227,7 +231,7 @@ impl Endpoint for EnvironmentMap {
     fn sample_point(&self, _u1: f64, u2: DVec2) -> Option<PointSample> {
         let GridSample { column, row, mut within, .. } = self.distribution.as_ref()?.sample(u2);
         if self.lookup == Lookup::Bilinear {
-            let [[a, b], [c, d]] = self.corners(column, row).map(|row| row.map(|pixel| pixel.max_component() / self.brightest));
+            let [[a, b], [c, d]] = self.corners(column, row, |pixel| pixel.max_component() / self.brightest);
             within.y = unit_to_linear(within.y, a + b, c + d);
             within.x = unit_to_linear(within.x, a * (1.0 - within.y) + c * within.y, b * (1.0 - within.y) + d * within.y);
         }
