@@ -16,6 +16,9 @@ const FLIGHTS: usize = 8;
 /// Queries that the kernel is given at a time.
 const BLOCK: usize = 128;
 
+/// Queries that are given less room.
+const FEW: usize = 4;
+
 /// Queries from which on what it takes to begin pays.
 const SOME: usize = 4;
 
@@ -27,10 +30,9 @@ impl Bvh {
     #[inline]
     pub fn closest_many<'a>(&'a self, queries: impl Iterator<Item = Query>, mut found: impl FnMut(usize, Option<Hit<'a>>)) {
         let none = Query { origin: DVec3::ZERO, direction: DVec3::ZERO, origin_primitive: 0 };
-        in_blocks(queries, none, |first, queries| {
-            let mut hits = [const { None }; BLOCK];
-            self.closest_of_block(queries, &mut hits[..queries.len()]);
-            hits.into_iter().take(queries.len()).enumerate().for_each(|(i, hit)| found(first + i, hit));
+        in_blocks(queries, none, None, |first, queries, hits| {
+            self.closest_of_block(queries, hits);
+            hits.iter().enumerate().for_each(|(i, hit)| found(first + i, *hit));
         });
     }
 
@@ -78,10 +80,9 @@ impl Bvh {
     /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with its place in the iterator, in order.
     #[inline]
     pub fn are_free(&self, segments: impl Iterator<Item = Result<Segment, bool>>, mut answer: impl FnMut(usize, bool)) {
-        in_blocks(segments, Err(false), |first, segments| {
-            let mut free = [false; BLOCK];
-            self.are_free_in_block(segments, &mut free[..segments.len()]);
-            free.into_iter().take(segments.len()).enumerate().for_each(|(i, free)| answer(first + i, free));
+        in_blocks(segments, Err(false), false, |first, segments, free| {
+            self.are_free_in_block(segments, free);
+            free.iter().enumerate().for_each(|(i, free)| answer(first + i, *free));
         });
     }
 
@@ -104,23 +105,50 @@ impl Bvh {
     }
 }
 
-/// Hands out queries by the block, each block with the place of its first in the iterator. What an array holds before does not matter.
+/// Hands out queries by the block, each block with the place of its first in the iterator and with room for as many answers. What the room holds before
+/// does not matter.
 #[inline(always)]
-fn in_blocks<Q: Copy>(queries: impl Iterator<Item = Q>, before: Q, mut ask: impl FnMut(usize, &[Q])) {
-    let (mut queries, mut block) = (queries.fuse(), [before; BLOCK]);
-    for first in (0..).step_by(BLOCK) {
-        let mut count = 0;
-        for (place, query) in block.iter_mut().zip(&mut queries) {
-            *place = query;
-            count += 1;
-        }
-        if count > 0 {
-            ask(first, &block[..count]);
-        }
-        if count < BLOCK {
-            return;
-        }
-    }
+fn in_blocks<Q: Copy, A: Clone>(queries: impl Iterator<Item = Q>, no_query: Q, no_answer: A, mut ask: impl FnMut(usize, &[Q], &mut [A])) {
+    let most = queries.size_hint().1.unwrap_or(usize::MAX);
+    with_room(
+        most,
+        || no_query,
+        |block| {
+            with_room(
+                most,
+                || no_answer.clone(),
+                |answers| {
+                    let mut queries = queries.fuse();
+                    for first in (0..).step_by(block.len()) {
+                        let mut count = 0;
+                        for (place, query) in block.iter_mut().zip(&mut queries) {
+                            *place = query;
+                            count += 1;
+                        }
+                        if count > 0 {
+                            ask(first, &block[..count], &mut answers[..count]);
+                        }
+                        if count < block.len() {
+                            return;
+                        }
+                    }
+                },
+            );
+        },
+    );
+}
+
+/// Gives `then` room on the stack for a block. Filling it takes time, which a few queries would not make up for.
+#[inline(always)]
+fn with_room<T>(most: usize, content: impl Fn() -> T, then: impl FnOnce(&mut [T])) {
+    let (mut few, mut many): ([T; FEW], [T; BLOCK]);
+    then(if most <= FEW {
+        few = std::array::from_fn(|_| content());
+        &mut few
+    } else {
+        many = std::array::from_fn(|_| content());
+        &mut many
+    });
 }
 
 /// The parts of some queries, from a place on, that are rays from one point, each in nearly the direction of the one before.
