@@ -16,9 +16,6 @@ const FLIGHTS: usize = 8;
 /// Queries that the kernel is given at a time.
 const BLOCK: usize = 128;
 
-/// Queries that are given less room.
-const FEW: usize = 4;
-
 /// Queries from which on what it takes to begin pays.
 const SOME: usize = 4;
 
@@ -108,45 +105,36 @@ impl Bvh {
 /// Hands out queries by the block, each block with the place of its first in the iterator and with room for as many answers. What the room holds before
 /// does not matter.
 #[inline(always)]
-fn in_blocks<Q: Copy, A: Clone>(queries: impl Iterator<Item = Q>, no_query: Q, no_answer: A, mut ask: impl FnMut(usize, &[Q], &mut [A])) {
+fn in_blocks<Q: Copy, A: Copy>(queries: impl Iterator<Item = Q>, no_query: Q, no_answer: A, mut ask: impl FnMut(usize, &[Q], &mut [A])) {
     let most = queries.size_hint().1.unwrap_or(usize::MAX);
-    with_room(
-        most,
-        || no_query,
-        |block| {
-            with_room(
-                most,
-                || no_answer.clone(),
-                |answers| {
-                    let mut queries = queries.fuse();
-                    for first in (0..).step_by(block.len()) {
-                        let mut count = 0;
-                        for (place, query) in block.iter_mut().zip(&mut queries) {
-                            *place = query;
-                            count += 1;
-                        }
-                        if count > 0 {
-                            ask(first, &block[..count], &mut answers[..count]);
-                        }
-                        if count < block.len() {
-                            return;
-                        }
-                    }
-                },
-            );
-        },
-    );
+    let mut queries = queries.fuse();
+    let mut ask_all = |block: &mut [Q], answers: &mut [A]| {
+        for first in (0..).step_by(block.len()) {
+            let mut count = 0;
+            for (place, query) in block.iter_mut().zip(&mut queries) {
+                *place = query;
+                count += 1;
+            }
+            if count > 0 {
+                ask(first, &block[..count], &mut answers[..count]);
+            }
+            if count < block.len() {
+                return;
+            }
+        }
+    };
+    with_room(most, no_query, |block| with_room(most, no_answer, |answers| ask_all(block, answers)));
 }
 
-/// Gives `then` room on the stack for a block. Filling it takes time, which a few queries would not make up for.
+/// Gives `then` room on the stack for a block. To fill it takes time, which few queries would not make up for.
 #[inline(always)]
-fn with_room<T>(most: usize, content: impl Fn() -> T, then: impl FnOnce(&mut [T])) {
-    let (mut few, mut many): ([T; FEW], [T; BLOCK]);
-    then(if most <= FEW {
-        few = std::array::from_fn(|_| content());
+fn with_room<T: Copy>(most: usize, content: T, then: impl FnOnce(&mut [T])) {
+    let (mut few, mut many);
+    then(if most <= SOME {
+        few = [content; SOME];
         &mut few
     } else {
-        many = std::array::from_fn(|_| content());
+        many = [content; BLOCK];
         &mut many
     });
 }
