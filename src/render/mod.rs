@@ -1,10 +1,11 @@
 //! The driver: turns an integrator into an image, within a budget, on several threads, and says what it did.
 //!
 //! A rendering proceeds in *passes* of one sample per pixel of the window. A pass is cut into chunks of consecutive pixels whose size depends
-//! on the window alone; threads take chunks as they come, and what chunks recorded is merged in the order of their numbers. Random numbers
-//! depend on (seed, pixel, pass). So the same settings give the same image to the bit for any number of threads.
+//! on the window alone; threads take chunks as they come, a few of the next pass too, and what chunks recorded is merged in the order of their numbers.
+//! Random numbers depend on (seed, pixel, pass). So the same settings give the same image to the bit for any number of threads, after every pass.
 
 mod chunks;
+mod queue;
 mod settings;
 mod target;
 #[cfg(test)]
@@ -18,7 +19,7 @@ use crate::integrator::{Decision, Integrator, Pilot};
 use crate::path::{Counters, Ledger, LeftOut, TechniqueSet};
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
-use chunks::{Chunks, Job};
+use chunks::{Job, Totals};
 use settings::Threads;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -32,7 +33,7 @@ pub struct Progress<'a> {
     pub passes: u32,
     /// Part of the budget that is used, or of the way to the target error if that is nearer, 0 to 1.
     pub fraction: f64,
-    /// Wall-clock time spent rendering; time spent in the progress callback does not count.
+    /// Wall-clock time spent rendering; time spent in the progress callback does not count, although other threads begin with the next pass in it.
     pub wall: Duration,
     /// The sums so far.
     pub film: &'a Film,
@@ -118,7 +119,7 @@ pub fn unattended(_: &Progress<'_>) -> ControlFlow<()> {
 
 /// Renders with one of the ready-made samplers.
 ///
-/// `progress` is called after each pass and may stop the rendering; see [`unattended`].
+/// `progress` is called after each pass, on this thread, and may stop the rendering; see [`unattended`].
 ///
 /// # Errors
 /// If the settings or the camera's film are invalid, or the threads cannot be started.
@@ -154,7 +155,7 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
     }
     let kernel = settings.filter.kernel()?;
     let threads = Threads::new(settings.threads)?;
-    let mut film = Film::new(camera.film())?;
+    let film = Film::new(camera.film())?;
     let region = film.region();
     let start = Instant::now();
     let pilot_time = AtomicU64::new(0);
@@ -179,25 +180,25 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
     }
     let integrator = adapted.as_ref().map_or(integrator, |adapted| &adapted.integrator);
     let job = Job { source, scene, camera, integrator, kernel, region };
-    let mut chunks = Chunks::new(region);
+    let mut totals = Totals { film, counters, thread_time: Duration::from_nanos(pilot_time.into_inner()) };
     let mut watch = settings.target_error.map(Watch::new);
-    let (mut passes, mut thread_time, mut stopped) = (0, Duration::from_nanos(pilot_time.into_inner()), false);
-    loop {
-        let start = Instant::now();
-        thread_time += chunks.render_pass(&job, passes, &threads, &mut film, &mut counters);
-        passes += 1;
-        wall += start.elapsed();
+    let (start, before, mut paused) = (Instant::now(), wall, Duration::ZERO);
+    let (mut passes, mut stopped) = (0, false);
+    job.run(settings.budget.samples().unwrap_or(u32::MAX), &threads, &mut totals, |pass, Totals { film, counters, .. }| {
+        let since = start.elapsed();
+        (passes, wall) = (pass, before + since - paused);
         let mut fraction = settings.budget.fraction(passes, wall);
         if let Some(watch) = &mut watch {
-            watch.look(passes, || film.image(samples(&film, passes)));
+            watch.look(passes, || film.image(samples(film, passes)));
             fraction = watch.fraction(passes).max(fraction);
         }
-        stopped = progress(&Progress { passes, fraction, wall, film: &film, counters: &counters }).is_break() || stopped;
+        stopped = progress(&Progress { passes, fraction, wall, film, counters }).is_break();
         let is_reached = watch.as_ref().is_some_and(|watch| watch.fraction(passes) >= 1.0);
-        if stopped || is_reached || settings.budget.is_spent(passes, wall) {
-            break;
-        }
-    }
+        let is_enough = stopped || is_reached || settings.budget.is_spent(passes, wall);
+        paused += start.elapsed() - since;
+        if is_enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    let Totals { film, counters, thread_time } = totals;
     Ok(Rendering {
         image: film.image(samples(&film, passes)),
         film,

@@ -188,6 +188,18 @@ impl Threads {
         }
     }
 
+    /// Calls `main` on this thread, with a function that calls `worker` on another one if there are several, and returns when all are done.
+    pub fn with_workers(&self, worker: &(dyn Fn() + Sync), main: impl FnOnce(&dyn Fn())) {
+        match self {
+            Self::Caller => main(worker),
+            #[cfg(feature = "parallel")]
+            Self::Current => rayon::in_place_scope(|scope| main(&|| scope.spawn(|_| worker()))),
+            #[cfg(feature = "parallel")]
+            Self::Own(pool) => pool.in_place_scope(|scope| main(&|| scope.spawn(|_| worker()))),
+        }
+    }
+
+    /// How many threads there are, this one included.
     pub fn count(&self) -> usize {
         match self {
             Self::Caller => 1,

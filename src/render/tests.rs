@@ -10,6 +10,9 @@ use crate::path::Scratch;
 use crate::sampler::{Independent, Sampler, SamplerKind, Stream};
 use crate::scene::Needs;
 use glam::{DVec2, DVec3, UVec2};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::AtomicBool;
+use std::thread::ThreadId;
 
 struct Nothing;
 
@@ -99,7 +102,14 @@ enum Kind {
     Noise,
     /// As `Constant`, but what pixel (3, 2) of the film gets is not a number.
     Invalid,
+    /// Panics on all threads but this one, which waits for that.
+    Panic(ThreadId),
+    /// As `Constant`, by work that threads take from each other.
+    #[cfg(feature = "parallel")]
+    Nested,
 }
+
+static HAS_PANICKED: AtomicBool = AtomicBool::new(false);
 
 struct Arithmetic(Kind);
 
@@ -145,6 +155,20 @@ impl<S: Scene + ?Sized> Integrator<S> for Arithmetic {
             Kind::Invalid => {
                 let value = if film.raster.floor() == DVec2::new(3.0, 2.0) { f64::NAN } else { 0.7 };
                 add(film.raster, Rgb::splat(value), 0, 2);
+            }
+            Kind::Panic(thread) if thread == std::thread::current().id() => {
+                while !HAS_PANICKED.load(Ordering::Relaxed) {
+                    std::thread::yield_now();
+                }
+            }
+            Kind::Panic(_) => {
+                HAS_PANICKED.store(true, Ordering::Relaxed);
+                panic!("as it should");
+            }
+            #[cfg(feature = "parallel")]
+            Kind::Nested => {
+                let (a, b) = rayon::join(|| 0.3, || 0.4);
+                add(film.raster, Rgb::splat(a + b), 0, 2);
             }
         }
     }
@@ -239,6 +263,49 @@ fn progress_can_stop_and_sees_the_image() {
     // A prefix of a longer rendering is that shorter rendering.
     let shorter = run(Kind::Constant, window(), &Settings { budget: Budget::Samples(3), ..settings });
     assert_eq!(shorter.image, stopped.image);
+}
+
+/// Although threads begin with the next pass before.
+#[test]
+fn what_progress_sees_is_the_same_to_the_bit_for_any_number_of_threads() {
+    let passes = |threads| {
+        let settings = Settings { budget: Budget::Samples(6), threads, ..Settings::default() };
+        let mut seen = Vec::new();
+        let mut look = |p: &Progress<'_>| {
+            seen.push((p.passes, p.film.sums().to_vec(), *p.counters));
+            if p.passes == 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let rendering = render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Mixed), &settings, &mut look).unwrap();
+        assert_eq!((rendering.film.sums(), rendering.counters), (&seen[4].1[..], seen[4].2));
+        seen
+    };
+    let reference = passes(Some(1));
+    assert!(reference.iter().map(|(pass, ..)| *pass).eq(1..=5));
+    for threads in [Some(2), Some(7), None] {
+        assert_eq!(passes(threads), reference, "{threads:?}");
+    }
+}
+
+#[cfg(feature = "parallel")]
+#[test]
+fn a_panic_of_another_thread_ends_the_rendering() {
+    let settings = Settings { budget: Budget::Samples(3), threads: Some(3), ..Settings::default() };
+    let kind = Kind::Panic(std::thread::current().id());
+    let ended = catch_unwind(AssertUnwindSafe(|| run(kind, window(), &settings)));
+    assert_eq!(ended.unwrap_err().downcast_ref(), Some(&"as it should"));
+}
+
+/// A thread that waits for a part of its own work takes up other work meanwhile, of this rendering too.
+#[cfg(feature = "parallel")]
+#[test]
+fn integrators_may_share_their_work_out() {
+    let settings = Settings { budget: Budget::Samples(3), ..Settings::default() };
+    let image = run(Kind::Constant, window(), &settings).image;
+    for threads in [None, Some(1), Some(2), Some(5)] {
+        assert_eq!(run(Kind::Nested, window(), &Settings { threads, ..settings }).image, image);
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    assert_eq!(pool.install(|| run(Kind::Nested, window(), &settings)).image, image);
 }
 
 #[test]
