@@ -153,6 +153,7 @@ impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
             End::Light(i) => walks[sample].light.get(i as usize).map(|vertex| &vertex.point),
             End::Sampled(i) => sampled.get(i as usize),
         };
+        // None is missing: what segments end at stays until they are tested.
         let ends = list.iter().filter_map(|Segment { sample, ends: [a, b], .. }| point(*sample, *a).zip(point(*sample, *b)));
         visible.clear();
         visible.resize(list.len(), false);
