@@ -1,4 +1,5 @@
-//! Many queries at once: several rays are under way and take turns, so that while one waits for memory the others go on.
+//! Many queries at once: several rays are under way and take turns, so that while one waits for memory the others go on. In a tree that stays in the
+//! processor's caches there is little to wait for, and one goes after the other.
 //!
 //! What a ray visits does not depend on the others, so the answers are those of single queries.
 
@@ -19,10 +20,18 @@ const BLOCK: usize = 128;
 /// Queries from which on what it takes to begin pays.
 const SOME: usize = 4;
 
+/// Lines of a tree up to which taking turns does not pay: 2 MiB.
+const CACHED: usize = if cfg!(test) { 1 << 7 } else { 1 << 15 };
+
 /// Cosine of the angle up to which rays from the same point, such as a camera's, visit mostly the same.
 const COHERENT: f64 = 0.99;
 
 impl Bvh {
+    /// Whether the tree is so large that rays wait for memory.
+    pub(super) fn pays_to_take_turns(&self) -> bool {
+        self.wide.lines.len() > CACHED
+    }
+
     /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in order.
     #[inline]
     pub fn closest_many<'a>(&'a self, queries: impl Iterator<Item = Query>, mut found: impl FnMut(usize, Option<Hit<'a>>)) {
@@ -49,13 +58,23 @@ impl Bvh {
         }
         let mut done = 0;
         for fan in Fans(queries, 0) {
-            take_turns::<_, NearestFlight<'_>>(simd, self, &queries[done..fan.start], &mut hits[done..fan.start]);
+            self.closest_apart(simd, &queries[done..fan.start], &mut hits[done..fan.start]);
             for (queries, hits) in queries[fan.clone()].chunks(RAYS).zip(hits[fan.clone()].chunks_mut(RAYS)) {
                 self.closest_of_fan(simd, queries, hits);
             }
             done = fan.end;
         }
-        take_turns::<_, NearestFlight<'_>>(simd, self, &queries[done..], &mut hits[done..]);
+        self.closest_apart(simd, &queries[done..], &mut hits[done..]);
+    }
+
+    /// Rays of which each may visit something else.
+    #[inline(always)]
+    fn closest_apart<'a, S: Simd>(&'a self, simd: S, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
+        if self.pays_to_take_turns() {
+            take_turns::<_, NearestFlight<'_>>(simd, self, queries, hits);
+        } else {
+            self.closest_one_by_one(simd, queries, hits);
+        }
     }
 
     /// Up to sixteen rays that visit mostly the same, so that there is nothing to wait for.
@@ -90,14 +109,14 @@ impl Bvh {
 
     #[inline(always)]
     fn are_free_in_block_with<S: Simd>(&self, simd: S, segments: &[Result<Segment, bool>], free: &mut [bool]) {
-        if segments.len() < SOME {
+        if segments.len() >= SOME && packet::pays(simd) && !self.few.is_empty() {
+            packet::are_free(simd, self, &self.few, segments, free);
+        } else if segments.len() >= SOME && self.pays_to_take_turns() {
+            take_turns::<_, AnyFlight>(simd, self, segments, free);
+        } else {
             for (segment, free) in segments.iter().zip(free) {
                 *free = segment.map_or_else(|known| known, |segment| self.is_free_with(simd, &segment));
             }
-        } else if packet::pays(simd) && !self.few.is_empty() {
-            packet::are_free(simd, self, &self.few, segments, free);
-        } else {
-            take_turns::<_, AnyFlight>(simd, self, segments, free);
         }
     }
 }

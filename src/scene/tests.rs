@@ -253,6 +253,7 @@ fn queries_at_once_are_answered_like_single_ones() {
             shapes.retain(is_flat);
         }
         let mut bvh = tree(&shapes);
+        assert_eq!(bvh.pays_to_take_turns(), shapes_count == 300);
         for level in levels() {
             bvh.set_level(level);
             let mut hits = [0; 2];
