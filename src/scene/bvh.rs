@@ -106,7 +106,7 @@ pub(crate) struct Bvh {
     space: Space,
     /// The middle of the scene and half its largest side.
     center: DVec3,
-    extent: f64,
+    pub(super) extent: f64,
     inverse_extent: f64,
     /// The instruction set that this processor has.
     pub(super) level: Level,

@@ -23,13 +23,26 @@ const SOME: usize = 4;
 /// Lines of a tree up to which taking turns does not pay: 2 MiB.
 const CACHED: usize = if cfg!(test) { 1 << 7 } else { 1 << 15 };
 
-/// Cosine of the angle up to which rays from the same point, such as a camera's, visit mostly the same.
+/// Distance between origins, relative to half the scene's size, up to which rays into nearly the same direction visit mostly the same, such as a camera's.
+const CLOSE: f64 = 0.05;
+
+/// Cosine of the angle between such directions.
 const COHERENT: f64 = 0.99;
 
+/// The same for segments, of which those to the same light need not wait either.
+const COHERENT_SEGMENTS: f64 = 0.9;
+
+// What is not to be inlined is long and compiled for all instruction sets, but not for every caller.
 impl Bvh {
     /// Whether the tree is so large that rays wait for memory.
     pub(super) fn pays_to_take_turns(&self) -> bool {
         self.wide.lines.len() > CACHED
+    }
+
+    /// Whether two origins are so close that rays into nearly the same direction visit mostly the same.
+    #[inline(always)]
+    fn is_close(&self, a: DVec3, b: DVec3) -> bool {
+        (b - a).abs().max_element() <= CLOSE * self.extent
     }
 
     /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in order.
@@ -42,55 +55,35 @@ impl Bvh {
         });
     }
 
-    /// Compiled once, and not for every caller, for it is long: for all instruction sets.
     #[inline(never)]
     fn closest_of_block<'a>(&'a self, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
-        dispatch!(self.level, simd => self.closest_of_block_with(simd, queries, hits));
-    }
-
-    #[inline(always)]
-    fn closest_of_block_with<'a, S: Simd>(&'a self, simd: S, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
         if queries.len() < SOME {
-            return self.closest_one_by_one(simd, queries, hits);
+            return self.closest_one_by_one(queries, hits);
         }
-        if packet::pays(simd) && !self.few.is_empty() {
-            return packet::closest(simd, self, &self.few, queries, hits);
+        if packet::closest(self, queries, hits) {
+            return;
         }
-        let mut done = 0;
-        for fan in Fans(queries, 0) {
-            self.closest_apart(simd, &queries[done..fan.start], &mut hits[done..fan.start]);
-            for (queries, hits) in queries[fan.clone()].chunks(RAYS).zip(hits[fan.clone()].chunks_mut(RAYS)) {
-                self.closest_of_fan(simd, queries, hits);
+        for (part, coherent) in parts(queries, |a, b| self.is_close(a.origin, b.origin) && a.direction.dot(b.direction) > COHERENT) {
+            let (queries, hits) = (&queries[part.clone()], &mut hits[part]);
+            if coherent {
+                for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
+                    if !packet::closest_together(self, queries, hits) {
+                        self.closest_one_by_one(queries, hits);
+                    }
+                }
+            } else if self.pays_to_take_turns() {
+                take_turns::<NearestFlight<'_>>(self, queries, hits);
+            } else {
+                self.closest_one_by_one(queries, hits);
             }
-            done = fan.end;
-        }
-        self.closest_apart(simd, &queries[done..], &mut hits[done..]);
-    }
-
-    /// Rays of which each may visit something else.
-    #[inline(always)]
-    fn closest_apart<'a, S: Simd>(&'a self, simd: S, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
-        if self.pays_to_take_turns() {
-            take_turns::<_, NearestFlight<'_>>(simd, self, queries, hits);
-        } else {
-            self.closest_one_by_one(simd, queries, hits);
         }
     }
 
-    /// Up to sixteen rays that visit mostly the same, so that there is nothing to wait for.
-    #[inline(always)]
-    fn closest_of_fan<'a, S: Simd>(&'a self, simd: S, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
-        let together = packet::pays(simd) && queries.len() >= RAYS / 2;
-        if !(together && packet::closest_together(simd, self, queries, hits)) {
-            self.closest_one_by_one(simd, queries, hits);
-        }
-    }
-
-    #[inline(always)]
-    fn closest_one_by_one<'a, S: Simd>(&'a self, simd: S, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
-        for (query, hit) in queries.iter().zip(hits) {
+    #[inline(never)]
+    fn closest_one_by_one<'a>(&'a self, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
+        dispatch!(self.level, simd => for (query, hit) in queries.iter().zip(hits) {
             *hit = self.closest_with(simd, *query);
-        }
+        });
     }
 
     /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with its place in the iterator, in order.
@@ -104,20 +97,34 @@ impl Bvh {
 
     #[inline(never)]
     fn are_free_in_block(&self, segments: &[Result<Segment, bool>], free: &mut [bool]) {
-        dispatch!(self.level, simd => self.are_free_in_block_with(simd, segments, free));
-    }
-
-    #[inline(always)]
-    fn are_free_in_block_with<S: Simd>(&self, simd: S, segments: &[Result<Segment, bool>], free: &mut [bool]) {
-        if segments.len() >= SOME && packet::pays(simd) && !self.few.is_empty() {
-            packet::are_free(simd, self, &self.few, segments, free);
-        } else if segments.len() >= SOME && self.pays_to_take_turns() {
-            take_turns::<_, AnyFlight>(simd, self, segments, free);
-        } else {
-            for (segment, free) in segments.iter().zip(free) {
-                *free = segment.map_or_else(|known| known, |segment| self.is_free_with(simd, &segment));
+        if segments.len() < SOME {
+            return self.are_free_one_by_one(segments, free);
+        }
+        if packet::are_free(self, segments, free) {
+            return;
+        }
+        let follows = |a: &Result<Segment, bool>, b: &Result<Segment, bool>| match (a, b) {
+            (Ok(a), Ok(b)) => self.is_close(a.origin, b.origin) && a.direction.dot(b.direction) > COHERENT_SEGMENTS,
+            _ => false,
+        };
+        for (part, coherent) in parts(segments, follows) {
+            let (segments, free) = (&segments[part.clone()], &mut free[part]);
+            if !coherent && self.pays_to_take_turns() {
+                take_turns::<AnyFlight>(self, segments, free);
+            } else {
+                self.are_free_one_by_one(segments, free);
             }
         }
+    }
+
+    #[inline(never)]
+    fn are_free_one_by_one(&self, segments: &[Result<Segment, bool>], free: &mut [bool]) {
+        dispatch!(self.level, simd => for (segment, free) in segments.iter().zip(free) {
+            *free = match segment {
+                Ok(segment) => self.is_free_with(simd, segment),
+                Err(known) => *known,
+            };
+        });
     }
 }
 
@@ -158,25 +165,20 @@ fn with_room<T: Copy>(most: usize, content: T, then: impl FnOnce(&mut [T])) {
     });
 }
 
-/// The parts of some queries, from a place on, that are rays from one point, each in nearly the direction of the one before.
-struct Fans<'q>(&'q [Query], usize);
-
-impl Iterator for Fans<'_> {
-    type Item = Range<usize>;
-
-    #[inline]
-    fn next(&mut self) -> Option<Range<usize>> {
-        let Self(queries, at) = self;
-        let follows = |pair: &[Query]| {
-            let [before, query] = pair else { return false };
-            query.origin == before.origin && query.direction.dot(before.direction) > COHERENT
-        };
-        let pairs = queries.windows(2);
-        let start = *at + pairs.clone().skip(*at).position(follows)?;
-        let more = pairs.skip(start).take_while(|pair| follows(pair)).count();
-        *at = start + more + 1;
-        Some(start..*at)
-    }
+/// The parts of some queries, and whether they are long ones in which each follows the one before.
+#[inline(always)]
+fn parts<Q>(queries: &[Q], follows: impl Fn(&Q, &Q) -> bool) -> impl Iterator<Item = (Range<usize>, bool)> {
+    let mut runs = queries.chunk_by(follows).map(<[Q]>::len).peekable();
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        let start = at;
+        let coherent = *runs.peek()? >= RAYS / 2;
+        at += runs.next()?;
+        while let Some(run) = runs.next_if(|run| !coherent && *run < RAYS / 2) {
+            at += run;
+        }
+        Some((start..at, coherent))
+    })
 }
 
 /// A query under way. Methods and not closures, which cannot be told to be compiled for the instruction set.
@@ -192,11 +194,13 @@ trait Flight<'a>: Default {
 }
 
 /// Lets each query go on until it has to wait, one after the other.
+#[inline(never)]
+fn take_turns<'a, F: Flight<'a>>(bvh: &'a Bvh, queries: &[F::Query], answers: &mut [F::Answer]) {
+    dispatch!(bvh.level, simd => take_turns_with::<_, F>(simd, bvh, queries, answers));
+}
+
 #[inline(always)]
-fn take_turns<'a, S: Simd, F: Flight<'a>>(simd: S, bvh: &'a Bvh, queries: &[F::Query], answers: &mut [F::Answer]) {
-    if queries.is_empty() {
-        return;
-    }
+fn take_turns_with<'a, S: Simd, F: Flight<'a>>(simd: S, bvh: &'a Bvh, queries: &[F::Query], answers: &mut [F::Answer]) {
     let mut flights: [(Option<usize>, F); FLIGHTS] = Default::default();
     let mut queries = queries.iter().enumerate();
     loop {

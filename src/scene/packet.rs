@@ -7,9 +7,9 @@
 
 use super::bvh::{Bvh, Ends, Found, Hit, Query, Segment};
 use super::traverse::{FAR, Facets, SMALLEST, Stack, Tested, take};
-use super::wide::{Block, Candidate, Child, LANES, Line, Node, WIDTH};
+use super::wide::{Block, Candidate, Child, LANES, Node, WIDTH};
 use crate::geometry::{Ray, SurfacePoint};
-use fearless_simd::{Simd, f32x4, f32x16, mask32x16, prelude::*, u32x16};
+use fearless_simd::{Simd, dispatch, f32x4, f32x16, mask32x16, prelude::*, u32x16};
 use glam::DVec3;
 
 /// Facets up to which a tree does not pay, where it need not be walked for each ray.
@@ -20,12 +20,9 @@ pub(super) const RAYS: usize = 16;
 
 /// Whether an instruction set is one with which packets are faster than rays that take turns: one of 16 lanes.
 #[inline(always)]
-pub(super) fn pays<S: Simd>(_: S) -> bool {
+fn pays<S: Simd>(_: S) -> bool {
     S::f32s::LEN == RAYS
 }
-
-/// All facets of a scene that has few.
-type Few<'a> = &'a [[Line; Block::LINES]];
 
 /// The rays of a packet in the space of the boxes, by axis. A limit that is no number is that of a lane without ray.
 struct Packet {
@@ -115,23 +112,34 @@ impl Rows {
     }
 }
 
-/// What [`Bvh::closest`] says of many rays.
+/// What [`Bvh::closest`] says of many rays in a scene of few facets. Returns whether that pays.
+#[inline(never)]
+pub(super) fn closest<'a>(bvh: &'a Bvh, queries: &[Query], hits: &mut [Option<Hit<'a>>]) -> bool {
+    !bvh.few.is_empty() && dispatch!(bvh.level, simd => pays(simd) && closest_with(simd, bvh, queries, hits))
+}
+
 #[inline(always)]
-pub(super) fn closest<'a, S: Simd>(simd: S, bvh: &'a Bvh, few: Few<'a>, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
+fn closest_with<'a, S: Simd>(simd: S, bvh: &'a Bvh, queries: &[Query], hits: &mut [Option<Hit<'a>>]) -> bool {
     for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
         let rays = Rays::new(bvh, queries);
         let mut search = Search::new(simd, bvh, &rays);
-        for block in few {
+        for block in &bvh.few {
             search.test(simd, Block(block));
         }
         search.end(hits);
     }
+    true
 }
 
-/// What [`Bvh::closest`] says of up to sixteen rays that visit mostly the same: they walk through the tree together. Returns whether they can: not if
-/// the signs of their directions differ.
+/// What [`Bvh::closest`] says of up to sixteen rays that visit mostly the same: they walk through the tree together. Returns whether they can and it pays:
+/// not if the signs of their directions differ.
+#[inline(never)]
+pub(super) fn closest_together<'a>(bvh: &'a Bvh, queries: &[Query], hits: &mut [Option<Hit<'a>>]) -> bool {
+    queries.len() >= RAYS / 2 && dispatch!(bvh.level, simd => pays(simd) && closest_together_with(simd, bvh, queries, hits))
+}
+
 #[inline(always)]
-pub(super) fn closest_together<'a, S: Simd>(simd: S, bvh: &'a Bvh, queries: &[Query], hits: &mut [Option<Hit<'a>>]) -> bool {
+fn closest_together_with<'a, S: Simd>(simd: S, bvh: &'a Bvh, queries: &[Query], hits: &mut [Option<Hit<'a>>]) -> bool {
     let rays = Rays::new(bvh, queries);
     let mut search = Search::new(simd, bvh, &rays);
     let Some(planes) = Planes::new(simd, &search) else { return false };
@@ -321,9 +329,14 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
     }
 }
 
-/// What [`Bvh::is_free`] says of many segments.
+/// What [`Bvh::is_free`] says of many segments in a scene of few facets. Returns whether that pays.
+#[inline(never)]
+pub(super) fn are_free(bvh: &Bvh, segments: &[Result<Segment, bool>], free: &mut [bool]) -> bool {
+    !bvh.few.is_empty() && dispatch!(bvh.level, simd => pays(simd) && are_free_with(simd, bvh, segments, free))
+}
+
 #[inline(always)]
-pub(super) fn are_free<S: Simd>(simd: S, bvh: &Bvh, few: Few<'_>, segments: &[Result<Segment, bool>], free: &mut [bool]) {
+fn are_free_with<S: Simd>(simd: S, bvh: &Bvh, segments: &[Result<Segment, bool>], free: &mut [bool]) -> bool {
     for (segments, answers) in segments.chunks(RAYS).zip(free.chunks_mut(RAYS)) {
         let mut inside = [Segment { origin: DVec3::ZERO, direction: DVec3::ZERO, length: 0.0, ends: Ends { origin: 0, end: 0 } }; RAYS];
         let (mut packet, mut free, mut unknown) = (Packet::new(), 0, 0);
@@ -337,20 +350,21 @@ pub(super) fn are_free<S: Simd>(simd: S, bvh: &Bvh, few: Few<'_>, segments: &[Re
                 Err(known) => free |= u64::from(known) << lane,
             }
         }
-        free |= unblocked(simd, bvh, few, &packet, &inside, unknown);
+        free |= unblocked(simd, bvh, &packet, &inside, unknown);
         for (lane, answer) in answers.iter_mut().enumerate() {
             *answer = free >> lane & 1 != 0;
         }
     }
+    true
 }
 
 /// Which segments of a packet, given by a bit for each, nothing lies on.
 #[inline(always)]
-fn unblocked<S: Simd>(simd: S, bvh: &Bvh, few: Few<'_>, packet: &Packet, segments: &[Segment; RAYS], mut free: u64) -> u64 {
+fn unblocked<S: Simd>(simd: S, bvh: &Bvh, packet: &Packet, segments: &[Segment; RAYS], mut free: u64) -> u64 {
     let (origin, direction, limit) = packet.load(simd);
     let origins = u32x16::from_fn(simd, |lane| segments[lane].ends.origin);
     let ends = u32x16::from_fn(simd, |lane| segments[lane].ends.end);
-    for block in few {
+    for block in &bvh.few {
         let block = Block(block);
         let rows = Rows::new(simd, block);
         for lane in 0..LANES {

@@ -290,8 +290,8 @@ fn queries_at_once_are_answered_like_single_ones() {
     }
 }
 
-/// A camera's rays: from one point to the pixels of an image around a direction, which is an axis now and then so that components are zero and
-/// change their sign.
+/// A camera's rays: to the pixels of an image around a direction, which is an axis now and then so that components are zero and change their sign; from
+/// one point, from a lens, or all into the same direction.
 fn fan(rng: &mut Pcg64Mcg, origin: DVec3, side: i32) -> Vec<Query> {
     let spread = [1e-6, 3e-3, 0.02, 0.06][rng.random_range(0..4)];
     let forward = if rng.random_range(0..3) == 0 {
@@ -302,10 +302,15 @@ fn fan(rng: &mut Pcg64Mcg, origin: DVec3, side: i32) -> Vec<Query> {
     let (right, up) = forward.any_orthonormal_pair();
     let origin_primitive = [NONE, rng.random_range(0..7)][rng.random_range(0..2)];
     let middle = [-1, 0, side / 2][rng.random_range(0..3)];
-    let pixel = |(x, y)| forward + spread * (right * f64::from(x - middle) + up * f64::from(y - middle));
+    let [lens, parallel] = [[0.0, 0.0], [0.0, 0.0], [0.01, 0.0], [0.001, 1.0]][rng.random_range(0..4)];
+    let pixel = |(x, y)| spread * (right * f64::from(x - middle) + up * f64::from(y - middle));
     // To and fro, so that each is beside the one before.
     let pixels = (0..side * side).map(|i| (i / side, i % side)).map(|(y, x)| (if y % 2 == 0 { x } else { side - 1 - x }, y));
-    pixels.map(|at| Query { origin, direction: pixel(at).normalize(), origin_primitive }).collect()
+    let ray = |at| {
+        let origin = origin + lens * point(rng) + parallel * pixel(at);
+        Query { origin, direction: (forward + (1.0 - parallel) * pixel(at)).normalize(), origin_primitive }
+    };
+    pixels.map(ray).collect()
 }
 
 /// Rays that follow one another, from inside and outside, to triangles of the same place and beside each other, too.
@@ -348,6 +353,16 @@ fn rays_of_a_camera_at_once_are_answered_like_single_ones() {
             assert_eq!(closest_many(&bvh, &queries), expected, "{count} shapes, {level:?}");
             let hits = expected.iter().flatten().count();
             assert!(count < 300 || hits > queries.len() / 8, "{hits} hits of {} rays, {count} shapes", queries.len());
+
+            let segment = |(i, q): (usize, &Query)| {
+                let ends = Ends { origin: q.origin_primitive, end: i as u32 % 9 };
+                Ok(Segment { origin: q.origin, direction: q.direction, length: 0.1 + (i % 7) as f64, ends })
+            };
+            let segments: Vec<_> = queries.iter().enumerate().map(segment).collect();
+            let expected: Vec<_> = segments.iter().map(|s| s.map_or_else(|free| free, |segment| bvh.is_free(&segment))).collect();
+            assert_eq!(are_free(&bvh, &segments), expected, "{count} shapes, {level:?}");
+            let blocked = expected.iter().filter(|free| !**free).count();
+            assert!(count < 300 || blocked > queries.len() / 9, "{blocked} blocked of {} segments, {count} shapes", queries.len());
         }
     }
 }
