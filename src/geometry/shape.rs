@@ -197,7 +197,7 @@ impl Shape {
     }
 
     /// The point that the unit square's `u` maps to, uniform by area; primitive and surface ids are left to the caller.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn sample_area(&self, u: DVec2) -> SurfacePoint {
         match self {

@@ -52,6 +52,7 @@ pub enum Scattered {
 
 impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     /// Starts a walk at the camera, through the point `u` of the film's window. Returns the vertex on the lens too.
+    #[inline(always)]
     pub fn from_camera<C: Camera + ?Sized, P: Sampler>(
         scene: &'s S,
         camera: &C,
@@ -84,6 +85,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         Some((walk, vertex))
     }
 
+    #[inline(always)]
     fn start<E: Endpoint + ?Sized>(scene: &'s S, endpoint: &E, walk: Walk, vertex: &mut Vertex<S::Bsdf<'s>>, u: DVec2) -> Option<Self> {
         vertex.throughput = Rgb::splat(1.0 / vertex.start.walk.value());
         let ray = endpoint.sample_direction(&vertex.point, u)?;

@@ -190,10 +190,15 @@ impl<'a> SurfaceBsdf<'a> {
     /// Asks the model on a direction's side.
     #[inline]
     fn ask<R>(&self, direction: DVec3, question: impl FnOnce(&Model) -> R) -> R {
-        match self.scattering {
-            Scattering::Uniform(model) => question(model),
-            Scattering::Varying(_) => question(&self.model(direction.z >= 0.0)),
-        }
+        let varying;
+        // One question, so that it is compiled in place.
+        question(match self.scattering {
+            Scattering::Uniform(model) => model,
+            Scattering::Varying(_) => {
+                varying = self.model(direction.z >= 0.0);
+                &varying
+            }
+        })
     }
 }
 

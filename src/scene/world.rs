@@ -162,12 +162,16 @@ impl World {
     /// The surface point of a hit.
     #[inline(always)]
     fn point_of(&self, hit: &Hit<'_>) -> Option<SurfacePoint> {
-        let triangle = self.bvh.triangle_of(hit);
-        let x = match &triangle {
-            Some(triangle) => triangle.point_at(hit.intersection.u, hit.intersection.v),
-            None => self.bvh.shape(hit.primitive)?.point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection),
-        };
-        Some(self.complete(hit.primitive, triangle, x))
+        let Some(triangle) = self.bvh.triangle_of(hit) else { return self.point_of_other(hit) };
+        let x = triangle.point_at(hit.intersection.u, hit.intersection.v);
+        Some(self.complete(hit.primitive, Some(triangle), x))
+    }
+
+    /// The same for a shape that is no triangle. Apart, so that points of triangles need not be where it leaves its own.
+    #[inline(never)]
+    fn point_of_other(&self, hit: &Hit<'_>) -> Option<SurfacePoint> {
+        let x = self.bvh.shape(hit.primitive)?.point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection);
+        Some(self.complete(hit.primitive, None, x))
     }
 
     /// Gives a point of a shape, perhaps of a triangle, what the scene knows about it.
