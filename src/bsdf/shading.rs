@@ -76,7 +76,7 @@ impl<B: Bsdf> ShadedBsdf<B> {
     }
 
     /// Samples the next direction of a walk; `None` if the walk ends here.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         let local_fixed = self.frame.to_local(fixed);
