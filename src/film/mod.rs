@@ -65,9 +65,11 @@ impl FilmRegion {
     #[inline]
     #[must_use]
     pub fn pixel_index(&self, raster: DVec2) -> Option<u32> {
-        let cell = raster.floor();
         let (min, max) = (self.window_min.as_dvec2(), self.window_max.as_dvec2());
-        (cell.cmpge(min).all() && cell.cmplt(max).all()).then(|| (cell.y - min.y) as u32 * self.window_size().x + (cell.x - min.x) as u32)
+        (raster.cmpge(min).all() && raster.cmplt(max).all()).then(|| {
+            let cell = raster.as_uvec2() - self.window_min;
+            cell.y * self.window_size().x + cell.x
+        })
     }
 }
 
