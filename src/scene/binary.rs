@@ -3,12 +3,14 @@
 //! What is counted is blocks of triangles, not triangles, since a block costs the same however full it is; so leaves get full. Many
 //! references are put into bins along each axis (Wald 2007), few are sorted.
 
-use super::wide::LANES;
+use super::wide::{Facet, LANES};
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::splits::split_aabbs_precise;
+use obvhs::triangle::Triangle;
 
 /// Places along an axis where many references can be divided are fewer than this by one.
 const BINS: usize = 32;
@@ -25,6 +27,37 @@ const TASK: usize = 4096;
 
 /// Share of the nodes that are moved to better places when the tree is done.
 const MOVED: f32 = 0.1;
+
+/// Replaces the boxes of large triangles by several smaller ones that cover their parts, which saves rays that pass beside a long thin
+/// triangle from testing it.
+pub(super) fn split_large(boxes: &mut Vec<Aabb>, references: &mut Vec<u32>, facet: impl Fn(u32) -> (u32, Facet)) {
+    let (sum, largest) = boxes.iter().map(Aabb::half_area).fold((0.0f64, 0.0f32), |(sum, largest), a| (sum + f64::from(a), largest.max(a)));
+    let average = (sum / boxes.len() as f64) as f32;
+    let mut large = Vec::new();
+    let mut parts = Vec::new();
+    let mut triangles = Vec::new();
+    for (i, b) in boxes.iter().enumerate() {
+        if b.half_area() > 3.0 * average
+            && let (_, Facet::Triangle { corners: [v0, v1, v2], .. }) = facet(references[i])
+        {
+            parts.push(*b);
+            large.push(i);
+            triangles.push(Triangle { v0: v0.as_vec3a(), v1: v1.as_vec3a(), v2: v2.as_vec3a() });
+        }
+    }
+    let mut owners: Vec<u32> = (0..large.len() as u32).collect();
+    let high = (4.0 * average).max(0.9 * average + 0.1 * largest);
+    split_aabbs_precise(&mut parts, &mut owners, &triangles, 3.0 * average, high, 1.8, 1.6, 12, 12);
+    for (i, (part, owner)) in parts.into_iter().zip(owners).enumerate() {
+        let original = large[owner as usize];
+        if i < large.len() {
+            boxes[original] = part;
+        } else {
+            boxes.push(part);
+            references.push(references[original]);
+        }
+    }
+}
 
 /// The tree over some boxes, one in each leaf. The root is the first node.
 pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {

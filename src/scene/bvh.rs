@@ -67,6 +67,7 @@
 
 use super::binary;
 use super::packet::FEW;
+use super::query::{Found, Hit, Query, Segment, unit};
 use super::space::Space;
 use super::traverse::{Any, BoxRay, Nearest, Splat, Stack, Step, prefetch};
 use super::wide::{self, Block, Candidate, Facet, Line, Wide};
@@ -74,8 +75,6 @@ use crate::geometry::{Bounds, Contact, Intersection, Ray, Shape, Triangle};
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
-use obvhs::splits::split_aabbs_precise;
-use obvhs::triangle::Triangle as F32Triangle;
 use std::time::{Duration, Instant};
 
 /// Rounding of f32.
@@ -127,78 +126,6 @@ pub struct TreeStatistics {
     pub build_time: Duration,
     /// The instruction set that rays use, chosen at run time.
     pub instruction_set: &'static str,
-}
-
-/// What a ray knows about its ends: the primitives that they lie on, `SurfacePoint::NONE` for none.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Ends {
-    /// The primitive that the origin lies on.
-    pub origin: u32,
-    /// The primitive that the end of the segment lies on.
-    pub end: u32,
-}
-
-/// A ray to find the nearest hit of.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Query {
-    /// Where it starts.
-    pub origin: DVec3,
-    /// Where to.
-    pub direction: DVec3,
-    /// The primitive that the origin lies on.
-    pub origin_primitive: u32,
-}
-
-/// A ray up to a distance, to find out whether anything is in its way.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Segment {
-    /// Where it starts.
-    pub origin: DVec3,
-    /// Where to.
-    pub direction: DVec3,
-    /// How far.
-    pub length: f64,
-    /// What its ends lie on.
-    pub ends: Ends,
-}
-
-/// The nearest hit of a ray.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Hit<'a> {
-    /// The primitive that was hit.
-    pub primitive: u32,
-    /// Where it is in the tree.
-    pub(super) candidate: Candidate<'a>,
-    /// Where the ray starts that the intersection refers to, which may be further on than where the one that was asked for does.
-    pub origin: DVec3,
-    /// Its direction, of unit length.
-    pub direction: DVec3,
-    /// How much further on.
-    pub moved: f64,
-    /// Where it was hit.
-    pub intersection: Intersection,
-}
-
-/// What the exact test says.
-pub(super) struct Found<'a> {
-    candidate: Candidate<'a>,
-    intersection: Intersection,
-}
-
-impl<'a> Found<'a> {
-    /// Of equally near ones that with the lower primitive is nearer.
-    #[inline(always)]
-    fn is_nearer(&self, other: &Self) -> bool {
-        let (t, other_t) = (self.intersection.t, other.intersection.t);
-        t < other_t || (t == other_t && self.candidate.primitive() < other.candidate.primitive())
-    }
-
-    /// The hit of a ray that was moved by so much.
-    #[inline(always)]
-    pub fn hit(self, ray: &Ray, moved: f64) -> Hit<'a> {
-        let Found { candidate, intersection } = self;
-        Hit { primitive: candidate.primitive(), candidate, origin: ray.origin, direction: ray.direction, moved, intersection }
-    }
 }
 
 /// The second half of a quad; the first one and everything else are referred to by the primitive's number.
@@ -257,7 +184,7 @@ impl Bvh {
                 Aabb::new(Vec3A::new(down(min.x), down(min.y), down(min.z)), Vec3A::new(up(max.x), up(max.y), up(max.z)))
             })
             .collect();
-        split_large(&mut boxes, &mut references, facet);
+        binary::split_large(&mut boxes, &mut references, facet);
         for b in &mut boxes {
             *b = Aabb::new(b.min - PADDING, b.max + PADDING);
         }
@@ -534,45 +461,6 @@ impl Bvh {
 /// The last part of an instruction set's type name.
 fn instruction_set<S: Simd>(_: S) -> &'static str {
     std::any::type_name::<S>().rsplit("::").next().unwrap_or_default()
-}
-
-/// Replaces the boxes of large triangles by several smaller ones that cover their parts, which saves rays that pass beside a long thin
-/// triangle from testing it.
-fn split_large(boxes: &mut Vec<Aabb>, references: &mut Vec<u32>, facet: impl Fn(u32) -> (u32, Facet)) {
-    let (sum, largest) = boxes.iter().map(Aabb::half_area).fold((0.0f64, 0.0f32), |(sum, largest), a| (sum + f64::from(a), largest.max(a)));
-    let average = (sum / boxes.len() as f64) as f32;
-    let mut large = Vec::new();
-    let mut parts = Vec::new();
-    let mut triangles = Vec::new();
-    for (i, b) in boxes.iter().enumerate() {
-        if b.half_area() > 3.0 * average
-            && let (_, Facet::Triangle { corners: [v0, v1, v2], .. }) = facet(references[i])
-        {
-            parts.push(*b);
-            large.push(i);
-            triangles.push(F32Triangle { v0: v0.as_vec3a(), v1: v1.as_vec3a(), v2: v2.as_vec3a() });
-        }
-    }
-    let mut owners: Vec<u32> = (0..large.len() as u32).collect();
-    let high = (4.0 * average).max(0.9 * average + 0.1 * largest);
-    split_aabbs_precise(&mut parts, &mut owners, &triangles, 3.0 * average, high, 1.8, 1.6, 12, 12);
-    for (i, (part, owner)) in parts.into_iter().zip(owners).enumerate() {
-        let original = large[owner as usize];
-        if i < large.len() {
-            boxes[original] = part;
-        } else {
-            boxes.push(part);
-            references.push(references[original]);
-        }
-    }
-}
-
-/// The length of a direction may be off by rounding, and by a little more where a user computed it; anything else is made unit length.
-/// `None` if it has no length.
-#[inline(always)]
-pub(crate) fn unit(direction: DVec3) -> Option<DVec3> {
-    let length_squared = direction.length_squared();
-    if (length_squared - 1.0).abs() <= 1e-9 { Some(direction) } else { direction.try_normalize() }
 }
 
 impl std::fmt::Debug for Bvh {

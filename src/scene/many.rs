@@ -3,8 +3,9 @@
 //!
 //! What a ray visits does not depend on the others, so the answers are those of single queries.
 
-use super::bvh::{Bvh, Ends, Found, Hit, Query, Segment};
+use super::bvh::Bvh;
 use super::packet::{self, RAYS};
+use super::query::{Found, Hit, Query, Segment};
 use super::traverse::{Any, BoxRay, Nearest, Splat, Stack, Step};
 use crate::geometry::Ray;
 use fearless_simd::{Simd, dispatch};
@@ -48,7 +49,7 @@ impl Bvh {
     /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in order.
     #[inline]
     pub fn closest_many<'a>(&'a self, queries: impl Iterator<Item = Query>, mut found: impl FnMut(usize, Option<Hit<'a>>)) {
-        let none = Query { origin: DVec3::ZERO, direction: DVec3::ZERO, origin_primitive: 0 };
+        let none = Query::free(DVec3::ZERO, DVec3::ZERO);
         in_blocks(queries, none, None, |first, queries, hits| {
             self.closest_of_block(queries, hits);
             hits.iter().enumerate().for_each(|(i, hit)| found(first + i, *hit));
@@ -306,7 +307,7 @@ impl Default for AnyFlight {
             walk: Any::ended(false),
             stack: Stack::default(),
             box_ray: BoxRay::new(Vec3::ZERO, Vec3::ZERO),
-            segment: Segment { origin: DVec3::ZERO, direction: DVec3::ZERO, length: 0.0, ends: Ends { origin: 0, end: 0 } },
+            segment: Segment::free(DVec3::ZERO, DVec3::ZERO, 0.0),
         }
     }
 }

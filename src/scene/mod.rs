@@ -11,6 +11,7 @@ mod material;
 mod mesh;
 mod needs;
 mod packet;
+mod query;
 mod scattering;
 mod space;
 #[cfg(test)]

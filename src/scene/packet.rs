@@ -5,7 +5,8 @@
 //!
 //! Tolerances, hits that are held back and exact tests are those of the walk through the tree, so the answers are the same.
 
-use super::bvh::{Bvh, Ends, Found, Hit, Query, Segment};
+use super::bvh::Bvh;
+use super::query::{Found, Hit, Query, Segment};
 use super::traverse::{FAR, Facets, SMALLEST, Stack, Tested, take};
 use super::wide::{Block, Candidate, Child, LANES, Node, WIDTH};
 use crate::geometry::{Ray, SurfacePoint};
@@ -338,7 +339,7 @@ pub(super) fn are_free(bvh: &Bvh, segments: &[Result<Segment, bool>], free: &mut
 #[inline(always)]
 fn are_free_with<S: Simd>(simd: S, bvh: &Bvh, segments: &[Result<Segment, bool>], free: &mut [bool]) -> bool {
     for (segments, answers) in segments.chunks(RAYS).zip(free.chunks_mut(RAYS)) {
-        let mut inside = [Segment { origin: DVec3::ZERO, direction: DVec3::ZERO, length: 0.0, ends: Ends { origin: 0, end: 0 } }; RAYS];
+        let mut inside = [Segment::free(DVec3::ZERO, DVec3::ZERO, 0.0); RAYS];
         let (mut packet, mut free, mut unknown) = (Packet::new(), 0, 0);
         for (lane, segment) in segments.iter().enumerate() {
             match segment.and_then(|segment| bvh.part_inside(&segment).ok_or(true)) {

@@ -1,6 +1,7 @@
 //! The traversal against all shapes one by one, on scenes that are hard for boxes and for f32, with every instruction set.
 
-use super::bvh::{Bvh, Ends, Query, Segment};
+use super::bvh::Bvh;
+use super::query::{Ends, Query, Segment};
 use super::{Scene, SurfaceArea, WithNeeds};
 use crate::geometry::{Bounds, Contact, Disk, Place, Quad, Ray, Shape, Sphere, SurfacePoint, Triangle};
 use crate::math::warp::square_to_sphere;
@@ -125,7 +126,7 @@ fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize
         for (i, &(origin, direction, length)) in rays.iter().enumerate().step_by(step) {
             let ray = Ray::new(origin, direction);
             // Every other ray starts on a primitive, and ends on one.
-            let ends = if i % 2 == 0 { Ends { origin: NONE, end: NONE } } else { Ends { origin: i as u32 % 7, end: i as u32 % 5 } };
+            let ends = if i % 2 == 0 { Ends::FREE } else { Ends { origin: i as u32 % 7, end: i as u32 % 5 } };
             let from = |id: u32| if id == ends.origin { Contact::Origin } else { Contact::None };
             let expected = (0u32..)
                 .zip(shapes)
@@ -240,7 +241,7 @@ fn sheets_closer_together_than_f32_resolves_are_told_apart() {
 /// However many they are, answers are those of single queries, also for rays that are none, from outside, or past the scene.
 #[test]
 fn queries_at_once_are_answered_like_single_ones() {
-    let none = Ends { origin: NONE, end: NONE };
+    let none = Ends::FREE;
     let none_sure = |p: DVec3| [p, p * 1e-3, p * 50.0, DVec3::ZERO, DVec3::NAN, DVec3::INFINITY];
     for shapes_count in [0, 1, 9, 30, 300] {
         let mut rng = Pcg64Mcg::seed_from_u64(shapes_count);

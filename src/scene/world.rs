@@ -1,14 +1,15 @@
 //! The ready-made scene: meshes, spheres, quads and disks, named materials, and lights of any kind.
 
 use super::builder::{MaterialId, Surface, SurfaceId};
-use super::bvh::{Bvh, Ends, Hit, Query, Segment, TreeStatistics, unit};
+use super::bvh::{Bvh, TreeStatistics};
 use super::lights::{BoxedLight, Choice};
 use super::mesh::Shading;
+use super::query::{Hit, Query, Segment};
 use super::scattering::{Scattering, SurfaceBsdf};
 use super::{Needs, Scene, SurfaceArea, Warning};
 use crate::bsdf::Lobes;
 use crate::endpoint::{Light, LightId};
-use crate::geometry::{Bounds, Place, Ray, Shape, SurfacePoint, Triangle};
+use crate::geometry::{Bounds, Ray, Shape, SurfacePoint, Triangle};
 use glam::{DVec2, DVec3};
 
 /// A scene made by a [`WorldBuilder`](super::WorldBuilder). Immutable; share it between threads.
@@ -137,26 +138,26 @@ impl World {
     /// an origin that lies on no surface. A direction that is not of unit length is made so; a ray that is none hits nothing.
     #[must_use]
     pub fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
-        self.bvh.closest(query(origin, direction), primitive_and_distance)
+        self.bvh.closest(Query::free(origin, direction), primitive_and_distance)
     }
 
     /// [`first_hit`](Self::first_hit) of many rays, given by origin and direction. `found` gets each answer once, with the ray's place in the
     /// iterator, in any order.
     pub fn first_hits(&self, rays: impl Iterator<Item = (DVec3, DVec3)>, mut found: impl FnMut(usize, Option<(u32, f64)>)) {
-        let queries = rays.map(|(origin, direction)| query(origin, direction));
+        let queries = rays.map(|(origin, direction)| Query::free(origin, direction));
         self.bvh.closest_many(queries, |index, hit| found(index, hit.map(primitive_and_distance)));
     }
 
     /// Whether a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an end that lie on no surface.
     #[must_use]
     pub fn is_clear(&self, origin: DVec3, direction: DVec3, length: f64) -> bool {
-        self.bvh.is_free(&segment(origin, direction, length))
+        self.bvh.is_free(&Segment::free(origin, direction, length))
     }
 
     /// [`is_clear`](Self::is_clear) of many rays, given by origin, direction and length. `answer` gets each answer once, with the ray's place in
     /// the iterator, in any order.
     pub fn are_clear(&self, rays: impl Iterator<Item = (DVec3, DVec3, f64)>, answer: impl FnMut(usize, bool)) {
-        self.bvh.are_free(rays.map(|(origin, direction, length)| Ok(segment(origin, direction, length))), answer);
+        self.bvh.are_free(rays.map(|(origin, direction, length)| Ok(Segment::free(origin, direction, length))), answer);
     }
 
     /// The surface point of a hit.
@@ -186,53 +187,6 @@ impl World {
         // All fields at once, so that the point is made where it is needed.
         SurfacePoint { primitive, surface: id, shading_normal: shading.normal, tangent: shading.tangent, uv: shading.uv, ..x }
     }
-
-    /// The end of a segment at which to start the ray: the one closer to the scene's centre, whose rounding is the smaller one. So the
-    /// answer does not depend on the order of the ends.
-    #[inline]
-    fn starts_segment(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
-        let distance = |x: &SurfacePoint| x.position.distance_squared(self.bvh.center());
-        let key = |x: &SurfacePoint| (x.position.to_array(), x.primitive);
-        let (to_a, to_b) = (distance(a), distance(b));
-        to_a < to_b || (to_a == to_b && key(a) <= key(b))
-    }
-
-    /// What to ask of the tree to find out whether two points see each other, or whether they do if that is clear without.
-    #[inline(always)]
-    fn segment(&self, a: &SurfacePoint, b: &SurfacePoint) -> Result<Segment, bool> {
-        let (a, b) = match (a.place, b.place) {
-            (Place::Infinite, Place::Infinite) => return Err(false),
-            (Place::Infinite, _) => (b, a),
-            (_, Place::Infinite) => (a, b),
-            _ if self.starts_segment(a, b) => (a, b),
-            _ => (b, a),
-        };
-        let (origin, direction, length) = if b.place == Place::Infinite {
-            let direction = unit(-b.geometric_normal).unwrap_or_default();
-            let origin = a.origin_towards(direction);
-            (origin, direction, (b.position - origin).dot(direction))
-        } else {
-            let between = b.position - a.position;
-            if between == DVec3::ZERO {
-                return Err(false);
-            }
-            // Each end is moved towards the other, so that neither end's own surface is in the way.
-            let (origin, end) = (a.origin_towards(between), b.origin_towards(-between));
-            let segment = end - origin;
-            if segment.dot(between) <= 0.0 {
-                // Closer to each other than their error bounds: nothing can be in between.
-                return Err(true);
-            }
-            let length = segment.length();
-            (origin, segment / length, length)
-        };
-        if !(origin.is_finite() && direction.is_finite() && direction != DVec3::ZERO && length.is_finite()) {
-            return Err(false);
-        }
-        // Hits within the rounding of the distance itself belong to the end.
-        let length = length * (1.0 - crate::geometry::gamma(8));
-        Ok(Segment { origin, direction, length, ends: Ends { origin: contact(a), end: contact(b) } })
-    }
 }
 
 impl Scene for World {
@@ -242,13 +196,13 @@ impl Scene for World {
     #[inline]
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         // The point is made where it is needed.
-        self.bvh.closest(contact_query(from, direction), |hit| hit).and_then(|hit| self.point_of(&hit))
+        self.bvh.closest(Query::leaving(from, direction), |hit| hit).and_then(|hit| self.point_of(&hit))
     }
 
     /// Coincident points, two points at infinity and points that are not finite do not see each other: they have no geometry term.
     #[inline]
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
-        self.segment(a, b).map_or_else(|visible| visible, |segment| self.bvh.is_free(&segment))
+        Segment::between(a, b, self.bvh.center()).map_or_else(|visible| visible, |segment| self.bvh.is_free(&segment))
     }
 
     #[inline]
@@ -257,13 +211,13 @@ impl Scene for World {
         rays: impl Iterator<Item = (&'a SurfacePoint, DVec3)>,
         mut found: impl FnMut(usize, Option<SurfacePoint>),
     ) {
-        let queries = rays.map(|(from, direction)| contact_query(from, direction));
+        let queries = rays.map(|(from, direction)| Query::leaving(from, direction));
         self.bvh.closest_many(queries, |index, hit| found(index, hit.and_then(|hit| self.point_of(&hit))));
     }
 
     #[inline]
     fn visible_many<'a>(&self, segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>, answer: impl FnMut(usize, bool)) {
-        self.bvh.are_free(segments.map(|(a, b)| self.segment(a, b)), answer);
+        self.bvh.are_free(segments.map(|(a, b)| Segment::between(a, b, self.bvh.center())), answer);
     }
 
     #[inline]
@@ -318,32 +272,10 @@ impl SurfaceArea for World {
     }
 }
 
-/// A ray from an origin that lies on no surface.
-fn query(origin: DVec3, direction: DVec3) -> Query {
-    Query { origin, direction, origin_primitive: SurfacePoint::NONE }
-}
-
-/// A ray from a surface point.
-#[inline(always)]
-fn contact_query(from: &SurfacePoint, direction: DVec3) -> Query {
-    Query { origin: from.origin_towards(direction), direction, origin_primitive: contact(from) }
-}
-
-/// A ray up to a length, from and to points that lie on no surface.
-fn segment(origin: DVec3, direction: DVec3, length: f64) -> Segment {
-    Segment { origin, direction, length, ends: Ends { origin: SurfacePoint::NONE, end: SurfacePoint::NONE } }
-}
-
 /// A hit without its surface point.
 #[inline(always)]
 fn primitive_and_distance(hit: Hit<'_>) -> (u32, f64) {
     (hit.primitive, hit.moved + hit.intersection.t)
-}
-
-/// The primitive that a ray from a point must not hit again.
-#[inline]
-fn contact(x: &SurfacePoint) -> u32 {
-    if x.place == Place::Area { x.primitive } else { SurfacePoint::NONE }
 }
 
 fn needs(
