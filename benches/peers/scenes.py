@@ -81,7 +81,7 @@ def copy(directory, source):
     """A scene by others, its folder copied, with the box filter and a choice of samplers; and the defaults of its parameters."""
     folder = directory / source.parent.name
     defaults = {}
-    for original in filter(pathlib.Path.is_file, source.parent.rglob("*")):
+    for original in list(filter(pathlib.Path.is_file, source.parent.rglob("*"))):
         path = folder / original.relative_to(source.parent)
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.suffix != ".xml":
