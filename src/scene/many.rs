@@ -21,7 +21,7 @@ const BLOCK: usize = 128;
 /// Queries from which on what it takes to begin pays.
 const SOME: usize = 4;
 
-/// Lines of a tree up to which taking turns does not pay: 2 MiB.
+/// Lines of a tree up to which taking turns does not pay: 2 MiB. Few in tests, whose trees are to be on both sides.
 const CACHED: usize = if cfg!(test) { 1 << 7 } else { 1 << 15 };
 
 /// Distance between origins, relative to half the scene's size, up to which rays into nearly the same direction visit mostly the same, such as a camera's.
