@@ -3,7 +3,10 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DVec2, DVec3};
 use pathspace::bsdf::fresnel::Reflectance;
-use pathspace::bsdf::{Bsdf, BsdfError, Conductor, Dielectric, Ggx, Lambert, Mixture, Model, Null, RoughConductor, RoughDielectric, Walk};
+use pathspace::bsdf::{
+    Bsdf, BsdfError, Conductor, Dielectric, Ggx, Lambert, Mixture, Model, Null, RoughConductor,
+    RoughDielectric, Walk,
+};
 use pathspace::math::Rgb;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -30,7 +33,11 @@ fn events() -> Vec<(DVec3, f64, DVec2)> {
     let event = |_| {
         let (z, azimuth): (f64, f64) = (rng.random(), std::f64::consts::TAU * rng.random::<f64>());
         let radius = ((1.0 - z) * (1.0 + z)).sqrt();
-        (DVec3::new(radius * azimuth.cos(), radius * azimuth.sin(), z), rng.random(), DVec2::new(rng.random(), rng.random()))
+        (
+            DVec3::new(radius * azimuth.cos(), radius * azimuth.sin(), z),
+            rng.random(),
+            DVec2::new(rng.random(), rng.random()),
+        )
     };
     (0..1024).map(event).collect()
 }
@@ -46,14 +53,18 @@ fn bsdfs(criterion: &mut Criterion) {
                 black_box(&model).sample(fixed, Walk::Camera, u1, u2)
             });
         });
-        let sampled = |&(fixed, u1, u2): &(DVec3, f64, DVec2)| model.sample(fixed, Walk::Camera, u1, u2).map(|sample| (fixed, sample.next));
+        let sampled = |&(fixed, u1, u2): &(DVec3, f64, DVec2)| {
+            model.sample(fixed, Walk::Camera, u1, u2).map(|sample| (fixed, sample.next))
+        };
         let pairs: Vec<(DVec3, DVec3)> = events.iter().filter_map(sampled).collect();
         let mut cycle = pairs.iter().cycle();
         group.bench_function("eval", |bencher| {
             bencher.iter(|| cycle.next().map(|&(fixed, next)| black_box(&model).eval(next, fixed)));
         });
         group.bench_function("pdf", |bencher| {
-            bencher.iter(|| cycle.next().map(|&(fixed, next)| black_box(&model).pdf(fixed, next, Walk::Camera)));
+            bencher.iter(|| {
+                cycle.next().map(|&(fixed, next)| black_box(&model).pdf(fixed, next, Walk::Camera))
+            });
         });
         group.finish();
     }

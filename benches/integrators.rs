@@ -1,12 +1,17 @@
-//! Each integrator on the Cornell box, single-threaded: samples per second, and rays per sample. Weights of recorded paths alone.
+//! Each integrator on the Cornell box, single-threaded: samples per second, and rays per sample.
+//! Weights of recorded paths alone.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec2, UVec2};
 use pathspace::endpoint::Camera;
 use pathspace::film::{BatchSample, BatchSink, Contribution, FilmSample};
-use pathspace::integrator::{Bidirectional, Depth, Integrator, LightTracer, PathTracer, UniformArea};
+use pathspace::integrator::{
+    Bidirectional, Depth, Integrator, LightTracer, PathTracer, UniformArea,
+};
 use pathspace::math::Rgb;
-use pathspace::path::{Counters, Heuristic, Path, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet};
+use pathspace::path::{
+    Counters, Heuristic, Path, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet,
+};
 use pathspace::sampler::{Independent, SampleSource, Sampler};
 use pathspace::scene::World;
 use pathspace::scene::gallery::{self, GalleryScene};
@@ -50,7 +55,10 @@ fn integrators(criterion: &mut Criterion) {
     let depth = Depth::up_to(MAX_BOUNCES);
     let s01 = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
     let mut group = criterion.benchmark_group("cornell-box");
-    group.throughput(Throughput::Elements(u64::from(SAMPLES))).sample_size(20).measurement_time(Duration::from_secs(5));
+    group
+        .throughput(Throughput::Elements(u64::from(SAMPLES)))
+        .sample_size(20)
+        .measurement_time(Duration::from_secs(5));
     let mut bench = |name: &str, run: &dyn Fn() -> Counters| {
         let counters = run();
         println!("{name}: {:.2} rays per sample", counters.rays() as f64 / f64::from(SAMPLES));
@@ -60,8 +68,12 @@ fn integrators(criterion: &mut Criterion) {
     let bidirectional = Bidirectional { depth, ..Bidirectional::default() };
     bench("uniform-area", &|| pass(&scene, &UniformArea { depth, roulette }, BATCH));
     bench("path-tracing", &|| pass(&scene, &PathTracer { depth, ..PathTracer::default() }, BATCH));
-    bench("path-tracing/one-by-one", &|| pass(&scene, &PathTracer { depth, ..PathTracer::default() }, 1));
-    bench("path-tracing/general-kernel", &|| pass(&scene, &Bidirectional { techniques: s01, ..bidirectional }, BATCH));
+    bench("path-tracing/one-by-one", &|| {
+        pass(&scene, &PathTracer { depth, ..PathTracer::default() }, 1)
+    });
+    bench("path-tracing/general-kernel", &|| {
+        pass(&scene, &Bidirectional { techniques: s01, ..bidirectional }, BATCH)
+    });
     bench("light-tracing", &|| pass(&scene, &LightTracer { depth, roulette }, BATCH));
     bench("light-tracing/one-by-one", &|| pass(&scene, &LightTracer { depth, roulette }, 1));
     bench("bidirectional", &|| pass(&scene, &bidirectional, BATCH));
@@ -76,23 +88,38 @@ fn weights(criterion: &mut Criterion) {
     group.measurement_time(Duration::from_secs(2));
     for vertices in [3usize, 6, 10] {
         let depth = Depth::exactly(vertices as u32 - 2);
-        let integrator = Bidirectional { depth, roulette: Roulette::NEVER, ..Bidirectional::default() };
+        let integrator =
+            Bidirectional { depth, roulette: Roulette::NEVER, ..Bidirectional::default() };
         let (set, heuristic) = (integrator.techniques, integrator.heuristic);
-        let measure = |path: &Path<'_, '_, World, dyn Camera + Send>, record: &PathRecord, group: &mut criterion::BenchmarkGroup<'_, _>| {
-            group.bench_function(format!("{vertices} vertices"), |b| b.iter(|| black_box(path).weight(&set, heuristic)));
+        let measure = |path: &Path<'_, '_, World, dyn Camera + Send>,
+                       record: &PathRecord,
+                       group: &mut criterion::BenchmarkGroup<'_, _>| {
+            group.bench_function(format!("{vertices} vertices"), |b| {
+                b.iter(|| black_box(path).weight(&set, heuristic))
+            });
             let t = usize::from(path.technique().t);
-            group.bench_function(format!("{vertices} vertices, sweep alone"), |b| b.iter(|| weigh(black_box(record), t, &set, heuristic)));
+            group.bench_function(format!("{vertices} vertices, sweep alone"), |b| {
+                b.iter(|| weigh(black_box(record), t, &set, heuristic))
+            });
         };
         let (source, mut scratch, mut found) = (Independent { seed: 2 }, Scratch::default(), false);
         for pixel in 0..SAMPLES {
             let mut sampler = source.sampler(pixel, 0);
-            let film = FilmSample { raster: sampler.next_2d() * f64::from(SIDE), offset: DVec2::ZERO };
-            integrator.for_each_path(&scene.world, &*scene.camera, film, &mut sampler, &mut scratch, |path, _| {
-                if !found && usize::from(path.technique().t) == vertices / 2 + 1 {
-                    found = true;
-                    measure(path, &path.record(), &mut group);
-                }
-            });
+            let film =
+                FilmSample { raster: sampler.next_2d() * f64::from(SIDE), offset: DVec2::ZERO };
+            integrator.for_each_path(
+                &scene.world,
+                &*scene.camera,
+                film,
+                &mut sampler,
+                &mut scratch,
+                |path, _| {
+                    if !found && usize::from(path.technique().t) == vertices / 2 + 1 {
+                        found = true;
+                        measure(path, &path.record(), &mut group);
+                    }
+                },
+            );
         }
     }
     group.finish();

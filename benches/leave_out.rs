@@ -1,8 +1,10 @@
-//! What a host compiles to that says at compile time what its scene needs: one concrete BSDF, lights that can be hit, no environment, nothing Dirac; beside the same
-//! host that says it needs everything, and one behind `dyn`.
+//! What a host compiles to that says at compile time what its scene needs: one concrete BSDF,
+//! lights that can be hit, no environment, nothing Dirac; beside the same host that says it needs
+//! everything, and one behind `dyn`.
 //!
-//! `LEAVE_OUT_HOST=constant valgrind --tool=callgrind target/release/deps/leave_out-…` counts instructions of one of them (`constant`, `everything`, `dyn`)
-//! instead; `LEAVE_OUT_INTEGRATOR=bidirectional` of the other integrator.
+//! `LEAVE_OUT_HOST=constant valgrind --tool=callgrind target/release/deps/leave_out-…` counts
+//! instructions of one of them (`constant`, `everything`, `dyn`) instead;
+//! `LEAVE_OUT_INTEGRATOR=bidirectional` of the other integrator.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -97,11 +99,13 @@ fn run<S: Scene, I: Integrator<S>>(scene: &S, integrator: &I) -> Rgb {
 
 fn main() {
     let cap = || SphereCap::new(0.5, 0.1);
-    let (constant, dynamic, plain) = (Constant(cap()), Dynamic(cap(), common::Lambertian(0.5)), cap());
+    let (constant, dynamic, plain) =
+        (Constant(cap()), Dynamic(cap(), common::Lambertian(0.5)), cap());
     let everything = WithNeeds::all(&plain);
     let (path, both) = (PathTracer::up_to(4), Bidirectional::up_to(4));
     if let Ok(host) = std::env::var("LEAVE_OUT_HOST") {
-        let bidirectional = std::env::var("LEAVE_OUT_INTEGRATOR").is_ok_and(|name| name == "bidirectional");
+        let bidirectional =
+            std::env::var("LEAVE_OUT_INTEGRATOR").is_ok_and(|name| name == "bidirectional");
         black_box(match (host.as_str(), bidirectional) {
             ("constant", false) => run(&constant, &path),
             ("everything", false) => run(&everything, &path),
@@ -120,7 +124,8 @@ fn main() {
     group.bench_function("path-tracing, dyn BSDF, everything", |b| b.iter(|| run(&dynamic, &path)));
     group.bench_function("bidirectional, constant needs", |b| b.iter(|| run(&constant, &both)));
     group.bench_function("bidirectional, everything", |b| b.iter(|| run(&everything, &both)));
-    group.bench_function("bidirectional, dyn BSDF, everything", |b| b.iter(|| run(&dynamic, &both)));
+    group
+        .bench_function("bidirectional, dyn BSDF, everything", |b| b.iter(|| run(&dynamic, &both)));
     group.finish();
     criterion.final_summary();
 }

@@ -1,5 +1,5 @@
-//! The ray kernel alone: closest and any hit, coherent and incoherent rays, on a ball of 327 680 triangles; and how the cost of a ray grows with
-//! the number of triangles.
+//! The ray kernel alone: closest and any hit, coherent and incoherent rays, on a ball of 327 680
+//! triangles; and how the cost of a ray grows with the number of triangles.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use pathspace::geometry::SurfacePoint;
@@ -26,7 +26,9 @@ fn coherent() -> Vec<(SurfacePoint, DVec3)> {
     let eye = SurfacePoint::dirac(DVec3::Z * 3.0);
     let side = (RAYS as f64).sqrt() as usize;
     let pixel = |i: usize| (i as f64 + 0.5) / side as f64 * 0.5 - 0.25;
-    (0..RAYS).map(|i| (eye, DVec3::new(pixel(i % side), pixel(i / side), -1.0).normalize())).collect()
+    (0..RAYS)
+        .map(|i| (eye, DVec3::new(pixel(i % side), pixel(i / side), -1.0).normalize()))
+        .collect()
 }
 
 /// From points of the surface to the inside: after the first bounce.
@@ -44,7 +46,10 @@ fn incoherent(world: &World) -> Vec<(SurfacePoint, DVec3)> {
 fn rays(criterion: &mut Criterion) {
     let world = world(7).expect("a valid scene");
     let mut group = criterion.benchmark_group("rays");
-    group.throughput(Throughput::Elements(RAYS as u64)).sample_size(20).measurement_time(Duration::from_secs(4));
+    group
+        .throughput(Throughput::Elements(RAYS as u64))
+        .sample_size(20)
+        .measurement_time(Duration::from_secs(4));
     for (name, rays) in [("coherent", coherent()), ("incoherent", incoherent(&world))] {
         group.bench_function(format!("closest/{name}"), |b| {
             b.iter(|| {
@@ -58,7 +63,8 @@ fn rays(criterion: &mut Criterion) {
             .iter()
             .enumerate()
             .map(|(i, (x, d))| {
-                let distance = world.intersect(x, *d).map_or(1.0, |y| y.position.distance(x.position));
+                let distance =
+                    world.intersect(x, *d).map_or(1.0, |y| y.position.distance(x.position));
                 SurfacePoint::dirac(x.position + *d * distance * if i % 2 == 0 { 0.5 } else { 1.5 })
             })
             .collect();
@@ -75,11 +81,19 @@ fn rays(criterion: &mut Criterion) {
 
 fn triangles(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("rays by triangles");
-    group.throughput(Throughput::Elements(RAYS as u64)).sample_size(10).measurement_time(Duration::from_secs(1));
+    group
+        .throughput(Throughput::Elements(RAYS as u64))
+        .sample_size(10)
+        .measurement_time(Duration::from_secs(1));
     for level in [1, 3, 5, 7, 9] {
         let world = world(level).expect("a valid scene");
         let tree = world.tree_statistics();
-        println!("{} triangles: {} bytes, built in {:.3} s", world.primitive_count(), tree.bytes, tree.build_time.as_secs_f64());
+        println!(
+            "{} triangles: {} bytes, built in {:.3} s",
+            world.primitive_count(),
+            tree.bytes,
+            tree.build_time.as_secs_f64()
+        );
         let rays = incoherent(&world);
         group.bench_function(format!("closest/{}", world.primitive_count()), |b| {
             b.iter(|| {

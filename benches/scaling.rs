@@ -1,6 +1,9 @@
-//! How the cost of a sample grows with the number of lights, with the length of paths, with the size of the image, and how it falls with threads.
+//! How the cost of a sample grows with the number of lights, with the length of paths, with the
+//! size of the image, and how it falls with threads.
 
-use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime};
+use criterion::{
+    BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
+};
 use pathspace::endpoint::{Camera, PinholeCamera};
 use pathspace::geometry::Quad;
 use pathspace::glam::{DVec3, UVec2};
@@ -13,23 +16,41 @@ use pathspace::scene::{Emission, Material, SceneError, World, WorldBuilder};
 use std::time::Duration;
 
 /// The incremental integrators.
-fn integrators(max_bounces: u32, roulette: Roulette) -> [(&'static str, Box<dyn Render<World>>); 3] {
+fn integrators(
+    max_bounces: u32,
+    roulette: Roulette,
+) -> [(&'static str, Box<dyn Render<World>>); 3] {
     [
         ("path-tracing", Box::new(PathTracer { roulette, ..PathTracer::up_to(max_bounces) })),
         ("light-tracing", Box::new(LightTracer { roulette, ..LightTracer::up_to(max_bounces) })),
-        ("bidirectional", Box::new(Bidirectional { roulette, ..Bidirectional::up_to(max_bounces) })),
+        (
+            "bidirectional",
+            Box::new(Bidirectional { roulette, ..Bidirectional::up_to(max_bounces) }),
+        ),
     ]
 }
 
 /// One sample per pixel.
 fn pass(world: &World, camera: &dyn Camera, integrator: &dyn Render<World>, threads: usize) {
-    let settings = Settings { budget: Budget::Samples(1), seed: 1, threads: Some(threads), ..Settings::default() };
+    let settings = Settings {
+        budget: Budget::Samples(1),
+        seed: 1,
+        threads: Some(threads),
+        ..Settings::default()
+    };
     integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
 }
 
-fn group<'c>(criterion: &'c mut Criterion, name: &str, samples: u32) -> BenchmarkGroup<'c, WallTime> {
+fn group<'c>(
+    criterion: &'c mut Criterion,
+    name: &str,
+    samples: u32,
+) -> BenchmarkGroup<'c, WallTime> {
     let mut group = criterion.benchmark_group(name);
-    group.throughput(Throughput::Elements(u64::from(samples))).sample_size(10).measurement_time(Duration::from_secs(2));
+    group
+        .throughput(Throughput::Elements(u64::from(samples)))
+        .sample_size(10)
+        .measurement_time(Duration::from_secs(2));
     group
 }
 
@@ -39,17 +60,33 @@ fn room(side: u32) -> Result<(World, PinholeCamera), SceneError> {
     let grey = builder.add_material("grey", Material::Lambert { albedo: Rgb::splat(0.5) })?;
     for (i, axis) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
         let (u, v) = [(DVec3::Y, DVec3::Z), (DVec3::Z, DVec3::X), (DVec3::X, DVec3::Y)][i];
-        builder.add_quad(format!("wall {i} below"), Quad { origin: -axis - u - v, edge_u: u * 2.0, edge_v: v * 2.0 }, grey)?;
-        builder.add_quad(format!("wall {i} above"), Quad { origin: axis - u - v, edge_u: v * 2.0, edge_v: u * 2.0 }, grey)?;
+        builder.add_quad(
+            format!("wall {i} below"),
+            Quad { origin: -axis - u - v, edge_u: u * 2.0, edge_v: v * 2.0 },
+            grey,
+        )?;
+        builder.add_quad(
+            format!("wall {i} above"),
+            Quad { origin: axis - u - v, edge_u: v * 2.0, edge_v: u * 2.0 },
+            grey,
+        )?;
     }
     let step = 2.0 / f64::from(side);
     for i in 0..side * side {
-        let origin = DVec3::new(f64::from(i % side) * step - 1.0, 0.99, f64::from(i / side) * step - 1.0);
+        let origin =
+            DVec3::new(f64::from(i % side) * step - 1.0, 0.99, f64::from(i / side) * step - 1.0);
         let lamp = Quad { origin, edge_u: DVec3::X * step * 0.5, edge_v: DVec3::Z * step * 0.5 };
         let id = builder.add_quad(format!("lamp {i}"), lamp, grey)?;
         builder.set_emission(id, Emission { radiance: Rgb::WHITE, two_sided: false })?;
     }
-    let camera = PinholeCamera::new(DVec3::new(0.0, 0.2, 0.95), DVec3::ZERO, DVec3::Y, 60.0, UVec2::splat(64)).expect("a valid camera");
+    let camera = PinholeCamera::new(
+        DVec3::new(0.0, 0.2, 0.95),
+        DVec3::ZERO,
+        DVec3::Y,
+        60.0,
+        UVec2::splat(64),
+    )
+    .expect("a valid camera");
     Ok((builder.build()?, camera))
 }
 
@@ -59,7 +96,9 @@ fn lights(criterion: &mut Criterion) {
         let (world, camera) = room(side).expect("a valid scene");
         println!("{} lights: tree of {} bytes", side * side, world.tree_statistics().bytes);
         for (name, integrator) in integrators(4, Roulette::default()) {
-            group.bench_function(format!("{name}/{}", side * side), |b| b.iter(|| pass(&world, &camera, &*integrator, 1)));
+            group.bench_function(format!("{name}/{}", side * side), |b| {
+                b.iter(|| pass(&world, &camera, &*integrator, 1))
+            });
         }
     }
     group.finish();
@@ -70,7 +109,9 @@ fn path_length(criterion: &mut Criterion) {
     let (world, camera) = room(1).expect("a valid scene");
     for events in [1, 2, 4, 8, 16, 32] {
         for (name, integrator) in integrators(events, Roulette::NEVER) {
-            group.bench_function(format!("{name}/{events}"), |b| b.iter(|| pass(&world, &camera, &*integrator, 1)));
+            group.bench_function(format!("{name}/{events}"), |b| {
+                b.iter(|| pass(&world, &camera, &*integrator, 1))
+            });
         }
     }
     group.finish();
@@ -79,9 +120,12 @@ fn path_length(criterion: &mut Criterion) {
 fn resolution(criterion: &mut Criterion) {
     for side in [64, 256, 1024] {
         let mut group = group(criterion, "sample by resolution", side * side);
-        let scene = gallery::build("cornell-box", UVec2::splat(side)).expect("a scene of the gallery");
+        let scene =
+            gallery::build("cornell-box", UVec2::splat(side)).expect("a scene of the gallery");
         for (name, integrator) in &integrators(4, Roulette::default())[..2] {
-            group.bench_function(format!("{name}/{side}"), |b| b.iter(|| pass(&scene.world, &*scene.camera, &**integrator, 1)));
+            group.bench_function(format!("{name}/{side}"), |b| {
+                b.iter(|| pass(&scene.world, &*scene.camera, &**integrator, 1))
+            });
         }
         group.finish();
     }
@@ -93,7 +137,9 @@ fn threads(criterion: &mut Criterion) {
     let mut group = group(criterion, "sample by threads", side * side);
     for (name, integrator) in integrators(4, Roulette::default()) {
         for threads in [1, 2] {
-            group.bench_function(format!("{name}/{threads}"), |b| b.iter(|| pass(&scene.world, &*scene.camera, &*integrator, threads)));
+            group.bench_function(format!("{name}/{threads}"), |b| {
+                b.iter(|| pass(&scene.world, &*scene.camera, &*integrator, threads))
+            });
         }
     }
     group.finish();

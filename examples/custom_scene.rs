@@ -1,17 +1,21 @@
-//! How to plug in your own renderer: a toy host with its own geometry, its own material and its own light, rendered by three of this crate's
-//! integrators.
+//! How to plug in your own renderer: a toy host with its own geometry, its own material and its own
+//! light, rendered by three of this crate's integrators.
 //!
-//! A host implements [`Scene`] (and [`SurfaceArea`], if it wants uniform-area sampling), [`Bsdf`] for its materials and, if the ready-made
-//! lights do not suffice, [`Endpoint`] and [`Light`]. Integrators know nothing else about it.
+//! A host implements [`Scene`] (and [`SurfaceArea`], if it wants uniform-area sampling), [`Bsdf`]
+//! for its materials and, if the ready-made lights do not suffice, [`Endpoint`] and [`Light`].
+//! Integrators know nothing else about it.
 //!
-//! Path tracing, light tracing and bidirectional path tracing sample the same integral in different ways. If their images agree, then the
-//! host's sampling, densities and values are consistent with each other: comparing them is the best test of a new material or light.
+//! Path tracing, light tracing and bidirectional path tracing sample the same integral in different
+//! ways. If their images agree, then the host's sampling, densities and values are consistent with
+//! each other: comparing them is the best test of a new material or light.
 
 mod common;
 
 use clap::Parser;
 use pathspace::bsdf::{Bsdf, BsdfSample, Lobes, Walk};
-use pathspace::endpoint::{AreaLight, DirectionSample, Endpoint, Light, LightId, PinholeCamera, PointSample};
+use pathspace::endpoint::{
+    AreaLight, DirectionSample, Endpoint, Light, LightId, PinholeCamera, PointSample,
+};
 use pathspace::film::{Image, ImageFile};
 use pathspace::geometry::{Frame, Place, Shape, Sphere, SurfacePoint};
 use pathspace::glam::{DVec2, DVec3, UVec2};
@@ -26,12 +30,14 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-// ---------------------------------------------------------------------------------------------------------------- the host's material
+// ----------------------------------------------------------------------------------------------------------------
+// the host's material
 
-/// A two-sided diffuse surface with a retro-reflective lobe, as on traffic signs: `f = ρ_d/π + ρ_r (n+2)/(2π) max(0, ω_light · ω_camera)ⁿ`.
+/// A two-sided diffuse surface with a retro-reflective lobe, as on traffic signs: `f = ρ_d/π + ρ_r
+/// (n+2)/(2π) max(0, ω_light · ω_camera)ⁿ`.
 ///
-/// Directions are in the frame of the surface, z = normal, and point away from it. Densities are per projected solid angle: a density
-/// per solid angle, divided by the cosine.
+/// Directions are in the frame of the surface, z = normal, and point away from it. Densities are
+/// per projected solid angle: a density per solid angle, divided by the cosine.
 struct RetroReflector {
     diffuse: Rgb,
     retro: Rgb,
@@ -55,7 +61,8 @@ impl Bsdf for RetroReflector {
         if to_light.z * to_camera.z <= 0.0 {
             return Rgb::BLACK; // nothing is transmitted
         }
-        let lobe = to_light.dot(to_camera).max(0.0).powf(self.exponent) * (self.exponent + 2.0) / TAU;
+        let lobe =
+            to_light.dot(to_camera).max(0.0).powf(self.exponent) * (self.exponent + 2.0) / TAU;
         self.diffuse * FRAC_1_PI + self.retro * lobe
     }
 
@@ -80,7 +87,14 @@ impl Bsdf for RetroReflector {
         (pdf.value() > 0.0).then(|| {
             let (to_light, to_camera) = walk.label(fixed, next);
             let weight = self.eval(to_light, to_camera) / pdf.value();
-            BsdfSample { next, weight, pdf, pdf_reverse: self.pdf(next, fixed, walk.reversed()), dirac: false, relative_ior: 1.0 }
+            BsdfSample {
+                next,
+                weight,
+                pdf,
+                pdf_reverse: self.pdf(next, fixed, walk.reversed()),
+                dirac: false,
+                relative_ior: 1.0,
+            }
         })
     }
 }
@@ -92,10 +106,12 @@ fn power_cosine(exponent: f64, u: DVec2) -> DVec3 {
     DVec3::new(sin * (TAU * u.y).cos(), sin * (TAU * u.y).sin(), cos)
 }
 
-// ------------------------------------------------------------------------------------------------------------------- the host's light
+// -------------------------------------------------------------------------------------------------------------------
+// the host's light
 
-/// A head lamp: a point that emits the intensity `I cosⁿ` around an axis. It is a Dirac position, so its densities are a probability for the
-/// point and per solid angle for the direction; see the table in `pathspace::endpoint`.
+/// A head lamp: a point that emits the intensity `I cosⁿ` around an axis. It is a Dirac position,
+/// so its densities are a probability for the point and per solid angle for the direction; see the
+/// table in `pathspace::endpoint`.
 struct HeadLamp {
     position: DVec3,
     axis: DVec3,
@@ -116,11 +132,18 @@ impl Endpoint for HeadLamp {
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
         let direction = Frame::from_normal(self.axis).to_world(power_cosine(self.exponent, u));
         let pdf = self.direction_pdf(point, direction);
-        (pdf.value() > 0.0).then(|| DirectionSample { from: *point, direction, pdf, weight: self.emit(point, direction) / pdf.value() })
+        (pdf.value() > 0.0).then(|| DirectionSample {
+            from: *point,
+            direction,
+            pdf,
+            weight: self.emit(point, direction) / pdf.value(),
+        })
     }
 
     fn direction_pdf(&self, _point: &SurfacePoint, direction: DVec3) -> PerProjected {
-        PerProjected(self.axis.dot(direction).max(0.0).powf(self.exponent) * (self.exponent + 1.0) / TAU)
+        PerProjected(
+            self.axis.dot(direction).max(0.0).powf(self.exponent) * (self.exponent + 1.0) / TAU,
+        )
     }
 
     fn emit(&self, _point: &SurfacePoint, direction: DVec3) -> Rgb {
@@ -138,9 +161,11 @@ impl Light for HeadLamp {
     }
 }
 
-// ---------------------------------------------------------------------------------------------------------------- the host's geometry
+// ----------------------------------------------------------------------------------------------------------------
+// the host's geometry
 
-/// A square of ground, y = 0, and balls. The last ball is a lamp; the head lamp is the second light.
+/// A square of ground, y = 0, and balls. The last ball is a lamp; the head lamp is the second
+/// light.
 struct ToyScene {
     ground: RetroReflector,
     balls: Vec<(Sphere, RetroReflector)>,
@@ -153,7 +178,11 @@ const GROUND_HALF_WIDTH: f64 = 5.0;
 
 impl ToyScene {
     fn new() -> Result<Self, Box<dyn Error>> {
-        let material = |diffuse, retro, exponent| RetroReflector { diffuse: Rgb(diffuse), retro: Rgb(retro), exponent };
+        let material = |diffuse, retro, exponent| RetroReflector {
+            diffuse: Rgb(diffuse),
+            retro: Rgb(retro),
+            exponent,
+        };
         let ball = |x, y, z, radius| Sphere::new(DVec3::new(x, y, z), radius);
         let lamp = ball(1.2, 3.5, -0.8, 0.4);
         let balls = vec![
@@ -162,12 +191,20 @@ impl ToyScene {
             (ball(2.1, 1.0, 0.0, 1.0), material([0.05, 0.05, 0.2], [0.6, 0.6, 0.7], 60.0)),
             (lamp, material([0.0; 3], [0.0; 3], 0.0)),
         ];
-        // One of the crate's lights, on the host's surface: it must know the number by which the host calls that primitive.
+        // One of the crate's lights, on the host's surface: it must know the number by which the
+        // host calls that primitive.
         let primitive = balls.len() as u32;
-        let glow = AreaLight::new(vec![Shape::Sphere(lamp)], primitive, primitive, Rgb::new(30.0, 25.0, 20.0), false)?;
+        let glow = AreaLight::new(
+            vec![Shape::Sphere(lamp)],
+            primitive,
+            primitive,
+            Rgb::new(30.0, 25.0, 20.0),
+            false,
+        )?;
         let position = DVec3::new(-0.5, 3.2, 8.0);
         let axis = (DVec3::new(0.5, 0.6, 0.0) - position).normalize();
-        let head_lamp = HeadLamp { position, axis, intensity: Rgb::new(16.0, 20.0, 26.0), exponent: 40.0 };
+        let head_lamp =
+            HeadLamp { position, axis, intensity: Rgb::new(16.0, 20.0, 26.0), exponent: 40.0 };
         let ground = material([0.5, 0.5, 0.5], [0.1, 0.1, 0.1], 20.0);
         Ok(Self { ground, balls, lights: [Box::new(glow), Box::new(head_lamp)] })
     }
@@ -176,8 +213,9 @@ impl ToyScene {
         GROUND..=self.balls.len() as u32
     }
 
-    /// Distance at which a ray meets a primitive. That a ray which starts on a primitive is at distance 0 from it is known, not
-    /// computed: so there is no self-intersection, and no epsilon against it.
+    /// Distance at which a ray meets a primitive. That a ray which starts on a primitive is at
+    /// distance 0 from it is known, not computed: so there is no self-intersection, and no epsilon
+    /// against it.
     fn distance(&self, primitive: u32, from: &SurfacePoint, direction: DVec3) -> Option<f64> {
         let touches = from.place == Place::Area && from.primitive == primitive;
         if primitive == GROUND {
@@ -192,7 +230,8 @@ impl ToyScene {
         if touches {
             return (middle > 0.0).then_some(2.0 * middle);
         }
-        let half_chord = (sphere.radius.powi(2) - (offset + direction * middle).length_squared()).sqrt();
+        let half_chord =
+            (sphere.radius.powi(2) - (offset + direction * middle).length_squared()).sqrt();
         // A ray that misses has a half chord that is not a number, which no comparison accepts.
         [middle - half_chord, middle + half_chord].into_iter().find(|t| *t > 0.0)
     }
@@ -251,7 +290,10 @@ impl Scene for ToyScene {
 
     /// Optional: integrators leave out what the scene does not need.
     fn needs(&self) -> Needs {
-        const ABSENT: Needs = Needs::DIRAC_LOBES.union(Needs::TRANSMISSION).union(Needs::ENVIRONMENT).union(Needs::SMOOTH_NORMALS);
+        const ABSENT: Needs = Needs::DIRAC_LOBES
+            .union(Needs::TRANSMISSION)
+            .union(Needs::ENVIRONMENT)
+            .union(Needs::SMOOTH_NORMALS);
         Needs::ALL.without(ABSENT).without(Needs::UNCONNECTIBLE_LIGHTS)
     }
 }
@@ -259,7 +301,8 @@ impl Scene for ToyScene {
 /// Optional: only uniform-area path sampling asks for it.
 impl SurfaceArea for ToyScene {
     fn total_area(&self) -> f64 {
-        4.0 * GROUND_HALF_WIDTH.powi(2) + self.balls.iter().map(|(ball, _)| 4.0 * PI * ball.radius.powi(2)).sum::<f64>()
+        4.0 * GROUND_HALF_WIDTH.powi(2)
+            + self.balls.iter().map(|(ball, _)| 4.0 * PI * ball.radius.powi(2)).sum::<f64>()
     }
 
     fn sample_surface(&self, u1: f64, u2: DVec2) -> SurfacePoint {
@@ -279,7 +322,8 @@ impl SurfaceArea for ToyScene {
     }
 }
 
-// --------------------------------------------------------------------------------------------------------------------------- rendering
+// ---------------------------------------------------------------------------------------------------------------------------
+// rendering
 
 /// Renders a toy host's scene with three integrators and tests that their images agree.
 #[derive(Parser)]
@@ -318,9 +362,16 @@ fn main() -> ExitCode {
 /// Whether the integrators agree.
 fn run(options: &Options) -> Result<bool, Box<dyn Error>> {
     let scene = ToyScene::new()?;
-    let camera = PinholeCamera::new(DVec3::new(0.0, 3.0, 8.0), DVec3::new(0.0, 1.3, 0.0), DVec3::Y, 46.0, UVec2::splat(options.size))?;
+    let camera = PinholeCamera::new(
+        DVec3::new(0.0, 3.0, 8.0),
+        DVec3::new(0.0, 1.3, 0.0),
+        DVec3::Y,
+        46.0,
+        UVec2::splat(options.size),
+    )?;
     let depth = options.max_bounces;
-    let (path, light, both) = (PathTracer::up_to(depth), LightTracer::up_to(depth), Bidirectional::up_to(depth));
+    let (path, light, both) =
+        (PathTracer::up_to(depth), LightTracer::up_to(depth), Bidirectional::up_to(depth));
     let integrators: [&dyn Render<ToyScene>; 3] = [&path, &light, &both];
 
     let mut images = Vec::new();
@@ -329,9 +380,11 @@ fn run(options: &Options) -> Result<bool, Box<dyn Error>> {
         let (mut mean, mut name) = (Estimate::default(), "");
         let mut image = Image::from_fn(options.size, options.size, |_, _| Rgb::BLACK);
         for batch in 0..u64::from(options.batches) {
-            // No two renderings may share random numbers, or their difference would look smaller than it is.
+            // No two renderings may share random numbers, or their difference would look smaller
+            // than it is.
             let seed = options.seed.wrapping_add((i as u64 * 1000 + batch) << 32);
-            let settings = Settings { budget: Budget::Samples(options.samples), seed, ..Settings::default() };
+            let settings =
+                Settings { budget: Budget::Samples(options.samples), seed, ..Settings::default() };
             let rendering = integrator.render(&scene, &camera, &settings, &mut unattended)?;
             name = rendering.integrator;
             mean.push(rendering.image.mean().luminance());

@@ -15,14 +15,21 @@ use std::path::PathBuf;
 
 fn first_image() -> Result<Rendering, Box<dyn Error>> {
     let mut scene = WorldBuilder::new();
-    let clay = scene.add_material("clay", Material::Lambert { albedo: Rgb::new(0.7, 0.35, 0.2) })?;
+    let clay =
+        scene.add_material("clay", Material::Lambert { albedo: Rgb::new(0.7, 0.35, 0.2) })?;
     scene.add_disk("ground", Disk { center: DVec3::ZERO, normal: DVec3::Y, radius: 4.0 }, clay)?;
     scene.add_sphere("ball", Sphere::new(DVec3::Y, 1.0), clay)?;
     let lamp = scene.add_sphere("lamp", Sphere::new(DVec3::new(2.0, 4.0, 2.0), 0.5), clay)?;
     scene.set_emission(lamp, Emission { radiance: Rgb::splat(30.0), two_sided: false })?;
     let world = scene.build()?;
 
-    let camera = PinholeCamera::new(DVec3::new(0.0, 2.0, 7.0), DVec3::Y, DVec3::Y, 40.0, UVec2::new(320, 240))?;
+    let camera = PinholeCamera::new(
+        DVec3::new(0.0, 2.0, 7.0),
+        DVec3::Y,
+        DVec3::Y,
+        40.0,
+        UVec2::new(320, 240),
+    )?;
     Ok(render(&world, &camera, &PathTracer::default(), &Settings::default(), &mut unattended)?)
 }
 

@@ -1,16 +1,18 @@
-//! The speed of the ray kernel alone on meshes and rays from files, in million rays per second of processor time, for comparison with other
-//! ray tracers on the same files.
+//! The speed of the ray kernel alone on meshes and rays from files, in million rays per second of
+//! processor time, for comparison with other ray tracers on the same files.
 //!
 //! ```sh
 //! cargo run --release --example raykernel -- DIRECTORY --scenes small,room
 //! ```
 //!
-//! reads `SCENE.mesh` and `SCENE_SET.rays`, little endian: "MSH1", the numbers of vertices and triangles, three f32 per vertex, three u32 per
-//! triangle; "RAY1", the number of rays, and for each origin, 0, direction, length. A set whose name
-//! starts with "shadow" is asked whether anything is hit, any other what is hit first: one ray after the other, `:` all rays at once,
-//! `_` and `_:` the same by [`Scene::intersect`] and [`Scene::intersect_many`], with the surface point. Rays of which the answer at once is another
-//! one are counted. If `hits/SCENE_SET.hits` exists ("HIT1", the number of rays, for each the primitive or all ones, or for a shadow ray
-//! whether it is blocked, then for each that is not one the distance as f32), what differs is counted.
+//! reads `SCENE.mesh` and `SCENE_SET.rays`, little endian: "MSH1", the numbers of vertices and
+//! triangles, three f32 per vertex, three u32 per triangle; "RAY1", the number of rays, and for
+//! each origin, 0, direction, length. A set whose name starts with "shadow" is asked whether
+//! anything is hit, any other what is hit first: one ray after the other, `:` all rays at once, `_`
+//! and `_:` the same by [`Scene::intersect`] and [`Scene::intersect_many`], with the surface point.
+//! Rays of which the answer at once is another one are counted. If `hits/SCENE_SET.hits` exists
+//! ("HIT1", the number of rays, for each the primitive or all ones, or for a shadow ray whether it
+//! is blocked, then for each that is not one the distance as f32), what differs is counted.
 
 use clap::Parser;
 use cpu_time::ThreadTime;
@@ -24,7 +26,8 @@ use std::process::ExitCode;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// Measures the ray kernel on meshes and rays from files, in million rays per second of processor time.
+/// Measures the ray kernel on meshes and rays from files, in million rays per second of processor
+/// time.
 #[derive(Parser, Debug)]
 struct Options {
     /// Where the files are
@@ -33,7 +36,11 @@ struct Options {
     #[arg(long, value_delimiter = ',', default_value = "small,large,room")]
     scenes: Vec<String>,
     /// Names of sets of rays, separated by commas
-    #[arg(long, value_delimiter = ',', default_value = "primary,bounce1,bounce3,uniform,shadow1,shadow3")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "primary,bounce1,bounce3,uniform,shadow1,shadow3"
+    )]
     sets: Vec<String>,
     /// Passes over all rays, of which the fastest counts
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
@@ -77,31 +84,45 @@ fn run(options: &Options) -> Result<()> {
             if set.starts_with("shadow") {
                 let mut clear = vec![false; rays.len()];
                 let many = best_of_all(passes, || {
-                    world.are_clear(rays.iter().map(|r| (r.origin, r.direction, r.length)), |i, c| clear[i] = c);
+                    world.are_clear(
+                        rays.iter().map(|r| (r.origin, r.direction, r.length)),
+                        |i, c| clear[i] = c,
+                    );
                 });
-                different += rays.iter().zip(&clear).filter(|&(r, &clear)| blocked(r) == clear).count();
+                different +=
+                    rays.iter().zip(&clear).filter(|&(r, &clear)| blocked(r) == clear).count();
                 print!(" {:6.2} :{:.2}", rate(best(passes, &rays, blocked)), rate(many));
             } else {
                 let point = |r: &Ray| world.intersect(&SurfacePoint::dirac(r.origin), r.direction);
                 let mut hits = vec![None; rays.len()];
                 let many = best_of_all(passes, || {
-                    world.first_hits(rays.iter().map(|r| (r.origin, r.direction)), |i, hit| hits[i] = hit);
+                    world.first_hits(rays.iter().map(|r| (r.origin, r.direction)), |i, hit| {
+                        hits[i] = hit
+                    });
                 });
                 different += rays.iter().zip(&hits).filter(|&(r, &hit)| first(r) != hit).count();
                 print!(" {:6.2} :{:.2}", rate(best(passes, &rays, first)), rate(many));
-                let froms: Vec<SurfacePoint> = rays.iter().map(|r| SurfacePoint::dirac(r.origin)).collect();
+                let froms: Vec<SurfacePoint> =
+                    rays.iter().map(|r| SurfacePoint::dirac(r.origin)).collect();
                 let many = best_of_all(passes, || {
-                    world.intersect_many(froms.iter().zip(&rays).map(|(from, r)| (from, r.direction)), |_, x| {
-                        black_box(x);
-                    });
+                    world.intersect_many(
+                        froms.iter().zip(&rays).map(|(from, r)| (from, r.direction)),
+                        |_, x| {
+                            black_box(x);
+                        },
+                    );
                 });
                 print!(" _{:.2} _:{:.2}", rate(best(passes, &rays, point)), rate(many));
             }
-            if let Ok(hits) = words(&directory.join(format!("hits/{scene}_{set}.hits")), b"HIT1", [1]) {
+            if let Ok(hits) =
+                words(&directory.join(format!("hits/{scene}_{set}.hits")), b"HIT1", [1])
+            {
                 let others = hits[2..].iter().step_by(step);
-                let different = rays.iter().zip(others).filter(|&(ray, &other)| match set.starts_with("shadow") {
-                    true => u32::from(blocked(ray)) != other,
-                    false => first(ray).map_or(u32::MAX, |(primitive, _)| primitive) != other,
+                let different = rays.iter().zip(others).filter(|&(ray, &other)| {
+                    match set.starts_with("shadow") {
+                        true => u32::from(blocked(ray)) != other,
+                        false => first(ray).map_or(u32::MAX, |(primitive, _)| primitive) != other,
+                    }
                 });
                 differences += &format!(" {set} {} of {},", different.count(), rays.len());
             }
@@ -111,7 +132,8 @@ fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The shortest time, in seconds of this thread, that one of some passes over all rays took, one ray after the other.
+/// The shortest time, in seconds of this thread, that one of some passes over all rays took, one
+/// ray after the other.
 fn best<T>(passes: u32, rays: &[Ray], query: impl Fn(&Ray) -> T) -> f64 {
     best_of_all(passes, || {
         for ray in rays {
@@ -130,14 +152,21 @@ fn best_of_all(passes: u32, mut query: impl FnMut()) -> f64 {
     (0..passes).map(pass).fold(f64::INFINITY, f64::min)
 }
 
-/// The numbers of a file after its head: a name, and counts of things that have so many numbers each.
+/// The numbers of a file after its head: a name, and counts of things that have so many numbers
+/// each.
 fn words<const N: usize>(path: &Path, name: &[u8; 4], sizes: [usize; N]) -> Result<Vec<u32>> {
     let bytes = std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let words: Vec<u32> = bytes.as_chunks().0.iter().map(|&bytes| u32::from_le_bytes(bytes)).collect();
+    let words: Vec<u32> =
+        bytes.as_chunks().0.iter().map(|&bytes| u32::from_le_bytes(bytes)).collect();
     let counts = words.get(1..=N).unwrap_or_default();
     let least: usize = counts.iter().zip(sizes).map(|(&count, size)| count as usize * size).sum();
     if !bytes.starts_with(name) || counts.len() < N || words.len() - 1 - N < least {
-        return Err(format!("{}: no {} file, or not all of it", path.display(), name.escape_ascii()).into());
+        return Err(format!(
+            "{}: no {} file, or not all of it",
+            path.display(),
+            name.escape_ascii()
+        )
+        .into());
     }
     Ok(words)
 }
@@ -159,6 +188,10 @@ fn world(path: &Path) -> Result<World> {
 }
 
 fn rays(path: &Path, step: usize) -> Result<Vec<Ray>> {
-    let ray = |r: &[u32]| Ray { origin: vector(r), direction: vector(&r[4..]).normalize(), length: f64::from(f32::from_bits(r[7])) };
+    let ray = |r: &[u32]| Ray {
+        origin: vector(r),
+        direction: vector(&r[4..]).normalize(),
+        length: f64::from(f32::from_bits(r[7])),
+    };
     Ok(words(path, b"RAY1", [8])?[2..].chunks_exact(8).step_by(step).map(ray).collect())
 }

@@ -27,7 +27,8 @@ use std::time::Duration;
 #[derive(Debug, Parser)]
 #[command(name = "render", version, about)]
 struct Arguments {
-    /// A scene of the gallery, a Wavefront OBJ, glTF or Mitsuba XML file, or `list` for the names of the gallery
+    /// A scene of the gallery, a Wavefront OBJ, glTF or Mitsuba XML file, or `list` for the names
+    /// of the gallery
     #[arg(long, default_value = "cornell-box", value_name = "NAME|FILE")]
     scene: String,
     #[command(flatten)]
@@ -41,7 +42,8 @@ struct Arguments {
     /// Time to render for, such as 500ms, 10s or 2m; the image then depends on the machine
     #[arg(long, value_parser = common::parse_duration)]
     time: Option<Duration>,
-    /// End once the relative mean squared error is estimated to be this; --samples and --time are then limits
+    /// End once the relative mean squared error is estimated to be this; --samples and --time are
+    /// then limits
     #[arg(long, value_name = "E", value_parser = common::parse_error)]
     target_error: Option<f64>,
     /// Different seeds give independent images
@@ -104,21 +106,38 @@ fn refuse(reason: &str) -> ! {
     Arguments::command().error(ErrorKind::ValueValidation, reason).exit()
 }
 
-fn run(arguments: &Arguments, scene: &NamedScene, max_bounces: Option<u32>) -> Result<(), Box<dyn Error>> {
+fn run(
+    arguments: &Arguments,
+    scene: &NamedScene,
+    max_bounces: Option<u32>,
+) -> Result<(), Box<dyn Error>> {
     let name = arguments.integrator.name();
     if !arguments.integrator.sees_all(&scene.claims) {
-        eprintln!("note: {name} cannot draw every path of {}; its image will lack light", scene.name);
+        eprintln!(
+            "note: {name} cannot draw every path of {}; its image will lack light",
+            scene.name
+        );
     }
     // Before rendering: an hour's work must not end with a missing directory.
-    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(format!("target/{}-{name}.exr", scene.name)));
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("target/{}-{name}.exr", scene.name)));
     if let Some(directory) = out.parent().filter(|directory| !directory.as_os_str().is_empty()) {
-        std::fs::create_dir_all(directory).map_err(|error| format!("directory {}: {error}", directory.display()))?;
+        std::fs::create_dir_all(directory)
+            .map_err(|error| format!("directory {}: {error}", directory.display()))?;
     }
 
     let settings = Settings {
         budget: match arguments.time {
             Some(time) => Budget::Time(time),
-            None => Budget::Samples(arguments.samples.unwrap_or(if arguments.target_error.is_some() { 65536 } else { 64 })),
+            None => {
+                Budget::Samples(arguments.samples.unwrap_or(if arguments.target_error.is_some() {
+                    65536
+                } else {
+                    64
+                }))
+            }
         },
         target_error: arguments.target_error,
         seed: arguments.seed,
@@ -131,13 +150,20 @@ fn run(arguments: &Arguments, scene: &NamedScene, max_bounces: Option<u32>) -> R
     let integrator = arguments.integrator.build(depth, roulette);
     let bar = common::progress_bar(name);
     let clock = ProcessTime::now();
-    let rendering = integrator.render(&scene.world, &*scene.camera.0, &settings, &mut |progress| common::show(&bar, progress))?;
+    let rendering =
+        integrator.render(&scene.world, &*scene.camera.0, &settings, &mut |progress| {
+            common::show(&bar, progress)
+        })?;
     let processors = clock.elapsed();
     bar.finish_and_clear();
     let mut file = rendering.to_file();
     file.exposure = arguments.exposure;
     let depth = max_bounces.map_or_else(|| "unbounded".to_owned(), |max| max.to_string());
-    let entries = [("scene", arguments.scene.clone()), ("max_bounces", depth), ("min_bounces", arguments.min_bounces.to_string())];
+    let entries = [
+        ("scene", arguments.scene.clone()),
+        ("max_bounces", depth),
+        ("min_bounces", arguments.min_bounces.to_string()),
+    ];
     file.metadata.extend(entries.map(|(key, value)| (key.to_owned(), value)));
     file.save(&out)?;
 
@@ -159,8 +185,15 @@ fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene
     if let Some(error) = rendering.estimated_error {
         println!("error       relMSE {error:.3e}, estimated");
     }
-    println!("time        {seconds:.3} s on the wall, {:.3} s of processors", processors.as_secs_f64());
-    println!("rays        {} ({:.2} million per second)", counters.rays(), counters.rays() as f64 / seconds.max(1e-9) / 1e6);
+    println!(
+        "time        {seconds:.3} s on the wall, {:.3} s of processors",
+        processors.as_secs_f64()
+    );
+    println!(
+        "rays        {} ({:.2} million per second)",
+        counters.rays(),
+        counters.rays() as f64 / seconds.max(1e-9) / 1e6
+    );
     println!("mean        {}", rgb(rendering.image.mean()));
     let ledger = &counters.ledger;
     // Integrators without walks from the light keep no ledger.

@@ -6,9 +6,10 @@
 //! I = ∫ We(x_0 → x_1) G(x_0, x_1) T(x_1 … x_k) Le(x_k → x_{k-1}) dμ(x̄),      T = Π_{i=1}^{k-1} f(x_{i+1} → x_i → x_{i-1}) G(x_i, x_{i+1}).
 //! ```
 //!
-//! A *technique* (s, t), s + t = k + 1, is one way to draw such a path: s vertices from the light and t from the camera. Every integrator is a set of techniques, each
-//! contribution is `w f/p`, and the crate has one definition of f, of p and of w. So integrators are interchangeable, can be audited against the definitions, and
-//! a new one is made of the same bricks.
+//! A *technique* (s, t), s + t = k + 1, is one way to draw such a path: s vertices from the light
+//! and t from the camera. Every integrator is a set of techniques, each contribution is `w f/p`,
+//! and the crate has one definition of f, of p and of w. So integrators are interchangeable, can be
+//! audited against the definitions, and a new one is made of the same bricks.
 //!
 //! # The map
 //!
@@ -47,8 +48,8 @@
 //! | [`geometry`] | shapes and robust intersection |
 //! | [`math`] | densities with their measure, colour, distributions, statistics |
 //!
-//! Positions, directions, densities and sums are `f64` throughout; lengths are in the scene's own unit, radiance in W/(m² sr) of that unit, colour is linear RGB with
-//! the primaries of sRGB.
+//! Positions, directions, densities and sums are `f64` throughout; lengths are in the scene's own
+//! unit, radiance in W/(m² sr) of that unit, colour is linear RGB with the primaries of sRGB.
 
 pub mod bsdf;
 pub mod endpoint;

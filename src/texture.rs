@@ -1,7 +1,8 @@
 //! Colours that vary over a surface: functions of its parameters uv.
 //!
-//! A texture is looked up at `to_uv · (u, v)`, u to the right and v downwards in an image whose upper left corner is at (0, 0) and whose lower right corner is
-//! at (1, 1). Values are linear RGB; what they mean (a reflectance, a radiance, a weight) is up to the user.
+//! A texture is looked up at `to_uv · (u, v)`, u to the right and v downwards in an image whose
+//! upper left corner is at (0, 0) and whose lower right corner is at (1, 1). Values are linear RGB;
+//! what they mean (a reflectance, a radiance, a weight) is up to the user.
 
 use crate::film::Image;
 use crate::math::Rgb;
@@ -67,8 +68,12 @@ impl fmt::Display for TextureError {
         match self {
             Self::Empty => write!(f, "the image has no pixels"),
             Self::NotFinite => write!(f, "a colour of the texture is infinite or not a number"),
-            Self::Cut => write!(f, "a texture that has been cut to black and white cannot be scaled"),
-            Self::Transform => write!(f, "the transform of texture coordinates is infinite or not a number"),
+            Self::Cut => {
+                write!(f, "a texture that has been cut to black and white cannot be scaled")
+            }
+            Self::Transform => {
+                write!(f, "the transform of texture coordinates is infinite or not a number")
+            }
         }
     }
 }
@@ -86,7 +91,8 @@ impl Texture {
         Self { pattern, to_uv: DAffine2::IDENTITY, factor: Rgb::WHITE, cutoff: None }
     }
 
-    /// Two colours in the squares of a board, four squares per unit square: the first where u and v are both in the first or both in the second half.
+    /// Two colours in the squares of a board, four squares per unit square: the first where u and v
+    /// are both in the first or both in the second half.
     #[must_use]
     pub fn checkerboard(first: Rgb, second: Rgb) -> Self {
         Self::of(Pattern::Checkerboard([first, second]))
@@ -96,7 +102,11 @@ impl Texture {
     ///
     /// # Errors
     /// If the image has no pixels, or one that is infinite or not a number.
-    pub fn bitmap(image: impl Into<Arc<Image>>, interpolation: Interpolation, wrap: [Wrap; 2]) -> Result<Self, TextureError> {
+    pub fn bitmap(
+        image: impl Into<Arc<Image>>,
+        interpolation: Interpolation,
+        wrap: [Wrap; 2],
+    ) -> Result<Self, TextureError> {
         let image = image.into();
         if image.pixels().is_empty() {
             return Err(TextureError::Empty);
@@ -175,7 +185,9 @@ impl Texture {
             }
             Pattern::Bitmap { image, interpolation, wrap } => {
                 let size = [image.width() as usize, image.height() as usize];
-                let pixel = |x: i64, y: i64| image.pixels()[wrap[1].index(y, size[1]) * size[0] + wrap[0].index(x, size[0])];
+                let pixel = |x: i64, y: i64| {
+                    image.pixels()[wrap[1].index(y, size[1]) * size[0] + wrap[0].index(x, size[0])]
+                };
                 let p = uv * DVec2::new(size[0] as f64, size[1] as f64);
                 match interpolation {
                     Interpolation::Nearest => pixel(p.x.floor() as i64, p.y.floor() as i64),
@@ -183,7 +195,9 @@ impl Texture {
                         let corner = (p - 0.5).floor();
                         let f = p - 0.5 - corner;
                         let (x, y) = (corner.x as i64, corner.y as i64);
-                        let across = |y: i64| pixel(x, y) * (1.0 - f.x) + pixel(x.saturating_add(1), y) * f.x;
+                        let across = |y: i64| {
+                            pixel(x, y) * (1.0 - f.x) + pixel(x.saturating_add(1), y) * f.x
+                        };
                         across(y) * (1.0 - f.y) + across(y.saturating_add(1)) * f.y
                     }
                 }
@@ -195,7 +209,9 @@ impl Texture {
     #[must_use]
     pub fn range(&self) -> [Rgb; 2] {
         let hull = |colours: &[Rgb]| {
-            let channel = |c: usize, f: fn(f64, f64) -> f64| colours.iter().map(|rgb| rgb[c]).reduce(f).unwrap_or(0.0);
+            let channel = |c: usize, f: fn(f64, f64) -> f64| {
+                colours.iter().map(|rgb| rgb[c]).reduce(f).unwrap_or(0.0)
+            };
             let of = |f: fn(f64, f64) -> f64| Rgb::new(channel(0, f), channel(1, f), channel(2, f));
             [of(f64::min), of(f64::max)]
         };
@@ -214,9 +230,12 @@ impl Texture {
     /// Whether all colours are finite and in a range, channel by channel.
     #[must_use]
     pub fn is_within(&self, least: f64, greatest: f64) -> bool {
-        let valid = |colour: &Rgb| colour.0.iter().all(|c| c.is_finite() && (least..=greatest).contains(c));
+        let valid =
+            |colour: &Rgb| colour.0.iter().all(|c| c.is_finite() && (least..=greatest).contains(c));
         match &self.pattern {
-            Pattern::Checkerboard(colours) => colours.iter().all(|colour| valid(&self.finish(*colour))),
+            Pattern::Checkerboard(colours) => {
+                colours.iter().all(|colour| valid(&self.finish(*colour)))
+            }
             _ => self.range().iter().all(valid),
         }
     }
@@ -244,15 +263,21 @@ mod tests {
     use approx::assert_relative_eq;
 
     fn grey(values: &[f64]) -> Arc<Image> {
-        Arc::new(Image::new(values.len() as u32, 1, values.iter().map(|v| Rgb::splat(*v)).collect()).expect("a row"))
+        Arc::new(
+            Image::new(values.len() as u32, 1, values.iter().map(|v| Rgb::splat(*v)).collect())
+                .expect("a row"),
+        )
     }
 
     #[test]
     fn images_continue_beyond_their_border() {
         let image = grey(&[1.0, 2.0, 3.0]);
         let row = |wrap, interpolation, offset: f64| -> Vec<f64> {
-            let texture = Texture::bitmap(Arc::clone(&image), interpolation, [wrap, Wrap::Clamp]).expect("valid");
-            (-4..8).map(|i| texture.at(DVec2::new((f64::from(i) + offset) / 3.0, 7.3)).r()).collect()
+            let texture = Texture::bitmap(Arc::clone(&image), interpolation, [wrap, Wrap::Clamp])
+                .expect("valid");
+            (-4..8)
+                .map(|i| texture.at(DVec2::new((f64::from(i) + offset) / 3.0, 7.3)).r())
+                .collect()
         };
         let expected = [
             (Wrap::Repeat, [3.0, 1.0, 2.0, 3.0, 1.0, 2.0, 3.0, 1.0, 2.0, 3.0, 1.0, 2.0]),
@@ -263,7 +288,11 @@ mod tests {
             assert_eq!(row(wrap, Interpolation::Nearest, 0.25), expected);
             let between = row(wrap, Interpolation::Bilinear, 0.75);
             for (i, value) in between.iter().enumerate().take(11) {
-                assert_relative_eq!(*value, 0.75 * expected[i] + 0.25 * expected[i + 1], max_relative = 1e-12);
+                assert_relative_eq!(
+                    *value,
+                    0.75 * expected[i] + 0.25 * expected[i + 1],
+                    max_relative = 1e-12
+                );
             }
         }
     }
@@ -271,17 +300,21 @@ mod tests {
     #[test]
     fn rows_run_downwards() {
         let image = Image::from_fn(2, 2, |x, y| Rgb::new(f64::from(x), f64::from(y), 0.0));
-        let texture = Texture::bitmap(image, Interpolation::Nearest, [Wrap::Clamp; 2]).expect("valid");
+        let texture =
+            Texture::bitmap(image, Interpolation::Nearest, [Wrap::Clamp; 2]).expect("valid");
         assert_eq!(texture.at(DVec2::new(0.9, 0.1)), Rgb::new(1.0, 0.0, 0.0));
         assert_eq!(texture.at(DVec2::new(0.1, 0.9)), Rgb::new(0.0, 1.0, 0.0));
-        let flipped = texture.with_transform(DAffine2::from_cols(DVec2::X, DVec2::NEG_Y, DVec2::Y)).expect("finite");
+        let flipped = texture
+            .with_transform(DAffine2::from_cols(DVec2::X, DVec2::NEG_Y, DVec2::Y))
+            .expect("finite");
         assert_eq!(flipped.at(DVec2::new(0.9, 0.1)), Rgb::new(1.0, 1.0, 0.0));
         assert_eq!(flipped.range(), [Rgb::BLACK, Rgb::new(1.0, 1.0, 0.0)]);
     }
 
     #[test]
     fn factors_and_cutoffs_come_after_interpolation() {
-        let texture = Texture::bitmap(grey(&[0.0, 1.0]), Interpolation::Bilinear, [Wrap::Clamp; 2]).expect("valid");
+        let texture = Texture::bitmap(grey(&[0.0, 1.0]), Interpolation::Bilinear, [Wrap::Clamp; 2])
+            .expect("valid");
         let scaled = texture.scaled(Rgb::new(0.5, 2.0, 0.5)).expect("finite");
         assert_eq!(scaled.at(DVec2::splat(0.5)), Rgb::new(0.25, 1.0, 0.25));
         assert_eq!(scaled.range(), [Rgb::BLACK, Rgb::new(0.5, 2.0, 0.5)]);
@@ -290,26 +323,50 @@ mod tests {
         assert_eq!(grey.range(), [Rgb::BLACK, Rgb::WHITE]);
         assert_eq!(grey.scaled(Rgb::WHITE), Err(TextureError::Cut));
         assert_eq!(Texture::from(Rgb::splat(0.2)).cut(0.3).as_constant(), Some(Rgb::BLACK));
-        assert_eq!(Texture::from(Rgb::splat(0.2)).scaled(Rgb::splat(f64::INFINITY)), Err(TextureError::NotFinite));
+        assert_eq!(
+            Texture::from(Rgb::splat(0.2)).scaled(Rgb::splat(f64::INFINITY)),
+            Err(TextureError::NotFinite)
+        );
     }
 
     #[test]
     fn boards_have_four_squares() {
-        let board = Texture::checkerboard(Rgb::WHITE, Rgb::BLACK).with_transform(DAffine2::from_scale(DVec2::splat(0.5))).expect("finite");
-        for (u, v, expected) in [(0.5, 0.5, 1.0), (1.5, 0.5, 0.0), (0.5, 1.5, 0.0), (1.5, 1.5, 1.0), (-0.5, 0.5, 0.0), (2.5, 0.5, 1.0)] {
+        let board = Texture::checkerboard(Rgb::WHITE, Rgb::BLACK)
+            .with_transform(DAffine2::from_scale(DVec2::splat(0.5)))
+            .expect("finite");
+        for (u, v, expected) in [
+            (0.5, 0.5, 1.0),
+            (1.5, 0.5, 0.0),
+            (0.5, 1.5, 0.0),
+            (1.5, 1.5, 1.0),
+            (-0.5, 0.5, 0.0),
+            (2.5, 0.5, 1.0),
+        ] {
             assert_eq!(board.at(DVec2::new(u, v)), Rgb::splat(expected), "{u} {v}");
         }
     }
 
     #[test]
     fn bad_values_are_refused_and_bad_coordinates_survive() {
-        assert_eq!(Texture::bitmap(grey(&[]), Interpolation::Nearest, [Wrap::Clamp; 2]), Err(TextureError::Empty));
-        assert_eq!(Texture::bitmap(grey(&[f64::NAN]), Interpolation::Nearest, [Wrap::Clamp; 2]), Err(TextureError::NotFinite));
-        let texture = Texture::bitmap(grey(&[1.0, 2.0]), Interpolation::Bilinear, [Wrap::Mirror; 2]).expect("valid");
+        assert_eq!(
+            Texture::bitmap(grey(&[]), Interpolation::Nearest, [Wrap::Clamp; 2]),
+            Err(TextureError::Empty)
+        );
+        assert_eq!(
+            Texture::bitmap(grey(&[f64::NAN]), Interpolation::Nearest, [Wrap::Clamp; 2]),
+            Err(TextureError::NotFinite)
+        );
+        let texture =
+            Texture::bitmap(grey(&[1.0, 2.0]), Interpolation::Bilinear, [Wrap::Mirror; 2])
+                .expect("valid");
         assert!(texture.clone().with_transform(DAffine2::from_scale(DVec2::NAN)).is_err());
         for x in [1e300, -1e300] {
             assert!(texture.at(DVec2::new(x, -x)).is_finite());
         }
-        assert!(texture.is_within(1.0, 2.0) && !texture.is_within(0.0, 1.5) && !Texture::from(Rgb::splat(f64::NAN)).is_within(0.0, 1.0));
+        assert!(
+            texture.is_within(1.0, 2.0)
+                && !texture.is_within(0.0, 1.5)
+                && !Texture::from(Rgb::splat(f64::NAN)).is_within(0.0, 1.0)
+        );
     }
 }

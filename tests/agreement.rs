@@ -1,5 +1,6 @@
-//! All integrators estimate the same image: each kind of light, material, camera, filter and limit, in tiny scenes; and the exact answers that
-//! they must not merely agree on. `analytic.json` entries are named by their ids.
+//! All integrators estimate the same image: each kind of light, material, camera, filter and limit,
+//! in tiny scenes; and the exact answers that they must not merely agree on. `analytic.json`
+//! entries are named by their ids.
 //!
 //! `cargo test --release --test agreement -- --nocapture --test-threads 1` prints the numbers.
 

@@ -1,4 +1,5 @@
-//! Exact answers for all integrators that can see them; `analytic.json` entries are named by their ids.
+//! Exact answers for all integrators that can see them; `analytic.json` entries are named by their
+//! ids.
 
 #[path = "common/compare.rs"]
 #[allow(dead_code, reason = "shared by several test programs")]
@@ -16,7 +17,9 @@ mod weights;
 use compare::{Comparison, measure};
 use glam::{DVec3, UVec2};
 use pathspace::endpoint::PinholeCamera;
-use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, PathTracing, UniformArea};
+use pathspace::integrator::{
+    Bidirectional, Depth, LightTracer, PathTracer, PathTracing, UniformArea,
+};
 use pathspace::path::Heuristic;
 use pathspace::render::Render;
 use pathspace::scene::{Material, World};
@@ -55,11 +58,19 @@ fn everybody(depth: Depth) -> Team {
     team
 }
 
-fn assert_all(case: &str, world: &World, camera: &PinholeCamera, team: &Team, expected: [f64; 3], error: f64) {
+fn assert_all(
+    case: &str,
+    world: &World,
+    camera: &PinholeCamera,
+    team: &Team,
+    expected: [f64; 3],
+    error: f64,
+) {
     println!("{case}");
     let comparison = Comparison { target: 0.7 * error, most: 20_000, ..Comparison::default() };
     for (name, integrator) in team {
-        measure(world, camera, (name, integrator.as_ref()), &comparison).assert_mean(expected, error);
+        measure(world, camera, (name, integrator.as_ref()), &comparison)
+            .assert_mean(expected, error);
     }
 }
 

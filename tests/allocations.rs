@@ -27,7 +27,8 @@ impl Sink for Sum {
     }
 }
 
-/// Draws the same samples twice, so that the second time every buffer has had its largest size, and counts the second time.
+/// Draws the same samples twice, so that the second time every buffer has had its largest size, and
+/// counts the second time.
 fn count<I: Integrator<World>>(scene: &TestScene, integrator: &I) {
     let (mut scratch, mut sum) = (Scratch::default(), Sum::default());
     let camera: &dyn Camera = &*scene.camera;
@@ -49,7 +50,13 @@ fn count<I: Integrator<World>>(scene: &TestScene, integrator: &I) {
     };
     draw(1);
     let allocations = allocation_counter::measure(|| draw(1));
-    assert_eq!(allocations.count_total, 0, "{} in {}: {allocations:?}", integrator.name(), scene.name);
+    assert_eq!(
+        allocations.count_total,
+        0,
+        "{} in {}: {allocations:?}",
+        integrator.name(),
+        scene.name
+    );
     assert!(sum.0.is_finite());
 }
 
@@ -69,31 +76,51 @@ fn samples_allocate_nothing() -> Result {
 fn rays_at_once_allocate_nothing() -> Result {
     for scene in worlds::all()? {
         let mut random = Random::new(1);
-        let points: Vec<_> = (0..100).map(|_| scene.world.sample_surface(random.next_1d(), random.next_2d())).collect();
+        let points: Vec<_> = (0..100)
+            .map(|_| scene.world.sample_surface(random.next_1d(), random.next_2d()))
+            .collect();
         let (mut hits, mut free) = (0, 0);
         let allocations = allocation_counter::measure(|| {
-            scene.world.intersect_many(points.iter().map(|x| (x, x.geometric_normal)), |_, hit| hits += usize::from(hit.is_some()));
-            scene.world.visible_many(points.iter().zip(points.iter().rev()), |_, visible| free += usize::from(visible));
+            scene.world.intersect_many(points.iter().map(|x| (x, x.geometric_normal)), |_, hit| {
+                hits += usize::from(hit.is_some())
+            });
+            scene.world.visible_many(points.iter().zip(points.iter().rev()), |_, visible| {
+                free += usize::from(visible)
+            });
         });
-        assert_eq!(allocations.count_total, 0, "{}: {hits} hits, {free} free, {allocations:?}", scene.name);
+        assert_eq!(
+            allocations.count_total, 0,
+            "{}: {hits} hits, {free} free, {allocations:?}",
+            scene.name
+        );
     }
     Ok(())
 }
 
-/// The film and, at the end, the image: 24 bytes each, whatever their size and the number of samples. `docs/performance.md` states it.
+/// The film and, at the end, the image: 24 bytes each, whatever their size and the number of
+/// samples. `docs/performance.md` states it.
 #[test]
 fn memory_per_pixel_does_not_grow() {
     let most = |side: u32, samples: u32| {
-        let scene = gallery::build("cornell-box", UVec2::splat(side)).expect("a scene of the gallery");
-        let settings = Settings { budget: Budget::Samples(samples), threads: Some(1), ..Settings::default() };
+        let scene =
+            gallery::build("cornell-box", UVec2::splat(side)).expect("a scene of the gallery");
+        let settings =
+            Settings { budget: Budget::Samples(samples), threads: Some(1), ..Settings::default() };
         let integrator = Bidirectional::up_to(1);
-        let draw = || render(&scene.world, &*scene.camera, &integrator, &settings, &mut unattended).expect("valid settings");
+        let draw = || {
+            render(&scene.world, &*scene.camera, &integrator, &settings, &mut unattended)
+                .expect("valid settings")
+        };
         allocation_counter::measure(|| drop(draw())).bytes_max as f64
     };
     // From where the image takes more than the paths of a batch, which are gone when it is made.
     for (small, large) in [(256, 512), (512, 1024)] {
-        let per_pixel = (most(large, 1) - most(small, 1)) / f64::from(large * large - small * small);
-        assert!((per_pixel - 48.0).abs() < 1.0, "{per_pixel} bytes per pixel from {small} to {large}");
+        let per_pixel =
+            (most(large, 1) - most(small, 1)) / f64::from(large * large - small * small);
+        assert!(
+            (per_pixel - 48.0).abs() < 1.0,
+            "{per_pixel} bytes per pixel from {small} to {large}"
+        );
     }
     // Chunks of other samples may have recorded more.
     assert!((most(256, 8) / most(256, 2) - 1.0).abs() < 0.02);

@@ -1,14 +1,18 @@
-//! Exact answers: the entries of `data/analytic.json`, for every integrator that they name, under their rule of acceptance,
+//! Exact answers: the entries of `data/analytic.json`, for every integrator that they name, under
+//! their rule of acceptance,
 //!
 //! ```text
 //! |m - e| ≤ max(tolerance |e|, 4 SE)      and      SE ≤ tolerance |e|.
 //! ```
 //!
-//! Standard errors of the fast tests may be as large as 0.25 % of the answer where the entry's own tolerance would take more than
-//! [`BUDGET`](entry::BUDGET) rays, so that 4 of them still see a bias of 1 %, and 0.75 % where the light is rarely met; what is less precise says so where it is
-//! called. With `PATHSPACE_ANALYTIC_FULL=1e9` all take as many rays as their tolerance needs, but those that would
-//! take more than so many say how many, and keep to the fast rule; without a number there is no limit. Light tracing cannot aim at a point, so it sees a square of a few degrees and is compared with the
-//! mean over it. [`STATUS`] tells where every entry is tested, or why it waits.
+//! Standard errors of the fast tests may be as large as 0.25 % of the answer where the entry's own
+//! tolerance would take more than [`BUDGET`](entry::BUDGET) rays, so that 4 of them still see a
+//! bias of 1 %, and 0.75 % where the light is rarely met; what is less precise says so where it is
+//! called. With `PATHSPACE_ANALYTIC_FULL=1e9` all take as many rays as their tolerance needs, but
+//! those that would take more than so many say how many, and keep to the fast rule; without a
+//! number there is no limit. Light tracing cannot aim at a point, so it sees a square of a few
+//! degrees and is compared with the mean over it. [`STATUS`] tells where every entry is tested, or
+//! why it waits.
 #![allow(missing_docs, reason = "a test program")]
 
 #[path = "../examples/stability/measure.rs"]
@@ -37,7 +41,10 @@ use std::collections::BTreeSet;
 const STATUS: &[(&str, &str)] = &[
     ("A01", "here"),
     ("A02", "here"),
-    ("A03", "here; bidirectional path tracing up to 20 bounces, since connections grow with the square"),
+    (
+        "A03",
+        "here; bidirectional path tracing up to 20 bounces, since connections grow with the square",
+    ),
     ("A04", "here"),
     ("A06", "here; uniform-area sampling cannot see the environment and reports 0"),
     ("A08", "here up to 3 bounces; sphere_cap.rs has each technique alone"),
@@ -100,7 +107,8 @@ const STATUS: &[(&str, &str)] = &[
 #[test]
 fn every_entry_has_a_status() {
     let listed: BTreeSet<&str> = STATUS.iter().map(|(id, _)| *id).collect();
-    let entries: BTreeSet<&str> = entry::all().iter().filter_map(|entry| entry["id"].as_str()).collect();
+    let entries: BTreeSet<&str> =
+        entry::all().iter().filter_map(|entry| entry["id"].as_str()).collect();
     assert_eq!(listed, entries);
     assert_eq!(listed.len(), STATUS.len());
 }

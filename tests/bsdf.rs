@@ -1,4 +1,5 @@
-//! Every scattering model against its own density, its reciprocity, its energy and the exact answers.
+//! Every scattering model against its own density, its reciprocity, its energy and the exact
+//! answers.
 
 #[path = "bsdf/every_model.rs"]
 mod every_model;
@@ -57,5 +58,8 @@ fn constructors_refuse_bad_parameters() {
     assert!(Mixture::with_probabilities(pair, [0.5, 0.5], [1.0, 0.0]).is_err());
     assert!(Mixture::with_probabilities(pair, [0.5, 0.0], [0.0, 0.0]).is_err());
     assert!(Mixture::<SimpleModel, 0>::new([], []).is_err());
-    assert_eq!(Dielectric::new(0.0).unwrap_err().to_string(), "relative index of refraction must be in [1e-6, 1e6], but is 0");
+    assert_eq!(
+        Dielectric::new(0.0).unwrap_err().to_string(),
+        "relative index of refraction must be in [1e-6, 1e6], but is 0"
+    );
 }

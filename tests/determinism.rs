@@ -1,4 +1,5 @@
-//! The same settings give the same image and the same counters to the bit, whatever the number of threads.
+//! The same settings give the same image and the same counters to the bit, whatever the number of
+//! threads.
 #![allow(missing_docs, reason = "a test program")]
 
 mod worlds;
@@ -14,8 +15,10 @@ use std::ops::ControlFlow;
 use worlds::{Placement, Result, TestScene};
 
 const THREADS: [usize; 3] = [1, 2, 7];
-const SAMPLERS: [SamplerKind; 3] = [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol];
-const FILTERS: [Filter; 3] = [Filter::Box, Filter::Tent, Filter::Gaussian { standard_deviation: 0.5 }];
+const SAMPLERS: [SamplerKind; 3] =
+    [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol];
+const FILTERS: [Filter; 3] =
+    [Filter::Box, Filter::Tent, Filter::Gaussian { standard_deviation: 0.5 }];
 
 fn integrators() -> Vec<Box<dyn Render<World>>> {
     let depth = Depth::default();
@@ -29,18 +32,43 @@ fn integrators() -> Vec<Box<dyn Render<World>>> {
 
 /// Everything that a rendering computed, as bits.
 fn bits(rendering: &Rendering) -> Vec<u64> {
-    let Counters { samples, light_walks, closest_rays, shadow_rays, scattered, connections, non_finite, truncated_walks, ledger } =
-        rendering.counters;
+    let Counters {
+        samples,
+        light_walks,
+        closest_rays,
+        shadow_rays,
+        scattered,
+        connections,
+        non_finite,
+        truncated_walks,
+        ledger,
+    } = rendering.counters;
     let flux = [ledger.emitted, ledger.absorbed, ledger.escaped, ledger.truncated, ledger.rejected];
     let pixels = rendering.image.pixels().iter().chain(&flux).flat_map(|p| p.0.map(f64::to_bits));
-    pixels.chain([samples, light_walks, closest_rays, shadow_rays, scattered, connections, non_finite, truncated_walks]).collect()
+    pixels
+        .chain([
+            samples,
+            light_walks,
+            closest_rays,
+            shadow_rays,
+            scattered,
+            connections,
+            non_finite,
+            truncated_walks,
+        ])
+        .collect()
 }
 
-fn run(scene: &TestScene, integrator: &dyn Render<World>, settings: &Settings) -> Result<Rendering> {
+fn run(
+    scene: &TestScene,
+    integrator: &dyn Render<World>,
+    settings: &Settings,
+) -> Result<Rendering> {
     Ok(integrator.render(&scene.world, &*scene.camera, settings, &mut unattended)?)
 }
 
-/// A scene with area lights, a sphere light, Dirac lobes and roulette, and one with light at infinity.
+/// A scene with area lights, a sphere light, Dirac lobes and roulette, and one with light at
+/// infinity.
 fn scenes() -> Result<[TestScene; 2]> {
     Ok([worlds::mixtures(Placement::UNIT)?, worlds::parallel(Placement::UNIT)?])
 }
@@ -62,11 +90,19 @@ fn the_number_of_threads_does_not_matter() -> Result {
                     let reference = run(&scene, &*integrator, &settings(1, 5))?;
                     for threads in THREADS {
                         let other = run(&scene, &*integrator, &settings(threads, 5))?;
-                        let what = format!("{} {} {sampler:?} {filter:?} {threads} threads", scene.name, reference.integrator);
+                        let what = format!(
+                            "{} {} {sampler:?} {filter:?} {threads} threads",
+                            scene.name, reference.integrator
+                        );
                         assert_eq!(bits(&other), bits(&reference), "{what}");
                     }
                     let reseeded = run(&scene, &*integrator, &settings(2, 6))?;
-                    assert_ne!(bits(&reseeded), bits(&reference), "the seed must matter: {}", reference.integrator);
+                    assert_ne!(
+                        bits(&reseeded),
+                        bits(&reference),
+                        "the seed must matter: {}",
+                        reference.integrator
+                    );
                     assert!(reference.image.mean().is_finite() && reference.counters.rays() > 0);
                 }
             }
@@ -82,12 +118,22 @@ fn a_stopped_rendering_is_the_shorter_one() -> Result {
         for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
             let base = Settings { sampler, filter: Filter::Tent, ..Settings::default() };
             for threads in THREADS {
-                let settings = Settings { budget: Budget::Samples(9), threads: Some(threads), ..base };
-                let mut stop = |p: &Progress<'_>| if p.passes == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-                let stopped = integrator.render(&scene.world, &*scene.camera, &settings, &mut stop)?;
+                let settings =
+                    Settings { budget: Budget::Samples(9), threads: Some(threads), ..base };
+                let mut stop = |p: &Progress<'_>| {
+                    if p.passes == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                };
+                let stopped =
+                    integrator.render(&scene.world, &*scene.camera, &settings, &mut stop)?;
                 assert!(stopped.stopped && stopped.samples_per_pixel == 3);
-                let shorter = run(&scene, &*integrator, &Settings { budget: Budget::Samples(3), ..base })?;
-                assert_eq!(bits(&stopped), bits(&shorter), "{} {sampler:?} {threads} threads", stopped.integrator);
+                let shorter =
+                    run(&scene, &*integrator, &Settings { budget: Budget::Samples(3), ..base })?;
+                assert_eq!(
+                    bits(&stopped),
+                    bits(&shorter),
+                    "{} {sampler:?} {threads} threads",
+                    stopped.integrator
+                );
             }
         }
     }
@@ -112,7 +158,8 @@ fn a_source_of_the_users_own_is_as_deterministic() -> Result {
     let integrator = Bidirectional::default();
     let camera: &dyn Camera = &*scene.camera;
     let render = |threads| {
-        let settings = Settings { budget: Budget::Samples(6), threads: Some(threads), ..Settings::default() };
+        let settings =
+            Settings { budget: Budget::Samples(6), threads: Some(threads), ..Settings::default() };
         render_with(&source, &scene.world, camera, &integrator, &settings, &mut unattended)
     };
     let reference = bits(&render(1)?);

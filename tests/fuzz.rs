@@ -1,10 +1,12 @@
-//! Random worlds: whatever a builder accepts renders without a panic, without a number that is not finite, and with paths that are what the
-//! definitions say.
+//! Random worlds: whatever a builder accepts renders without a panic, without a number that is not
+//! finite, and with paths that are what the definitions say.
 //!
-//! Tamer ones, without what makes noise hide or feign a difference, must look the same to path tracing and bidirectional path tracing.
+//! Tamer ones, without what makes noise hide or feign a difference, must look the same to path
+//! tracing and bidirectional path tracing.
 //!
-//! The number of cases and the seed are fixed. `PATHSPACE_FUZZ_SECONDS=600 cargo test --release --test fuzz -- --ignored --nocapture` goes on for
-//! as long as it says, with new seeds from `PATHSPACE_FUZZ_SEED` on; a failure names its own.
+//! The number of cases and the seed are fixed. `PATHSPACE_FUZZ_SECONDS=600 cargo test --release
+//! --test fuzz -- --ignored --nocapture` goes on for as long as it says, with new seeds from
+//! `PATHSPACE_FUZZ_SEED` on; a failure names its own.
 #![allow(missing_docs, reason = "a test program")]
 
 mod common;
@@ -17,7 +19,8 @@ use common::Random;
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, UVec2};
 use measure::{Method, Probe};
 use pathspace::endpoint::{
-    Camera, ConstantEnvironment, DirectionalLight, EnvironmentMap, OrthographicCamera, PinholeCamera, PointLight, SpotLight, ThinLensCamera,
+    Camera, ConstantEnvironment, DirectionalLight, EnvironmentMap, OrthographicCamera,
+    PinholeCamera, PointLight, SpotLight, ThinLensCamera,
 };
 use pathspace::film::{Contribution, Filter};
 use pathspace::geometry::{Disk, Place, Quad, Sphere};
@@ -80,9 +83,13 @@ fn in_cube() -> impl Strategy<Value = DVec3> {
 fn simple_material() -> impl Strategy<Value = Material> {
     let unit = || prop_oneof![4 => 0.0..=1.0f64, 1 => Just(0.0), 1 => Just(1.0)];
     let rgb = move || (unit(), unit(), unit()).prop_map(|(r, g, b)| Rgb::new(r, g, b));
-    let alpha = || (-5.0..0.5f64, -5.0..0.5f64).prop_map(|(x, y)| DVec2::new(10f64.powf(x), 10f64.powf(y)));
+    let alpha =
+        || (-5.0..0.5f64, -5.0..0.5f64).prop_map(|(x, y)| DVec2::new(10f64.powf(x), 10f64.powf(y)));
     let ior = || prop_oneof![4 => 0.4..2.5f64, 1 => Just(1.0), 1 => prop::sample::select(vec![1.0 + 1e-7, 0.999, 1e-3, 1e3])];
-    let metal = || (0.1..4.0f64, 0.0..6.0f64).prop_map(|(eta, k)| (Rgb::new(eta, 0.5, 1.0), Rgb::new(k, 2.0, 0.0)));
+    let metal = || {
+        (0.1..4.0f64, 0.0..6.0f64)
+            .prop_map(|(eta, k)| (Rgb::new(eta, 0.5, 1.0), Rgb::new(k, 2.0, 0.0)))
+    };
     prop_oneof![
         1 => Just(Material::Black),
         1 => Just(Material::Null),
@@ -97,36 +104,50 @@ fn simple_material() -> impl Strategy<Value = Material> {
 }
 
 fn material() -> impl Strategy<Value = Material> {
-    let mixture = (simple_material(), simple_material(), 0.0..=1.0f64)
-        .prop_map(|(a, b, w)| Material::Mixture { components: Box::new([a, b]), weights: [w, 1.0 - w] });
+    let mixture = (simple_material(), simple_material(), 0.0..=1.0f64).prop_map(|(a, b, w)| {
+        Material::Mixture { components: Box::new([a, b]), weights: [w, 1.0 - w] }
+    });
     prop_oneof![3 => simple_material(), 1 => mixture]
 }
 
 fn shape() -> impl Strategy<Value = ShapePlan> {
     let size = (-3.0..0.5f64, -3.0..0.5f64);
     let glow = prop::option::weighted(0.35, (-3.0..3.0f64, any::<bool>()));
-    (0..6u8, in_cube(), in_cube(), size, material(), glow).prop_map(|(kind, center, axis, size, material, glow)| ShapePlan {
-        kind,
-        center,
-        axis,
-        size,
-        material,
-        glow,
-    })
+    (0..6u8, in_cube(), in_cube(), size, material(), glow).prop_map(
+        |(kind, center, axis, size, material, glow)| ShapePlan {
+            kind,
+            center,
+            axis,
+            size,
+            material,
+            glow,
+        },
+    )
 }
 
 fn plan() -> impl Strategy<Value = Plan> {
-    let light = (0..5u8, in_cube(), in_cube(), -3.0..3.0f64).prop_map(|(kind, position, direction, strength)| LightPlan {
-        kind,
-        position,
-        direction,
-        strength,
-    });
+    let light = (0..5u8, in_cube(), in_cube(), -3.0..3.0f64).prop_map(
+        |(kind, position, direction, strength)| LightPlan { kind, position, direction, strength },
+    );
     let scale = prop_oneof![1 => Just(0.0), 2 => -6.0..6.0f64];
     let offset = (prop_oneof![2 => Just(f64::NEG_INFINITY), 1 => -1.0..6.0f64], in_cube());
     let camera = (0..3u8, in_cube().prop_map(|p| p * 3.0), in_cube(), 5.0..120.0f64);
-    (scale, offset, prop::collection::vec(shape(), 0..8), prop::collection::vec(light, 0..4), camera, any::<u64>())
-        .prop_map(|(scale, offset, shapes, lights, camera, seed)| Plan { scale, offset, shapes, lights, camera, seed })
+    (
+        scale,
+        offset,
+        prop::collection::vec(shape(), 0..8),
+        prop::collection::vec(light, 0..4),
+        camera,
+        any::<u64>(),
+    )
+        .prop_map(|(scale, offset, shapes, lights, camera, seed)| Plan {
+            scale,
+            offset,
+            shapes,
+            lights,
+            camera,
+            seed,
+        })
 }
 
 impl Plan {
@@ -144,41 +165,75 @@ impl Plan {
             let material = b.add_material(format!("material {i}"), plan.material.clone())?;
             let name = format!("shape {i}");
             let center = self.place(plan.center);
-            let (size, other) = (10f64.powf(plan.size.0) * self.scale(), 10f64.powf(plan.size.1) * self.scale());
+            let (size, other) =
+                (10f64.powf(plan.size.0) * self.scale(), 10f64.powf(plan.size.1) * self.scale());
             let frame = plan.axis.try_normalize().map(|z| (z, z.any_orthonormal_vector()));
             let (z, x) = frame.unwrap_or((DVec3::Z, DVec3::X));
             let rotation = DQuat::from_mat3(&DMat3::from_cols(x, z.cross(x), z));
             let id = match plan.kind {
-                0 => b.add_sphere(name, Sphere { inward: plan.center.x > 0.5, ..Sphere::new(center, size) }, material)?,
+                0 => b.add_sphere(
+                    name,
+                    Sphere { inward: plan.center.x > 0.5, ..Sphere::new(center, size) },
+                    material,
+                )?,
                 1 => {
-                    let zone =
-                        Sphere { cos_min: -1.0, cos_max: plan.axis.y, axis: z, inward: plan.center.y > 0.0, ..Sphere::new(center, size) };
+                    let zone = Sphere {
+                        cos_min: -1.0,
+                        cos_max: plan.axis.y,
+                        axis: z,
+                        inward: plan.center.y > 0.0,
+                        ..Sphere::new(center, size)
+                    };
                     b.add_sphere(name, zone, material)?
                 }
-                2 => {
-                    b.add_quad(name, Quad { origin: center, edge_u: x * size, edge_v: z.cross(x) * other + x * (0.3 * size) }, material)?
+                2 => b.add_quad(
+                    name,
+                    Quad {
+                        origin: center,
+                        edge_u: x * size,
+                        edge_v: z.cross(x) * other + x * (0.3 * size),
+                    },
+                    material,
+                )?,
+                3 => {
+                    b.add_disk(name, Disk { center, normal: plan.axis, radius: size }, material)?
                 }
-                3 => b.add_disk(name, Disk { center, normal: plan.axis, radius: size }, material)?,
                 _ => {
                     let mut ball = Mesh::icosphere(u32::from(plan.kind) - 4);
                     ball.normals = (plan.kind == 5).then(|| ball.positions.clone());
                     // Up to three and a half decades flat, sometimes mirrored.
-                    let stretch = DVec3::new(size, other, if plan.axis.x > 0.3 { -size } else { size });
-                    b.add_mesh(name, &ball, DAffine3::from_scale_rotation_translation(stretch, rotation, center), material)?
+                    let stretch =
+                        DVec3::new(size, other, if plan.axis.x > 0.3 { -size } else { size });
+                    b.add_mesh(
+                        name,
+                        &ball,
+                        DAffine3::from_scale_rotation_translation(stretch, rotation, center),
+                        material,
+                    )?
                 }
             };
             if let Some((radiance, two_sided)) = plan.glow {
-                b.set_emission(id, Emission { radiance: Rgb::new(1.0, 0.5, 0.0) * 10f64.powf(radiance), two_sided })?;
+                b.set_emission(
+                    id,
+                    Emission {
+                        radiance: Rgb::new(1.0, 0.5, 0.0) * 10f64.powf(radiance),
+                        two_sided,
+                    },
+                )?;
             }
         }
         for (i, plan) in self.lights.iter().enumerate() {
             let (name, strength) = (format!("light {i}"), Rgb::splat(10f64.powf(plan.strength)));
-            let (position, intensity) = (self.place(plan.position), strength * self.scale().powi(2));
+            let (position, intensity) =
+                (self.place(plan.position), strength * self.scale().powi(2));
             match plan.kind {
                 0 => b.add_light(name, PointLight::new(position, intensity)?)?,
                 1 => {
                     let outer = 90.0 + 89.0 * plan.position.x;
-                    b.add_light(name, SpotLight::new(position, plan.direction, intensity, outer * 0.5, outer)?)?;
+                    b.add_light(
+                        name,
+                        SpotLight::new(position, plan.direction, intensity, outer * 0.5, outer)?,
+                    )?;
                 }
                 2 => b.add_light(name, DirectionalLight::new(plan.direction, strength)?)?,
                 3 => b.set_environment(name, ConstantEnvironment::new(strength)?)?,
@@ -186,7 +241,12 @@ impl Plan {
                     let pixel = |i: u32| strength * f64::from(i * 7 % 5);
                     b.set_environment(
                         name,
-                        EnvironmentMap::new(4, 3, (0..12).map(pixel).collect(), DMat3::from_quat(DQuat::from_rotation_x(1.0)))?,
+                        EnvironmentMap::new(
+                            4,
+                            3,
+                            (0..12).map(pixel).collect(),
+                            DMat3::from_quat(DQuat::from_rotation_x(1.0)),
+                        )?,
                     )?;
                 }
             }
@@ -196,11 +256,20 @@ impl Plan {
 
     fn camera(&self) -> Result<Box<dyn Camera + Send>, Box<dyn Error>> {
         let (kind, position, target, fov) = self.camera;
-        let (position, target, up, film) = (self.place(position), self.place(target), DVec3::new(0.1, 1.0, 0.2), UVec2::splat(4));
+        let (position, target, up, film) =
+            (self.place(position), self.place(target), DVec3::new(0.1, 1.0, 0.2), UVec2::splat(4));
         let size = self.scale() * fov / 50.0;
         Ok(match kind {
             0 => Box::new(PinholeCamera::new(position, target, up, fov, film)?),
-            1 => Box::new(ThinLensCamera::new(position, target, up, fov, 0.05 * size, 2.0 * size, film)?),
+            1 => Box::new(ThinLensCamera::new(
+                position,
+                target,
+                up,
+                fov,
+                0.05 * size,
+                2.0 * size,
+                film,
+            )?),
             _ => Box::new(OrthographicCamera::new(position, target, up, size, film)?),
         })
     }
@@ -234,15 +303,36 @@ fn check(plan: &Plan, seen: &Seen) -> TestCaseResult {
         &Bidirectional { depth, ..Bidirectional::default() },
     ];
     for (i, integrator) in integrators.into_iter().enumerate() {
-        let sampler = [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol][(plan.seed as usize).wrapping_add(i) % 3];
+        let sampler = [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol]
+            [(plan.seed as usize).wrapping_add(i) % 3];
         let filter = if plan.seed & 8 == 0 { Filter::Box } else { Filter::Tent };
-        let settings = Settings { budget: Budget::Samples(8), seed: plan.seed, threads: Some(1), filter, sampler, ..Settings::default() };
-        let rendering = integrator.render(&world, &*camera, &settings, &mut unattended).expect("valid settings");
+        let settings = Settings {
+            budget: Budget::Samples(8),
+            seed: plan.seed,
+            threads: Some(1),
+            filter,
+            sampler,
+            ..Settings::default()
+        };
+        let rendering = integrator
+            .render(&world, &*camera, &settings, &mut unattended)
+            .expect("valid settings");
         let counters = rendering.counters;
-        prop_assert_eq!(counters.non_finite, 0, "{}: {:?}", rendering.integrator, rendering.non_finite());
+        prop_assert_eq!(
+            counters.non_finite,
+            0,
+            "{}: {:?}",
+            rendering.integrator,
+            rendering.non_finite()
+        );
         prop_assert_eq!(counters.samples, 16 * 8);
-        prop_assert!(rendering.image.pixels().iter().all(|p| p.is_finite() && p.0.iter().all(|c| *c >= 0.0)));
-        prop_assert!(counters.closest_rays <= counters.samples * 2 * 14 && counters.shadow_rays <= counters.samples * 14 * 15);
+        prop_assert!(
+            rendering.image.pixels().iter().all(|p| p.is_finite() && p.0.iter().all(|c| *c >= 0.0))
+        );
+        prop_assert!(
+            counters.closest_rays <= counters.samples * 2 * 14
+                && counters.shadow_rays <= counters.samples * 14 * 15
+        );
         prop_assert_eq!(counters.ledger.rejected, Rgb::BLACK);
         prop_assert!(counters.ledger.emitted.is_finite() && counters.ledger.absorbed.is_finite());
     }
@@ -251,52 +341,76 @@ fn check(plan: &Plan, seen: &Seen) -> TestCaseResult {
 }
 
 fn verify(plan: &Plan, world: &World, camera: &(dyn Camera + Send), seen: &Seen) -> TestCaseResult {
-    let (mut sampler, mut displacements, mut scratch) = (Random::new(plan.seed), Random::new(!plan.seed), Scratch::default());
-    let integrator = Bidirectional { depth: Depth::up_to(8), heuristic: Heuristic::Balance, ..Bidirectional::default() };
+    let (mut sampler, mut displacements, mut scratch) =
+        (Random::new(plan.seed), Random::new(!plan.seed), Scratch::default());
+    let integrator = Bidirectional {
+        depth: Depth::up_to(8),
+        heuristic: Heuristic::Balance,
+        ..Bidirectional::default()
+    };
     let set = integrator.techniques.pruned(&world.needs());
     let mut result = Ok(());
     for _ in 0..PATHS {
         let film = worlds::film_sample(camera, &mut sampler);
-        integrator.for_each_path(world, camera, film, &mut sampler, &mut scratch, |path, &Contribution { weight, value, .. }| {
-            if result.is_err() {
-                return;
-            }
-            seen.paths.set(seen.paths.get() + 1);
-            if !is_auditable(&path.record()) {
-                seen.blurred.set(seen.blurred.get() + 1);
-                return;
-            }
-            let verified = path.verify(&set, integrator.heuristic);
-            let what = || format!("{path:?} weight {weight:e} {verified:?} {:?}", path.record());
-            let fail = |reason: &str| Err(TestCaseError::fail(format!("{reason}: {}", what())));
-            if !(value.is_finite() && weight.is_finite() && (0.0..=1.0).contains(&weight)) {
-                result = fail("not finite");
-            } else if verified.weight_sum_error.is_nan() || verified.weight_sum_error > 1e-9 {
-                result = fail("weights do not sum to 1");
-            } else if verified.worst() > 1e-12 {
-                let (value, weight) = worlds::sensitivity(path, (world, camera), &set, integrator.heuristic, 64, &mut displacements);
-                // Lobes of width 1e-4 between nearly equal indices also magnify the rounding of local frames, which displacements do not show.
-                let (value, weight) = (4.0 * value + 1e-12, 4.0 * weight + 1e-12);
-                if !(verified.value_error <= value && verified.weight_error <= weight) {
-                    result = fail(&format!("beyond {value:e} or {weight:e}"));
+        integrator.for_each_path(
+            world,
+            camera,
+            film,
+            &mut sampler,
+            &mut scratch,
+            |path, &Contribution { weight, value, .. }| {
+                if result.is_err() {
+                    return;
                 }
-            }
-        });
+                seen.paths.set(seen.paths.get() + 1);
+                if !is_auditable(&path.record()) {
+                    seen.blurred.set(seen.blurred.get() + 1);
+                    return;
+                }
+                let verified = path.verify(&set, integrator.heuristic);
+                let what =
+                    || format!("{path:?} weight {weight:e} {verified:?} {:?}", path.record());
+                let fail = |reason: &str| Err(TestCaseError::fail(format!("{reason}: {}", what())));
+                if !(value.is_finite() && weight.is_finite() && (0.0..=1.0).contains(&weight)) {
+                    result = fail("not finite");
+                } else if verified.weight_sum_error.is_nan() || verified.weight_sum_error > 1e-9 {
+                    result = fail("weights do not sum to 1");
+                } else if verified.worst() > 1e-12 {
+                    let (value, weight) = worlds::sensitivity(
+                        path,
+                        (world, camera),
+                        &set,
+                        integrator.heuristic,
+                        64,
+                        &mut displacements,
+                    );
+                    // Lobes of width 1e-4 between nearly equal indices also magnify the rounding of
+                    // local frames, which displacements do not show.
+                    let (value, weight) = (4.0 * value + 1e-12, 4.0 * weight + 1e-12);
+                    if !(verified.value_error <= value && verified.weight_error <= weight) {
+                        result = fail(&format!("beyond {value:e} or {weight:e}"));
+                    }
+                }
+            },
+        );
     }
     result
 }
 
-/// Whether the points tell the directions at Dirac vertices well enough to recognise the lobe: not if an edge is as short as the errors of its ends
-/// times 10⁸, as far away from the origin.
+/// Whether the points tell the directions at Dirac vertices well enough to recognise the lobe: not
+/// if an edge is as short as the errors of its ends times 10⁸, as far away from the origin.
 fn is_auditable(record: &PathRecord) -> bool {
     let sharp = |i: usize, j: usize| {
         let (a, b) = (record.points[i], record.points[j]);
-        a.place == Place::Infinite || b.place == Place::Infinite || a.position.distance(b.position) > 1e8 * (a.error + b.error)
+        a.place == Place::Infinite
+            || b.place == Place::Infinite
+            || a.position.distance(b.position) > 1e8 * (a.error + b.error)
     };
     (1..record.points.len() - 1).all(|i| !record.dirac[i] || (sharp(i - 1, i) && sharp(i, i + 1)))
 }
 
-/// Nothing that few samples miss: no Dirac lobes and none narrower than 0.1, nothing smaller than a thirtieth of the scene.
+/// Nothing that few samples miss: no Dirac lobes and none narrower than 0.1, nothing smaller than a
+/// thirtieth of the scene.
 fn tame(mut plan: Plan) -> Plan {
     for shape in &mut plan.shapes {
         shape.material = tamed(shape.material.clone());
@@ -308,31 +422,42 @@ fn tame(mut plan: Plan) -> Plan {
 fn tamed(material: Material) -> Material {
     let wide = |alpha: DVec2| alpha.clamp(DVec2::splat(0.1), DVec2::ONE);
     match material {
-        Material::RoughMirror { reflectance, alpha } => Material::RoughMirror { reflectance, alpha: wide(alpha) },
-        Material::RoughConductor { eta, k, alpha } => Material::RoughConductor { eta, k, alpha: wide(alpha) },
-        Material::RoughDielectric { relative_ior, alpha } => {
-            Material::RoughDielectric { relative_ior: relative_ior.clamp(1.1, 2.0), alpha: wide(alpha) }
+        Material::RoughMirror { reflectance, alpha } => {
+            Material::RoughMirror { reflectance, alpha: wide(alpha) }
         }
-        Material::Mixture { components, weights } => Material::Mixture { components: Box::new(components.map(tamed)), weights },
+        Material::RoughConductor { eta, k, alpha } => {
+            Material::RoughConductor { eta, k, alpha: wide(alpha) }
+        }
+        Material::RoughDielectric { relative_ior, alpha } => Material::RoughDielectric {
+            relative_ior: relative_ior.clamp(1.1, 2.0),
+            alpha: wide(alpha),
+        },
+        Material::Mixture { components, weights } => {
+            Material::Mixture { components: Box::new(components.map(tamed)), weights }
+        }
         Material::Black | Material::Lambert { .. } => material,
         _ => Material::Lambert { albedo: Rgb::new(0.8, 0.5, 0.2) },
     }
 }
 
-/// Path tracing and bidirectional path tracing see the same mean. A rare event that one of them has not met yet looks like a difference; so a
-/// difference is one only if it is still there with 8 and with 64 times the samples.
+/// Path tracing and bidirectional path tracing see the same mean. A rare event that one of them has
+/// not met yet looks like a difference; so a difference is one only if it is still there with 8 and
+/// with 64 times the samples.
 fn agree(plan: &Plan, compared: &Cell<u32>, undecided: &Cell<u32>) -> TestCaseResult {
     let (Ok(world), Ok(camera)) = (plan.world(), plan.camera()) else { return Ok(()) };
-    let ambiguous = world.warnings().iter().any(|warning| matches!(warning, Warning::CoincidentEmitter { .. }));
+    let ambiguous =
+        world.warnings().iter().any(|warning| matches!(warning, Warning::CoincidentEmitter { .. }));
     prop_assert!(!world.needs().contains(Needs::DIRAC_LOBES));
     if ambiguous || world.light_count() == 0 {
         return Ok(());
     }
-    // Only connections to the lens see point lights through a thin lens, so what is seen directly does not count.
+    // Only connections to the lens see point lights through a thin lens, so what is seen directly
+    // does not count.
     let probe = Probe::new(&world, &*camera, Depth { min_bounces: 1, max_bounces: Some(4) });
     let mut report = String::new();
     for samples in [4000, 32_000, 256_000] {
-        let [path, bidirectional] = [Method::Path, Method::Bidirectional].map(|method| probe.sample(method, samples, plan.seed ^ samples));
+        let [path, bidirectional] = [Method::Path, Method::Bidirectional]
+            .map(|method| probe.sample(method, samples, plan.seed ^ samples));
         prop_assert_eq!(path.non_finite + bidirectional.non_finite, 0);
         let z = |i: usize| {
             let (a, b) = (&path.channels[i], &bidirectional.channels[i]);
@@ -347,14 +472,23 @@ fn agree(plan: &Plan, compared: &Cell<u32>, undecided: &Cell<u32>) -> TestCaseRe
         let means = |m: &measure::Measured| m.channels.map(|c| c.mean());
         // Or black where the other is not: what it has never met has no spread either.
         let is_vague = |m: &measure::Measured, other: &measure::Measured| {
-            m.channels.iter().zip(&other.channels).any(|(c, o)| c.standard_error() > 0.1 * c.mean() || (c.mean() == 0.0 && o.mean() != 0.0))
+            m.channels.iter().zip(&other.channels).any(|(c, o)| {
+                c.standard_error() > 0.1 * c.mean() || (c.mean() == 0.0 && o.mean() != 0.0)
+            })
         };
-        if samples == 256_000 && (is_vague(&path, &bidirectional) || is_vague(&bidirectional, &path)) {
+        if samples == 256_000
+            && (is_vague(&path, &bidirectional) || is_vague(&bidirectional, &path))
+        {
             // A light next to a wall, say, which camera walks hardly ever find.
             undecided.set(undecided.get() + 1);
             return Ok(());
         }
-        report += &format!("\n{samples} samples: {:?} {:?}, z {:?}", means(&path), means(&bidirectional), [z(0), z(1), z(2)]);
+        report += &format!(
+            "\n{samples} samples: {:?} {:?}, z {:?}",
+            means(&path),
+            means(&bidirectional),
+            [z(0), z(1), z(2)]
+        );
     }
     Err(TestCaseError::fail(report))
 }
@@ -379,16 +513,25 @@ fn fuzz(cases: u32, seed: u64) {
     let (worlds, paths) = (seen.worlds.get(), seen.paths.get());
     println!("seed {seed}: {worlds} worlds of {cases} plans, {paths} paths");
     assert!(100 * seen.blurred.get() <= paths, "{seen:?}");
-    assert!(worlds > cases / 2 && paths > 50 * u64::from(cases), "too many plans are refused or dark: {seen:?}");
+    assert!(
+        worlds > cases / 2 && paths > 50 * u64::from(cases),
+        "too many plans are refused or dark: {seen:?}"
+    );
 }
 
 fn fuzz_agreement(cases: u32, seed: u64) {
     let (compared, undecided) = (Cell::new(0), Cell::new(0));
     // A difference takes long to confirm, so plans are hardly made simpler.
-    if let Err(error) = runner(cases, seed, 10).run(&plan().prop_map(tame), |plan| agree(&plan, &compared, &undecided)) {
+    if let Err(error) = runner(cases, seed, 10)
+        .run(&plan().prop_map(tame), |plan| agree(&plan, &compared, &undecided))
+    {
         panic!("PATHSPACE_FUZZ_SEED={seed}: {error}");
     }
-    println!("seed {seed}: {} of {cases} plans compared, {} undecided", compared.get(), undecided.get());
+    println!(
+        "seed {seed}: {} of {cases} plans compared, {} undecided",
+        compared.get(),
+        undecided.get()
+    );
     assert!(undecided.get() <= 1 + cases / 20, "{undecided:?}");
     assert!(compared.get() > cases / 8, "too many plans are dark: {compared:?}");
 }

@@ -1,4 +1,5 @@
-//! The scenes of the gallery: they build, refuse what they must, and the Cornell box has the published look.
+//! The scenes of the gallery: they build, refuse what they must, and the Cornell box has the
+//! published look.
 
 use pathspace::endpoint::PinholeCamera;
 use pathspace::geometry::Quad;
@@ -9,7 +10,12 @@ use pathspace::render::{Budget, Render, Settings, unattended};
 use pathspace::scene::gallery::{self, GalleryError, NAMES};
 use pathspace::scene::{Emission, Material, Mesh, Scene, World, WorldBuilder};
 
-fn mean(integrator: &dyn Render<World>, world: &World, camera: &dyn pathspace::endpoint::Camera, samples: u32) -> Rgb {
+fn mean(
+    integrator: &dyn Render<World>,
+    world: &World,
+    camera: &dyn pathspace::endpoint::Camera,
+    samples: u32,
+) -> Rgb {
     let settings = Settings { budget: Budget::Samples(samples), seed: 3, ..Settings::default() };
     let rendering = integrator.render(world, camera, &settings, &mut unattended).unwrap();
     assert_eq!(rendering.counters.non_finite, 0);
@@ -19,7 +25,11 @@ fn mean(integrator: &dyn Render<World>, world: &World, camera: &dyn pathspace::e
 fn assert_close(name: &str, mean: Rgb, expected: [f64; 3], bound: f64) {
     for (channel, expected) in expected.into_iter().enumerate() {
         let error = mean[channel] / expected - 1.0;
-        assert!(error.abs() < bound, "{name}, channel {channel}: {} instead of {expected}", mean[channel]);
+        assert!(
+            error.abs() < bound,
+            "{name}, channel {channel}: {} instead of {expected}",
+            mean[channel]
+        );
     }
 }
 
@@ -54,18 +64,25 @@ fn errors_name_the_reason() {
     }
 }
 
-/// What the camera must not see if light tracing is to see everything: the first hit of no pixel may be a Dirac lobe.
+/// What the camera must not see if light tracing is to see everything: the first hit of no pixel
+/// may be a Dirac lobe.
 #[test]
 fn light_tracing_claims_scenes_without_visible_glass() {
     use pathspace::bsdf::Lobes;
     for name in NAMES {
         let scene = gallery::build(name, UVec2::new(160, 120)).unwrap();
-        let lens = scene.camera.sample_point(0.5, pathspace::glam::DVec2::splat(0.5)).unwrap().point;
+        let lens =
+            scene.camera.sample_point(0.5, pathspace::glam::DVec2::splat(0.5)).unwrap().point;
         let sees_dirac = (0..160 * 120).any(|pixel| {
-            let u = pathspace::glam::DVec2::new((f64::from(pixel % 160) + 0.5) / 160.0, (f64::from(pixel / 160) + 0.5) / 120.0);
+            let u = pathspace::glam::DVec2::new(
+                (f64::from(pixel % 160) + 0.5) / 160.0,
+                (f64::from(pixel / 160) + 0.5) / 120.0,
+            );
             let direction = scene.camera.sample_direction(&lens, u).unwrap().direction;
             let hit = scene.world.intersect(&lens, direction);
-            hit.is_some_and(|x| pathspace::bsdf::Bsdf::lobes(&scene.world.bsdf(&x)).intersects(Lobes::DIRAC))
+            hit.is_some_and(|x| {
+                pathspace::bsdf::Bsdf::lobes(&scene.world.bsdf(&x)).intersects(Lobes::DIRAC)
+            })
         });
         assert_eq!(sees_dirac, !scene.claims.light_tracing, "{name}");
     }
@@ -74,12 +91,22 @@ fn light_tracing_claims_scenes_without_visible_glass() {
 #[test]
 fn every_pixel_of_the_sphere_with_a_cap_is_a_tenth() {
     let scene = gallery::build("sphere-cap", UVec2::new(16, 16)).unwrap();
-    for integrator in [&PathTracer::default() as &dyn Render<World>, &LightTracer::default(), &Bidirectional::default()] {
-        assert_close("sphere-cap", mean(integrator, &scene.world, &*scene.camera, 1000), [0.1; 3], 0.015);
+    for integrator in [
+        &PathTracer::default() as &dyn Render<World>,
+        &LightTracer::default(),
+        &Bidirectional::default(),
+    ] {
+        assert_close(
+            "sphere-cap",
+            mean(integrator, &scene.world, &*scene.camera, 1000),
+            [0.1; 3],
+            0.015,
+        );
     }
 }
 
-/// Light that was scattered at most once, at most seven times, and without limit: means of the image.
+/// Light that was scattered at most once, at most seven times, and without limit: means of the
+/// image.
 struct References {
     direct: [f64; 3],
     seven_bounces: [f64; 3],
@@ -87,16 +114,42 @@ struct References {
 }
 
 /// Within 1 %, about four times the standard error of these renderings.
-fn assert_references(world: &World, camera: &dyn pathspace::endpoint::Camera, references: &References) {
-    let up_to = |max_bounces| PathTracer { depth: Depth::up_to(max_bounces), ..PathTracer::default() };
+fn assert_references(
+    world: &World,
+    camera: &dyn pathspace::endpoint::Camera,
+    references: &References,
+) {
+    let up_to =
+        |max_bounces| PathTracer { depth: Depth::up_to(max_bounces), ..PathTracer::default() };
     assert_close("direct", mean(&up_to(1), world, camera, 128), references.direct, 0.01);
-    assert_close("seven bounces", mean(&up_to(7), world, camera, 128), references.seven_bounces, 0.01);
-    assert_close("unbounded", mean(&PathTracer::default(), world, camera, 128), references.unbounded, 0.01);
-    assert_close("light tracing", mean(&LightTracer::default(), world, camera, 96), references.unbounded, 0.01);
-    assert_close("bidirectional", mean(&Bidirectional::default(), world, camera, 32), references.unbounded, 0.01);
+    assert_close(
+        "seven bounces",
+        mean(&up_to(7), world, camera, 128),
+        references.seven_bounces,
+        0.01,
+    );
+    assert_close(
+        "unbounded",
+        mean(&PathTracer::default(), world, camera, 128),
+        references.unbounded,
+        0.01,
+    );
+    assert_close(
+        "light tracing",
+        mean(&LightTracer::default(), world, camera, 96),
+        references.unbounded,
+        0.01,
+    );
+    assert_close(
+        "bidirectional",
+        mean(&Bidirectional::default(), world, camera, 32),
+        references.unbounded,
+        0.01,
+    );
 }
 
-/// References: Mitsuba 3.9.1 (scalar_rgb, box filter, 2048 samples per pixel, standard errors below 0.2 %) on the same quadrilaterals.
+/// References: Mitsuba 3.9.1 (scalar_rgb, box filter, 2048 samples per pixel, standard errors below
+/// 0.2 %) on the same quadrilaterals.
 #[test]
 fn the_cornell_box_has_the_means_of_an_independent_renderer() {
     let scene = gallery::build("cornell-box", UVec2::new(64, 64)).unwrap();
@@ -108,19 +161,26 @@ fn the_cornell_box_has_the_means_of_an_independent_renderer() {
     assert_references(&scene.world, &*scene.camera, &references);
 }
 
-/// The box that Mitsuba 3 builds in: a cube of side 2 with two blocks that are exact boxes. References as above.
+/// The box that Mitsuba 3 builds in: a cube of side 2 with two blocks that are exact boxes.
+/// References as above.
 #[test]
 fn a_regular_cornell_box_has_the_means_of_an_independent_renderer() {
-    let references =
-        References { direct: [0.1638, 0.1141, 0.0520], seven_bounces: [0.2399, 0.1410, 0.0599], unbounded: [0.2442, 0.1413, 0.0600] };
+    let references = References {
+        direct: [0.1638, 0.1141, 0.0520],
+        seven_bounces: [0.2399, 0.1410, 0.0599],
+        unbounded: [0.2442, 0.1413, 0.0600],
+    };
     let position = DVec3::new(0.0, 0.0, 3.9);
-    let camera = PinholeCamera::new(position, DVec3::ZERO, DVec3::Y, 39.3077, UVec2::new(64, 64)).unwrap();
+    let camera =
+        PinholeCamera::new(position, DVec3::ZERO, DVec3::Y, 39.3077, UVec2::new(64, 64)).unwrap();
     assert_references(&regular_cornell_box(), &camera, &references);
 }
 
 fn regular_cornell_box() -> World {
     let mut builder = WorldBuilder::new();
-    let mut diffuse = |name: &str, albedo: [f64; 3]| builder.add_material(name, Material::Lambert { albedo: Rgb(albedo) }).unwrap();
+    let mut diffuse = |name: &str, albedo: [f64; 3]| {
+        builder.add_material(name, Material::Lambert { albedo: Rgb(albedo) }).unwrap()
+    };
     let white = diffuse("white", [0.885809, 0.698859, 0.666422]);
     let green = diffuse("green", [0.105421, 0.37798, 0.076425]);
     let red = diffuse("red", [0.570068, 0.0430135, 0.0443706]);
@@ -135,10 +195,19 @@ fn regular_cornell_box() -> World {
     quad("right", [1.0, -1.0, -1.0], z, y, green);
     quad("left", [-1.0, -1.0, -1.0], y, z, red);
     let lamp = quad("lamp", [-0.23, 0.99, -0.18], DVec3::X * 0.46, DVec3::Z * 0.38, white);
-    builder.set_emission(lamp, Emission { radiance: Rgb::new(18.387, 13.9873, 6.75357), two_sided: false }).unwrap();
-    let blocks = [("small", [0.335, -0.7, 0.38], -17.0f64, [0.3, 0.3, 0.3]), ("large", [-0.33, -0.4, -0.28], 18.25f64, [0.3, 0.61, 0.3])];
+    builder
+        .set_emission(
+            lamp,
+            Emission { radiance: Rgb::new(18.387, 13.9873, 6.75357), two_sided: false },
+        )
+        .unwrap();
+    let blocks = [
+        ("small", [0.335, -0.7, 0.38], -17.0f64, [0.3, 0.3, 0.3]),
+        ("large", [-0.33, -0.4, -0.28], 18.25f64, [0.3, 0.61, 0.3]),
+    ];
     for (name, center, degrees, half) in blocks {
-        let place = DAffine3::from_translation(DVec3::from_array(center)) * DAffine3::from_rotation_y(degrees.to_radians());
+        let place = DAffine3::from_translation(DVec3::from_array(center))
+            * DAffine3::from_rotation_y(degrees.to_radians());
         let place = place * DAffine3::from_scale(DVec3::from_array(half));
         builder.add_mesh(name, &cube(), place, white).unwrap();
     }
@@ -147,8 +216,11 @@ fn regular_cornell_box() -> World {
 
 /// The cube [-1, 1]³; two-sided materials do not mind the order of vertices.
 fn cube() -> Mesh {
-    let positions = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0 - 1.0).collect();
-    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let positions = (0..8)
+        .map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0 - 1.0)
+        .collect();
+    let faces =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let indices = faces.iter().flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]).collect();
     Mesh { positions, indices, ..Mesh::default() }
 }

@@ -1,12 +1,15 @@
-//! Films of every integrator on every scene of the gallery with every sampler, as hashes: a change that is not meant to change images does not
-//! change a bit of them.
+//! Films of every integrator on every scene of the gallery with every sampler, as hashes: a change
+//! that is not meant to change images does not change a bit of them.
 //!
-//! `PATHSPACE_BLESS=1 cargo test --release --test golden` writes the hashes anew. They hold where the standard library's functions round as on x86-64 Linux.
+//! `PATHSPACE_BLESS=1 cargo test --release --test golden` writes the hashes anew. They hold where
+//! the standard library's functions round as on x86-64 Linux.
 #![allow(missing_docs, reason = "a test program")]
 #![cfg(all(target_arch = "x86_64", target_os = "linux"))]
 
 use glam::UVec2;
-use pathspace::integrator::{Adaptive, Bidirectional, Depth, LightTracer, PathTracer, PathTracing, UniformArea};
+use pathspace::integrator::{
+    Adaptive, Bidirectional, Depth, LightTracer, PathTracer, PathTracing, UniformArea,
+};
 use pathspace::path::{LightWalks, TechniqueSet};
 use pathspace::render::{Budget, Render, Settings, unattended};
 use pathspace::sampler::SamplerKind;
@@ -17,7 +20,8 @@ use std::fmt::Write;
 
 const SIDE: u32 = 16;
 const PASSES: u32 = 4;
-const SAMPLERS: [SamplerKind; 3] = [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol];
+const SAMPLERS: [SamplerKind; 3] =
+    [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol];
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/golden.txt");
 
 fn integrators(depth: Depth) -> Vec<(&'static str, Box<dyn Render<World>>)> {
@@ -25,13 +29,19 @@ fn integrators(depth: Depth) -> Vec<(&'static str, Box<dyn Render<World>>)> {
     let both = Bidirectional { depth, ..Bidirectional::default() };
     let walks = |exponent| {
         let light_walks = LightWalks::power_of_two(exponent).unwrap_or_default();
-        Bidirectional { techniques: TechniqueSet { light_walks, ..TechniqueSet::BIDIRECTIONAL }, ..both }
+        Bidirectional {
+            techniques: TechniqueSet { light_walks, ..TechniqueSet::BIDIRECTIONAL },
+            ..both
+        }
     };
     vec![
         ("uniform-area", Box::new(UniformArea { depth, ..UniformArea::default() })),
         ("path-tracing", Box::new(path)),
         ("path-tracing/emission", Box::new(PathTracer { mode: PathTracing::EmissionOnly, ..path })),
-        ("path-tracing/next-event", Box::new(PathTracer { mode: PathTracing::NextEventOnly, ..path })),
+        (
+            "path-tracing/next-event",
+            Box::new(PathTracer { mode: PathTracing::NextEventOnly, ..path }),
+        ),
         ("light-tracing", Box::new(LightTracer { depth, ..LightTracer::default() })),
         ("bidirectional", Box::new(both)),
         ("bidirectional/2-walks", Box::new(walks(1))),
@@ -43,7 +53,9 @@ fn integrators(depth: Depth) -> Vec<(&'static str, Box<dyn Render<World>>)> {
 /// FNV-1a (Fowler, Noll and Vo) over the bits of numbers.
 fn hash(numbers: impl Iterator<Item = f64>) -> u64 {
     let bytes = numbers.flat_map(|x| x.to_bits().to_le_bytes());
-    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }
 
 #[test]
@@ -54,8 +66,14 @@ fn films_are_the_same_to_the_bit() -> Result<(), Box<dyn Error>> {
         let depth = Depth { max_bounces: scene.max_bounces, ..Depth::default() };
         for (integrator_name, integrator) in integrators(depth) {
             for sampler in SAMPLERS {
-                let settings = Settings { budget: Budget::Samples(PASSES), seed: 1, sampler, ..Settings::default() };
-                let rendering = integrator.render(&scene.world, &*scene.camera, &settings, &mut unattended)?;
+                let settings = Settings {
+                    budget: Budget::Samples(PASSES),
+                    seed: 1,
+                    sampler,
+                    ..Settings::default()
+                };
+                let rendering =
+                    integrator.render(&scene.world, &*scene.camera, &settings, &mut unattended)?;
                 let hash = hash(rendering.film.sums().iter().flat_map(|sum| sum.0));
                 writeln!(found, "{name} {integrator_name} {sampler:?} {hash:016x}")?;
             }
@@ -65,8 +83,16 @@ fn films_are_the_same_to_the_bit() -> Result<(), Box<dyn Error>> {
         std::fs::write(FILE, &found)?;
     }
     let expected = std::fs::read_to_string(FILE)?;
-    let changed: Vec<_> =
-        expected.lines().zip(found.lines()).filter(|(expected, found)| expected != found).map(|(_, found)| found).collect();
-    assert!(changed.is_empty() && expected.lines().count() == found.lines().count(), "changed:\n{}", changed.join("\n"));
+    let changed: Vec<_> = expected
+        .lines()
+        .zip(found.lines())
+        .filter(|(expected, found)| expected != found)
+        .map(|(_, found)| found)
+        .collect();
+    assert!(
+        changed.is_empty() && expected.lines().count() == found.lines().count(),
+        "changed:\n{}",
+        changed.join("\n")
+    );
     Ok(())
 }

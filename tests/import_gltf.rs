@@ -1,4 +1,5 @@
-//! glTF files against the same scenes built by hand, against closed forms, and against everything that can be wrong with them.
+//! glTF files against the same scenes built by hand, against closed forms, and against everything
+//! that can be wrong with them.
 
 #![cfg(feature = "gltf")]
 

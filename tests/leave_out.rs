@@ -1,5 +1,7 @@
-//! What is left out changes nothing: pruned and unpruned integrators contribute the same to the bit where pruned techniques contribute nothing, and have the
-//! same mean where the choice of a set changes weights; rays equal their closed forms; what the adaptive integrator decides is deterministic, unbiased and good.
+//! What is left out changes nothing: pruned and unpruned integrators contribute the same to the bit
+//! where pruned techniques contribute nothing, and have the same mean where the choice of a set
+//! changes weights; rays equal their closed forms; what the adaptive integrator decides is
+//! deterministic, unbiased and good.
 #![allow(missing_docs, reason = "a test program")]
 
 mod common;
@@ -26,20 +28,31 @@ const DEPTH: Depth = Depth::up_to(5);
 macro_rules! for_each_integrator {
     ($integrator:ident => $body:block) => {{
         {
-            let $integrator = pathspace::integrator::UniformArea { depth: crate::DEPTH, ..pathspace::integrator::UniformArea::default() };
+            let $integrator = pathspace::integrator::UniformArea {
+                depth: crate::DEPTH,
+                ..pathspace::integrator::UniformArea::default()
+            };
             $body
         }
         {
-            let $integrator = pathspace::integrator::PathTracer { depth: crate::DEPTH, ..pathspace::integrator::PathTracer::default() };
+            let $integrator = pathspace::integrator::PathTracer {
+                depth: crate::DEPTH,
+                ..pathspace::integrator::PathTracer::default()
+            };
             $body
         }
         {
-            let $integrator = pathspace::integrator::LightTracer { depth: crate::DEPTH, ..pathspace::integrator::LightTracer::default() };
+            let $integrator = pathspace::integrator::LightTracer {
+                depth: crate::DEPTH,
+                ..pathspace::integrator::LightTracer::default()
+            };
             $body
         }
         {
-            let $integrator =
-                pathspace::integrator::Bidirectional { depth: crate::DEPTH, ..pathspace::integrator::Bidirectional::default() };
+            let $integrator = pathspace::integrator::Bidirectional {
+                depth: crate::DEPTH,
+                ..pathspace::integrator::Bidirectional::default()
+            };
             $body
         }
     }};
@@ -58,14 +71,21 @@ mod rays;
 #[path = "leave_out/same.rs"]
 mod same;
 
-/// Contributions that are not zero and the counters of samples with numbers that depend on (stream, sample) alone.
+/// Contributions that are not zero and the counters of samples with numbers that depend on (stream,
+/// sample) alone.
 fn contributions<S: SurfaceArea, I: Integrator<S>>(
     scene: &S,
     camera: &(dyn Camera + Send),
     integrator: &I,
     samples: u32,
 ) -> (Vec<Contribution>, Counters) {
-    contributions_with(&Stratified { seed: 7, samples_per_pixel: samples }, scene, camera, integrator, samples)
+    contributions_with(
+        &Stratified { seed: 7, samples_per_pixel: samples },
+        scene,
+        camera,
+        integrator,
+        samples,
+    )
 }
 
 /// The same with the samplers of some source.
@@ -79,7 +99,10 @@ fn contributions_with<N: SampleSource, S: Scene, I: Integrator<S>>(
     let (mut sink, mut scratch) = (Vec::new(), Scratch::default());
     for i in 0..samples {
         let mut sampler = source.sampler(0, i);
-        let film = FilmSample { raster: camera.film().from_window(sampler.next_2d()), ..FilmSample::default() };
+        let film = FilmSample {
+            raster: camera.film().from_window(sampler.next_2d()),
+            ..FilmSample::default()
+        };
         integrator.sample(scene, camera, film, &mut sampler, &mut sink, &mut scratch);
     }
     // Points of one flat surface see each other at angles that are zero up to rounding.
@@ -87,17 +110,33 @@ fn contributions_with<N: SampleSource, S: Scene, I: Integrator<S>>(
     (sink, scratch.counters)
 }
 
-/// Whether the pruned integrator contributes what the unpruned one does, and with no more rays. Where a redundant technique was dropped weights differ, and so do
-/// single contributions; means are compared then.
-fn assert_nothing_is_lost<I>(name: &str, world: &World, camera: &(dyn Camera + Send), integrator: &I, samples: u32) -> u64
+/// Whether the pruned integrator contributes what the unpruned one does, and with no more rays.
+/// Where a redundant technique was dropped weights differ, and so do single contributions; means
+/// are compared then.
+fn assert_nothing_is_lost<I>(
+    name: &str,
+    world: &World,
+    camera: &(dyn Camera + Send),
+    integrator: &I,
+    samples: u32,
+) -> u64
 where
     I: Integrator<World> + for<'a> Integrator<WithNeeds<'a, World>>,
 {
     let (pruned, fewer) = contributions(world, camera, integrator, samples);
     let (all, more) = contributions(&WithNeeds::all(world), camera, integrator, samples);
-    let what = format!("{name}, {}: {}", Integrator::<World>::name(integrator), Integrator::<World>::left_out(integrator, &world.needs()));
-    assert!(fewer.rays() <= more.rays() && fewer.connections <= more.connections, "{what}: {fewer:?} {more:?}");
-    let redundant = Integrator::<World>::left_out(integrator, &world.needs()).families().any(|(_, reason)| reason == Reason::Redundant);
+    let what = format!(
+        "{name}, {}: {}",
+        Integrator::<World>::name(integrator),
+        Integrator::<World>::left_out(integrator, &world.needs())
+    );
+    assert!(
+        fewer.rays() <= more.rays() && fewer.connections <= more.connections,
+        "{what}: {fewer:?} {more:?}"
+    );
+    let redundant = Integrator::<World>::left_out(integrator, &world.needs())
+        .families()
+        .any(|(_, reason)| reason == Reason::Redundant);
     if !redundant {
         assert!(pruned == all, "{what}: {} contributions of {}", pruned.len(), all.len());
     }
@@ -106,7 +145,9 @@ where
 
 /// Scenes that need little, each with the rays that leaving out must save.
 fn sparing_scenes() -> Vec<(&'static str, World, PinholeCamera, bool)> {
-    let eye = |position, target| PinholeCamera::new(position, target, DVec3::Z, 50.0, UVec2::splat(8)).expect("valid");
+    let eye = |position, target| {
+        PinholeCamera::new(position, target, DVec3::Z, 50.0, UVec2::splat(8)).expect("valid")
+    };
     let mirror = Material::Mirror { reflectance: Rgb::splat(0.8) };
     let mut scenes = Vec::new();
 
@@ -132,9 +173,15 @@ fn sparing_scenes() -> Vec<(&'static str, World, PinholeCamera, bool)> {
 
     // The lamp is above the rest and shines up; the camera looks down on it.
     let mut room = Room::closed_above(lambert(0.5, 0.5, 0.5));
-    let lamp = room.quad(v(-0.5, -0.5, 2.5), v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0), lambert(0.3, 0.3, 0.3));
+    let lamp =
+        room.quad(v(-0.5, -0.5, 2.5), v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0), lambert(0.3, 0.3, 0.3));
     room.emit(lamp, Rgb::WHITE, false);
-    scenes.push(("lamp that shines away", room.build(), eye(v(0.0, -3.0, 5.0), v(0.0, 0.0, 2.5)), true));
+    scenes.push((
+        "lamp that shines away",
+        room.build(),
+        eye(v(0.0, -3.0, 5.0), v(0.0, 0.0, 2.5)),
+        true,
+    ));
 
     let mut room = Room::open(lambert(0.5, 0.5, 0.5));
     room.light(PointLight::new(v(0.0, 0.0, 1.5), Rgb::BLACK).expect("valid"));
@@ -143,14 +190,20 @@ fn sparing_scenes() -> Vec<(&'static str, World, PinholeCamera, bool)> {
 }
 
 /// Mean and standard error of the image's luminance per sample.
-fn mean<S: Scene, I: Integrator<S>>(scene: &S, camera: &(dyn Camera + Send), integrator: &I, samples: u32) -> Moments {
+fn mean<S: Scene, I: Integrator<S>>(
+    scene: &S,
+    camera: &(dyn Camera + Send),
+    integrator: &I,
+    samples: u32,
+) -> Moments {
     struct Sum(f64);
     impl Sink for Sum {
         fn add(&mut self, contribution: &Contribution) {
             self.0 += contribution.value.luminance() * contribution.weight;
         }
     }
-    let (mut sampler, mut scratch, mut moments) = (Random::new(3), Scratch::default(), Moments::default());
+    let (mut sampler, mut scratch, mut moments) =
+        (Random::new(3), Scratch::default(), Moments::default());
     for _ in 0..samples {
         let (film, mut sum) = (worlds::film_sample(camera, &mut sampler), Sum(0.0));
         integrator.sample(scene, camera, film, &mut sampler, &mut sum, &mut scratch);

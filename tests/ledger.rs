@@ -1,7 +1,8 @@
-//! The energy ledger of light walks: what lights emit is absorbed, escapes, or is cut off by a limit on bounces; nothing is lost.
+//! The energy ledger of light walks: what lights emit is absorbed, escapes, or is cut off by a
+//! limit on bounces; nothing is lost.
 //!
-//! Sums are compared with Student's t over independent batches, at a level of 1e-3 for the whole file (Šidák), and within rounding where
-//! roulette plays no part.
+//! Sums are compared with Student's t over independent batches, at a level of 1e-3 for the whole
+//! file (Šidák), and within rounding where roulette plays no part.
 #![allow(missing_docs, reason = "a test program")]
 
 mod common;
@@ -24,15 +25,23 @@ const BATCHES: u64 = 150;
 const SAMPLES: u32 = 150;
 
 /// The counters of independent batches, each of [`SAMPLES`] samples.
-fn batches<I: Integrator<World>>(world: &World, camera: &(dyn Camera + Send), integrator: &I) -> Vec<Counters> {
+fn batches<I: Integrator<World>>(
+    world: &World,
+    camera: &(dyn Camera + Send),
+    integrator: &I,
+) -> Vec<Counters> {
     let batch = |seed| {
-        let (mut sampler, mut scratch, mut sink) = (Random::new(seed), Scratch::default(), Vec::new());
+        let (mut sampler, mut scratch, mut sink) =
+            (Random::new(seed), Scratch::default(), Vec::new());
         for _ in 0..SAMPLES {
             sink.clear();
             let film = worlds::film_sample(camera, &mut sampler);
             integrator.sample(world, camera, film, &mut sampler, &mut sink, &mut scratch);
         }
-        assert_eq!((scratch.counters.non_finite, scratch.counters.ledger.rejected), (0, Rgb::BLACK));
+        assert_eq!(
+            (scratch.counters.non_finite, scratch.counters.ledger.rejected),
+            (0, Rgb::BLACK)
+        );
         scratch.counters
     };
     (0..BATCHES).map(batch).collect()
@@ -46,32 +55,43 @@ fn moments(batches: &[Counters], of: impl Fn(&Ledger) -> f64) -> Moments {
 }
 
 fn balance(ledger: &Ledger, channel: usize) -> f64 {
-    (ledger.absorbed + ledger.escaped + ledger.truncated + ledger.rejected)[channel] - ledger.emitted[channel]
+    (ledger.absorbed + ledger.escaped + ledger.truncated + ledger.rejected)[channel]
+        - ledger.emitted[channel]
 }
 
 /// Number of means that are compared; an upper bound.
 const COMPARISONS: usize = 300;
 
-/// The mean is what is expected, within the quantile of Student's t and rounding, and known to 2 % of `scale`.
+/// The mean is what is expected, within the quantile of Student's t and rounding, and known to 2 %
+/// of `scale`.
 #[track_caller]
 fn assert_mean(name: &str, moments: Moments, expected: f64, scale: f64) {
     let (mean, error) = (moments.mean(), moments.standard_error());
     let student = StudentsT::new(0.0, 1.0, BATCHES as f64 - 1.0).expect("valid");
     let quantile = student.inverse_cdf(1.0 - 0.5 * sidak(1e-3, COMPARISONS));
-    assert!((mean - expected).abs() <= quantile * error + 1e-12 * scale, "{name}: {mean} ± {error}, expected {expected}");
-    assert!(error <= 0.02 * scale, "{name}: the standard error {error} is too large to mean anything");
+    assert!(
+        (mean - expected).abs() <= quantile * error + 1e-12 * scale,
+        "{name}: {mean} ± {error}, expected {expected}"
+    );
+    assert!(
+        error <= 0.02 * scale,
+        "{name}: the standard error {error} is too large to mean anything"
+    );
 }
 
 #[test]
 fn energy_is_conserved_in_every_scene() -> Result {
     for scene in worlds::all()? {
         for max_bounces in [None, Some(4)] {
-            for roulette in [Roulette::NEVER, Roulette::default(), Roulette { start: 0, ..Roulette::default() }] {
+            for roulette in
+                [Roulette::NEVER, Roulette::default(), Roulette { start: 0, ..Roulette::default() }]
+            {
                 if max_bounces.is_none() && roulette == Roulette::NEVER {
                     // In a closed room such walks go on until the throughput underflows.
                     continue;
                 }
-                let integrator = LightTracer { depth: Depth { min_bounces: 0, max_bounces }, roulette };
+                let integrator =
+                    LightTracer { depth: Depth { min_bounces: 0, max_bounces }, roulette };
                 let batches = batches(&scene.world, &*scene.camera, &integrator);
                 let name = format!("{} {max_bounces:?} {roulette:?}", scene.name);
                 for channel in 0..3 {
@@ -80,7 +100,10 @@ fn energy_is_conserved_in_every_scene() -> Result {
                     let gap = moments(&batches, |l| balance(l, channel));
                     if roulette == Roulette::NEVER {
                         // Every walk balances.
-                        assert!(gap.mean().abs() <= 1e-12 * emitted, "{name}: {gap:?} of {emitted}");
+                        assert!(
+                            gap.mean().abs() <= 1e-12 * emitted,
+                            "{name}: {gap:?} of {emitted}"
+                        );
                     }
                     assert_mean(&name, gap, 0.0, emitted);
                 }
@@ -98,11 +121,13 @@ fn sphere(albedo: f64, cos_max: f64) -> Result<(WorldBuilder, PinholeCamera)> {
     let wall = builder.add_material("wall", Material::Lambert { albedo: Rgb::splat(albedo) })?;
     let shape = Sphere { inward: true, cos_max, ..Sphere::new(DVec3::ZERO, 1.0) };
     builder.add_sphere("wall", shape, wall)?;
-    let camera = PinholeCamera::new(DVec3::new(0.1, 0.2, 0.0), -DVec3::Z, DVec3::Y, 60.0, UVec2::splat(4))?;
+    let camera =
+        PinholeCamera::new(DVec3::new(0.1, 0.2, 0.0), -DVec3::Z, DVec3::Y, 60.0, UVec2::splat(4))?;
     Ok((builder, camera))
 }
 
-/// analytic.json A15: after n events a closed sphere has absorbed 1 - ρⁿ of the flux π Le A that a cap of it emits.
+/// analytic.json A15: after n events a closed sphere has absorbed 1 - ρⁿ of the flux π Le A that a
+/// cap of it emits.
 #[test]
 fn a_closed_sphere_absorbs_everything() -> Result {
     let (albedo, fraction): (f64, f64) = (0.5, 0.1);
@@ -114,8 +139,13 @@ fn a_closed_sphere_absorbs_everything() -> Result {
     builder.set_emission(cap, Emission { radiance: Rgb::new(1.0, 2.0, 3.0), two_sided: false })?;
     let world = builder.build()?;
     let flux = PI * 4.0 * PI * fraction;
-    for (max_bounces, kept) in [(None, 0.0), (Some(1), albedo), (Some(2), albedo.powi(2)), (Some(5), albedo.powi(5))] {
-        for roulette in [Roulette::NEVER, Roulette { start: 0, survival: Survival::Fixed(0.8), ..Roulette::default() }] {
+    for (max_bounces, kept) in
+        [(None, 0.0), (Some(1), albedo), (Some(2), albedo.powi(2)), (Some(5), albedo.powi(5))]
+    {
+        for roulette in [
+            Roulette::NEVER,
+            Roulette { start: 0, survival: Survival::Fixed(0.8), ..Roulette::default() },
+        ] {
             if max_bounces.is_none() && roulette == Roulette::NEVER {
                 continue;
             }
@@ -136,8 +166,8 @@ fn a_closed_sphere_absorbs_everything() -> Result {
     Ok(())
 }
 
-/// analytic.json A10: a point source in an integrating sphere with a port of area fraction f: the port lets `f/(1 - ρ(1 - f))` of what the first
-/// wall hits leave, beside what goes straight out.
+/// analytic.json A10: a point source in an integrating sphere with a port of area fraction f: the
+/// port lets `f/(1 - ρ(1 - f))` of what the first wall hits leave, beside what goes straight out.
 #[test]
 fn an_integrating_sphere_lets_the_exact_flux_out() -> Result {
     let (albedo, port): (f64, f64) = (0.9, 0.05);
@@ -150,10 +180,15 @@ fn an_integrating_sphere_lets_the_exact_flux_out() -> Result {
     let multiple = 1.0 - albedo * (1.0 - port);
     let reflected = (1.0 - port) * flux * albedo * port / multiple;
     let absorbed = (1.0 - port) * flux * (1.0 - albedo) / multiple;
-    for roulette in [Roulette::default(), Roulette { start: 0, survival: Survival::Fixed(0.95), ..Roulette::default() }] {
+    for roulette in [
+        Roulette::default(),
+        Roulette { start: 0, survival: Survival::Fixed(0.95), ..Roulette::default() },
+    ] {
         let light_tracer = LightTracer { depth: Depth::default(), roulette };
         let bidirectional = Bidirectional { roulette, ..Bidirectional::default() };
-        for batches in [batches(&world, &camera, &light_tracer), batches(&world, &camera, &bidirectional)] {
+        for batches in
+            [batches(&world, &camera, &light_tracer), batches(&world, &camera, &bidirectional)]
+        {
             assert_mean("emitted", moments(&batches, |l| l.emitted.g()), flux, flux);
             assert_mean("escaped", moments(&batches, |l| l.escaped.g()), direct + reflected, flux);
             assert_mean("absorbed", moments(&batches, |l| l.absorbed.g()), absorbed, flux);

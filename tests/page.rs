@@ -1,4 +1,5 @@
-//! The page in a real browser: it loads, two images are flipped, and the console stays empty. Without Chromium the test says so and passes.
+//! The page in a real browser: it loads, two images are flipped, and the console stays empty.
+//! Without Chromium the test says so and passes.
 #![allow(missing_docs, reason = "a test program")]
 
 use pathspace::glam::UVec2;
@@ -36,8 +37,20 @@ document.documentElement.dataset.outcome = outcome.length ? 'failed: ' + outcome
 
 fn browse(browser: &str, page: &Path, profile: &Path, width: u32) -> std::io::Result<Output> {
     Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"])
-        .args(["--disable-component-update", "--disable-sync", "--enable-logging=stderr", "--dump-dom"])
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-background-networking",
+        ])
+        .args([
+            "--disable-component-update",
+            "--disable-sync",
+            "--enable-logging=stderr",
+            "--dump-dom",
+        ])
         .arg(format!("--user-data-dir={}", profile.display()))
         .arg(format!("--window-size={width},800"))
         .arg(format!("file://{}", page.display()))
@@ -46,17 +59,25 @@ fn browse(browser: &str, page: &Path, profile: &Path, width: u32) -> std::io::Re
 
 #[test]
 fn the_page_works_in_a_browser() {
-    let Some(browser) = BROWSERS.into_iter().find(|b| Command::new(b).arg("--version").output().is_ok()) else {
+    let Some(browser) =
+        BROWSERS.into_iter().find(|b| Command::new(b).arg("--version").output().is_ok())
+    else {
         eprintln!("skipped: none of {} is installed", BROWSERS.join(", "));
         return;
     };
     let scene = gallery::build("cornell-box", UVec2::splat(32)).unwrap();
     let (paths, both) = (PathTracer::up_to(2), Bidirectional::up_to(2));
-    let all: [Contestant<'_, World>; 2] = [Contestant::new("path-tracing", &paths, true), Contestant::new("bidirectional", &both, true)];
+    let all: [Contestant<'_, World>; 2] = [
+        Contestant::new("path-tracing", &paths, true),
+        Contestant::new("bidirectional", &both, true),
+    ];
     let quiet = &mut |_: &Step<'_>| ControlFlow::Continue(());
-    let plan = ReferencePlan { budget: Budget::Samples(32), runs: 4, settings: Settings::default() };
-    let reference = Reference::render(&scene.world, &*scene.camera, [&all[0], &all[1]], &plan, quiet).unwrap();
-    let plan = Plan { budget: Budget::Samples(32), seeds: 4, pyramid: Some(both), ..Plan::default() };
+    let plan =
+        ReferencePlan { budget: Budget::Samples(32), runs: 4, settings: Settings::default() };
+    let reference =
+        Reference::render(&scene.world, &*scene.camera, [&all[0], &all[1]], &plan, quiet).unwrap();
+    let plan =
+        Plan { budget: Budget::Samples(32), seeds: 4, pyramid: Some(both), ..Plan::default() };
     let info = SceneInfo { name: scene.name.to_owned(), ..SceneInfo::default() };
     let study = study(&scene.world, &*scene.camera, &info, &all, reference, &plan, quiet).unwrap();
 
@@ -65,8 +86,10 @@ fn the_page_works_in_a_browser() {
     let page = directory.join("index.html");
     std::fs::write(&page, study.page().replace("</body>", PROBE)).unwrap();
     for width in [400, 1200] {
-        let output = browse(browser, &page, &directory.join(format!("profile-{width}")), width).unwrap();
-        let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let output =
+            browse(browser, &page, &directory.join(format!("profile-{width}")), width).unwrap();
+        let (dom, log) =
+            (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         let console: Vec<&str> = log.lines().filter(|line| line.contains("CONSOLE")).collect();
         assert!(console.is_empty(), "{console:?}");
         let outcome = dom.split("data-outcome=\"").nth(1).and_then(|rest| rest.split('"').next());

@@ -30,7 +30,9 @@ fn go_on(_: &Step<'_>) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-fn contestants<'a, S: Scene + ?Sized>(methods: &[(&str, &'a dyn Method<S>)]) -> Vec<Contestant<'a, S>> {
+fn contestants<'a, S: Scene + ?Sized>(
+    methods: &[(&str, &'a dyn Method<S>)],
+) -> Vec<Contestant<'a, S>> {
     methods.iter().map(|&(name, method)| Contestant::new(name, method, true)).collect()
 }
 
@@ -49,7 +51,9 @@ fn against<S: Scene + ?Sized>(
 ) -> Report {
     let plan = Plan { budget: Budget::Samples(samples), seeds, ..Plan::default() };
     let reference = exactly(exact, camera.film().window_size());
-    study(scene, camera, &SceneInfo::default(), &contestants(methods), reference, &plan, &mut go_on).unwrap().report
+    study(scene, camera, &SceneInfo::default(), &contestants(methods), reference, &plan, &mut go_on)
+        .unwrap()
+        .report
 }
 
 fn cornell_box(size: u32) -> gallery::GalleryScene {
@@ -77,6 +81,11 @@ impl<S: Scene + ?Sized, F: Fn(&mut dyn Sampler) -> f64 + Sync> Integrator<S> for
     ) {
         scratch.counters.samples += 1;
         let value = Rgb::splat((self.0)(sampler));
-        sink.add(&Contribution { raster: film.raster, value, weight: 1.0, technique: Technique { s: 0, t: 2 } });
+        sink.add(&Contribution {
+            raster: film.raster,
+            value,
+            weight: 1.0,
+            technique: Technique { s: 0, t: 2 },
+        });
     }
 }

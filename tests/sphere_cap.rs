@@ -1,10 +1,13 @@
-//! The diffuse sphere with an emissive cap: k bounces contribute Le f_e ρ^k to every wall point, whichever technique draws the path.
+//! The diffuse sphere with an emissive cap: k bounces contribute Le f_e ρ^k to every wall point,
+//! whichever technique draws the path.
 
 mod common;
 
 use common::{DownCamera, Moments, Random, SphereCap, film_sample};
 use pathspace::film::{Contribution, Technique};
-use pathspace::integrator::{Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, UniformArea};
+use pathspace::integrator::{
+    Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, UniformArea,
+};
 use pathspace::path::{Heuristic, PathDensities, Roulette, Scratch, TechniqueSet};
 
 const ALBEDO: f64 = 0.5;
@@ -18,7 +21,8 @@ fn scene() -> SphereCap {
 /// Moments of the per-sample sum of weighted contributions.
 fn run<I: Integrator<SphereCap>>(integrator: &I, samples: u32, seed: u64) -> Moments {
     let scene = scene();
-    let (mut sampler, mut scratch, mut moments) = (Random::new(seed), Scratch::default(), Moments::default());
+    let (mut sampler, mut scratch, mut moments) =
+        (Random::new(seed), Scratch::default(), Moments::default());
     let mut sink: Vec<Contribution> = Vec::new();
     for _ in 0..samples {
         sink.clear();
@@ -33,8 +37,14 @@ fn run<I: Integrator<SphereCap>>(integrator: &I, samples: u32, seed: u64) -> Mom
 /// |mean - expected| within 4 standard errors, and the standard error small enough to see a bias of 1 %.
 fn assert_mean(name: &str, moments: Moments, expected: f64) {
     let (mean, error) = (moments.mean(), moments.standard_error());
-    assert!((mean - expected).abs() <= 4.0 * error + 1e-12 * expected, "{name}: {mean} ± {error}, expected {expected}");
-    assert!(error <= 0.0025 * expected, "{name}: standard error {error} of {expected} is too large to mean anything");
+    assert!(
+        (mean - expected).abs() <= 4.0 * error + 1e-12 * expected,
+        "{name}: {mean} ± {error}, expected {expected}"
+    );
+    assert!(
+        error <= 0.0025 * expected,
+        "{name}: standard error {error} of {expected} is too large to mean anything"
+    );
 }
 
 #[test]
@@ -84,28 +94,54 @@ fn roulette_with_a_constant_keeps_the_mean_and_lowers_the_variance() {
     let (without, with) = (with(0.0), with(total / ALBEDO * 0.5));
     assert_mean("c = 0", without, total);
     assert_mean("c > 0", with, total);
-    assert!(with.variance() < 0.5 * without.variance(), "{} against {}", with.variance(), without.variance());
+    assert!(
+        with.variance() < 0.5 * without.variance(),
+        "{} against {}",
+        with.variance(),
+        without.variance()
+    );
     let roulette = Roulette { start: 0, constant: Rgb::splat(0.1), ..Roulette::default() };
-    assert_mean("uniform area with c", run(&UniformArea { roulette, ..UniformArea::default() }, 3_000_000, 8), total);
+    assert_mean(
+        "uniform area with c",
+        run(&UniformArea { roulette, ..UniformArea::default() }, 3_000_000, 8),
+        total,
+    );
 }
 
-/// analytic.json F13: with the balance heuristic and t ≥ 2, w(s = 0) = f_e / (k + f_e) and w(s ≥ 1) = 1 / (k + f_e).
+/// analytic.json F13: with the balance heuristic and t ≥ 2, w(s = 0) = f_e / (k + f_e) and w(s ≥ 1)
+/// = 1 / (k + f_e).
 #[test]
 fn weights_are_the_exact_ones() {
     let scene = scene();
     let set = TechniqueSet { lens_sampling: false, ..TechniqueSet::BIDIRECTIONAL };
     let mut seen = 0;
     for k in [1, 2, 3, 8] {
-        let integrator =
-            Bidirectional { techniques: set, depth: Depth::exactly(k), roulette: Roulette::NEVER, heuristic: Heuristic::Balance };
+        let integrator = Bidirectional {
+            techniques: set,
+            depth: Depth::exactly(k),
+            roulette: Roulette::NEVER,
+            heuristic: Heuristic::Balance,
+        };
         let (mut sampler, mut scratch) = (Random::new(9), Scratch::default());
         for _ in 0..2000 {
             let film = film_sample(&mut sampler);
-            integrator.for_each_path(&scene, &CAMERA, film, &mut sampler, &mut scratch, |path, contribution| {
-                let expected = if contribution.technique.s == 0 { FRACTION } else { 1.0 } / (f64::from(k) + FRACTION);
-                assert!((contribution.weight - expected).abs() < 1e-9 * expected, "{path:?}: {} {expected}", contribution.weight);
-                seen += 1;
-            });
+            integrator.for_each_path(
+                &scene,
+                &CAMERA,
+                film,
+                &mut sampler,
+                &mut scratch,
+                |path, contribution| {
+                    let expected = if contribution.technique.s == 0 { FRACTION } else { 1.0 }
+                        / (f64::from(k) + FRACTION);
+                    assert!(
+                        (contribution.weight - expected).abs() < 1e-9 * expected,
+                        "{path:?}: {} {expected}",
+                        contribution.weight
+                    );
+                    seen += 1;
+                },
+            );
         }
     }
     assert!(seen > 10_000);
@@ -115,28 +151,44 @@ fn weights_are_the_exact_ones() {
 #[test]
 fn the_lens_technique_has_the_exact_weight() {
     let scene = scene();
-    let integrator =
-        Bidirectional { depth: Depth::exactly(2), roulette: Roulette::NEVER, heuristic: Heuristic::Balance, ..Bidirectional::default() };
+    let integrator = Bidirectional {
+        depth: Depth::exactly(2),
+        roulette: Roulette::NEVER,
+        heuristic: Heuristic::Balance,
+        ..Bidirectional::default()
+    };
     let (mut sampler, mut scratch) = (Random::new(10), Scratch::default());
     let mut seen = 0;
     for _ in 0..2000 {
         let film = film_sample(&mut sampler);
-        integrator.for_each_path(&scene, &CAMERA, film, &mut sampler, &mut scratch, |path, contribution| {
-            let x1 = path.vertex(1).point.position;
-            let cos_camera = -x1.normalize().z;
-            let area = 4.0 * CAMERA.half_width * CAMERA.half_width;
-            // The sphere has radius 1 and the pinhole is in its centre: cosine 1 and distance 1 at x_1.
-            let p_camera = 1.0 / (area * cos_camera.powi(3));
-            let q = 1.0 / (4.0 * std::f64::consts::PI);
-            let lens = q / p_camera;
-            let expected = match contribution.technique {
-                Technique { s: 0, .. } => FRACTION,
-                Technique { t: 1, .. } => lens,
-                _ => 1.0,
-            } / (2.0 + FRACTION + lens);
-            assert!((contribution.weight - expected).abs() < 1e-9, "{path:?}: {} {expected}", contribution.weight);
-            seen += 1;
-        });
+        integrator.for_each_path(
+            &scene,
+            &CAMERA,
+            film,
+            &mut sampler,
+            &mut scratch,
+            |path, contribution| {
+                let x1 = path.vertex(1).point.position;
+                let cos_camera = -x1.normalize().z;
+                let area = 4.0 * CAMERA.half_width * CAMERA.half_width;
+                // The sphere has radius 1 and the pinhole is in its centre: cosine 1 and distance 1
+                // at x_1.
+                let p_camera = 1.0 / (area * cos_camera.powi(3));
+                let q = 1.0 / (4.0 * std::f64::consts::PI);
+                let lens = q / p_camera;
+                let expected = match contribution.technique {
+                    Technique { s: 0, .. } => FRACTION,
+                    Technique { t: 1, .. } => lens,
+                    _ => 1.0,
+                } / (2.0 + FRACTION + lens);
+                assert!(
+                    (contribution.weight - expected).abs() < 1e-9,
+                    "{path:?}: {} {expected}",
+                    contribution.weight
+                );
+                seen += 1;
+            },
+        );
     }
     assert!(seen > 4000);
 }
@@ -145,17 +197,28 @@ fn the_lens_technique_has_the_exact_weight() {
 fn paths_verify_against_the_definitions() {
     let scene = scene();
     for heuristic in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(1.5)] {
-        let integrator = Bidirectional { depth: Depth::up_to(8), heuristic, ..Bidirectional::default() };
+        let integrator =
+            Bidirectional { depth: Depth::up_to(8), heuristic, ..Bidirectional::default() };
         let (mut sampler, mut scratch) = (Random::new(11), Scratch::default());
         let mut seen = 0;
         for _ in 0..5000 {
             let film = film_sample(&mut sampler);
-            integrator.for_each_path(&scene, &CAMERA, film, &mut sampler, &mut scratch, |path, contribution| {
-                let verification = path.verify(&integrator.techniques, heuristic);
-                assert!(verification.weight_sum_error < 1e-12, "{path:?} {verification:?}");
-                assert!(verification.worst() < 1e-7, "{path:?} {contribution:?} {verification:?}");
-                seen += 1;
-            });
+            integrator.for_each_path(
+                &scene,
+                &CAMERA,
+                film,
+                &mut sampler,
+                &mut scratch,
+                |path, contribution| {
+                    let verification = path.verify(&integrator.techniques, heuristic);
+                    assert!(verification.weight_sum_error < 1e-12, "{path:?} {verification:?}");
+                    assert!(
+                        verification.worst() < 1e-7,
+                        "{path:?} {contribution:?} {verification:?}"
+                    );
+                    seen += 1;
+                },
+            );
         }
         assert!(seen > 50_000, "{seen}");
     }
@@ -177,15 +240,28 @@ fn a_path_with_k_edges_has_k_plus_one_techniques() {
     }
 }
 
-/// analytic.json F02 and F03: variances of next event estimation and of both weighted sums, exactly.
+/// analytic.json F02 and F03: variances of next event estimation and of both weighted sums,
+/// exactly.
 #[test]
 fn variances_are_the_exact_ones() {
-    let one_bounce = |mode, heuristic| PathTracer { mode, heuristic, depth: Depth::exactly(1), roulette: Roulette::NEVER };
+    let one_bounce = |mode, heuristic| PathTracer {
+        mode,
+        heuristic,
+        depth: Depth::exactly(1),
+        roulette: Roulette::NEVER,
+    };
     let next_event = run(&one_bounce(PathTracing::NextEventOnly, Heuristic::Balance), 1000, 13);
     assert!((next_event.mean() - 0.05).abs() < 1e-12 && next_event.variance() < 1e-24);
-    for (heuristic, variance) in [(Heuristic::Balance, 0.000_185_950_413_223_140_49), (Heuristic::Power(2.0), 2.205_666_111_165_572e-6)] {
+    for (heuristic, variance) in [
+        (Heuristic::Balance, 0.000_185_950_413_223_140_49),
+        (Heuristic::Power(2.0), 2.205_666_111_165_572e-6),
+    ] {
         let measured = run(&one_bounce(PathTracing::Both, heuristic), 400_000, 14);
-        assert!((measured.variance() / variance - 1.0).abs() < 0.02, "{heuristic:?}: {}", measured.variance());
+        assert!(
+            (measured.variance() / variance - 1.0).abs() < 0.02,
+            "{heuristic:?}: {}",
+            measured.variance()
+        );
         assert!((measured.mean() - 0.05).abs() < 4.0 * measured.standard_error());
     }
     // F01: a Bernoulli variable, (ρ^k Le)² f_e (1 - f_e).
@@ -193,6 +269,10 @@ fn variances_are_the_exact_ones() {
         let uniform = UniformArea { depth: Depth::exactly(k), roulette: Roulette::NEVER };
         let expected = ALBEDO.powi(2 * k as i32) * FRACTION * (1.0 - FRACTION);
         let measured = run(&uniform, 400_000, 15);
-        assert!((measured.variance() / expected - 1.0).abs() < 0.02, "k = {k}: {}", measured.variance());
+        assert!(
+            (measured.variance() / expected - 1.0).abs() < 0.02,
+            "k = {k}: {}",
+            measured.variance()
+        );
     }
 }

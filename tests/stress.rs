@@ -1,8 +1,10 @@
-//! The stress matrix S01–S52: each row a test with an oracle, an exact answer or the same scene without stress; `cargo run --release --example
-//! stability` prints the same cases in more detail. S36 and S42 to S44 ask for methods that do not exist yet.
+//! The stress matrix S01–S52: each row a test with an oracle, an exact answer or the same scene
+//! without stress; `cargo run --release --example stability` prints the same cases in more detail.
+//! S36 and S42 to S44 ask for methods that do not exist yet.
 //!
-//! Standard errors are 0.5 % or what the case states; means must lie within 4 of them, nothing may be infinite or not a number, and with the same random
-//! numbers a scene of another scale, place or brightness must give the same image up to rounding.
+//! Standard errors are 0.5 % or what the case states; means must lie within 4 of them, nothing may
+//! be infinite or not a number, and with the same random numbers a scene of another scale, place or
+//! brightness must give the same image up to rounding.
 #![allow(missing_docs, reason = "a test program")]
 
 #[path = "../examples/stability/cases/mod.rs"]
@@ -50,7 +52,10 @@ fn check_precisely(row: &str, rounding: f64) {
     for case in cases::all().iter().filter(|case| case.row == row) {
         for line in verdict::judge(case, RAYS, 11) {
             println!("{line:?}");
-            assert!(line.verdict.is_good() && line.verdict != verdict::Verdict::Imprecise, "{line:?}");
+            assert!(
+                line.verdict.is_good() && line.verdict != verdict::Verdict::Imprecise,
+                "{line:?}"
+            );
             assert!(line.rounding.is_none_or(|r| r <= rounding), "{line:?}");
             lines += 1;
         }
@@ -121,7 +126,8 @@ fn stress_s30_scale_under_an_environment() {
     check_precisely("S30", 1e-9);
 }
 
-/// Without roulette nothing ends a walk in white walls but the library's own limit, which is reported.
+/// Without roulette nothing ends a walk in white walls but the library's own limit, which is
+/// reported.
 #[test]
 fn stress_s06_endless_walks_are_cut_off_and_counted() {
     let world = furnace_sphere(DVec3::ZERO, 1.0, &lambert(1.0), 1.0);
@@ -129,7 +135,10 @@ fn stress_s06_endless_walks_are_cut_off_and_counted() {
     for method in [Method::Emission, Method::Path, Method::Light] {
         let measured = Probe::new(&world, &eye, Depth::default()).sample(method, 10, 1);
         assert_eq!(measured.truncated_walks, 10, "{method:?}");
-        assert!(measured.agrees([f64::from(MAX_BOUNCES) + 1.0; 3], 0.05), "{method:?}: {measured:?}");
+        assert!(
+            measured.agrees([f64::from(MAX_BOUNCES) + 1.0; 3], 0.05),
+            "{method:?}: {measured:?}"
+        );
     }
 }
 
@@ -139,8 +148,11 @@ fn stress_s07_albedo_outside_of_0_to_1() {
         for channel in 0..3 {
             let mut albedo = [0.5; 3];
             albedo[channel] = bad;
-            let refused = WorldBuilder::new().add_material("wall", Material::Lambert { albedo: Rgb(albedo) });
-            let Err(SceneError::Material { name, reason }) = refused else { panic!("{bad} is accepted: {refused:?}") };
+            let refused =
+                WorldBuilder::new().add_material("wall", Material::Lambert { albedo: Rgb(albedo) });
+            let Err(SceneError::Material { name, reason }) = refused else {
+                panic!("{bad} is accepted: {refused:?}")
+            };
             assert!(name == "wall" && matches!(reason, BsdfError::Reflectance(_)), "{reason:?}");
         }
     }
@@ -154,11 +166,19 @@ fn stress_s12_triangles_without_area() {
         let lamp = stage.square(2.0, 1.0, false, Material::Black);
         stage.glow(lamp, 1.0);
         if slivers {
-            let positions = (0..1000).map(|i| DVec3::new(0.0, 0.0, f64::from(i) / 1000.0)).collect();
-            let indices = (0..998).map(|i| if i % 2 == 0 { [i, i + 1, i + 2] } else { [i, i, i + 1] }).chain([[0, 1, 0]]).collect();
+            let positions =
+                (0..1000).map(|i| DVec3::new(0.0, 0.0, f64::from(i) / 1000.0)).collect();
+            let indices = (0..998)
+                .map(|i| if i % 2 == 0 { [i, i + 1, i + 2] } else { [i, i, i + 1] })
+                .chain([[0, 1, 0]])
+                .collect();
             // One proper triangle out of sight, so that the mesh is a surface.
             let mut mesh = Mesh { positions, indices, ..Mesh::default() };
-            mesh.positions.extend([DVec3::new(0.0, 0.0, 1.9), DVec3::new(0.001, 0.0, 1.9), DVec3::new(0.0, 0.001, 1.9)]);
+            mesh.positions.extend([
+                DVec3::new(0.0, 0.0, 1.9),
+                DVec3::new(0.001, 0.0, 1.9),
+                DVec3::new(0.0, 0.001, 1.9),
+            ]);
             mesh.indices.push([1000, 1001, 1002]);
             let id = stage.mesh(&mesh, DAffine3::IDENTITY, Material::Black);
             stage.glow(id, 1.0);
@@ -171,10 +191,14 @@ fn stress_s12_triangles_without_area() {
     };
     let (without, with) = (render(false).channels[0], render(true).channels[0]);
     let error = without.standard_error().hypot(with.standard_error());
-    assert!((without.mean() - with.mean()).abs() < 4.0 * error && error < 0.002 * without.mean(), "{without:?} {with:?}");
+    assert!(
+        (without.mean() - with.mean()).abs() < 4.0 * error && error < 0.002 * without.mean(),
+        "{without:?} {with:?}"
+    );
 }
 
-/// Rays at the vertices and edges of closed meshes, and one rounding step beside them: none leaves. More shapes in watertight.rs.
+/// Rays at the vertices and edges of closed meshes, and one rounding step beside them: none leaves.
+/// More shapes in watertight.rs.
 #[test]
 fn stress_s14_rays_through_edges_and_vertices() {
     let mut cube = cube_mesh();
@@ -190,8 +214,15 @@ fn stress_s14_rays_through_edges_and_vertices() {
                 for (p, q) in [(a, b), (b, c), (c, a)] {
                     for i in 0..=64 {
                         let at = p.lerp(q, f64::from(i) / 64.0) - from;
-                        for aim in [at, DVec3::new(at.x.next_up(), at.y, at.z), DVec3::new(at.x, at.y.next_down(), at.z)] {
-                            assert!(world.intersect(&origin, aim.normalize()).is_some(), "from {from} towards {aim}");
+                        for aim in [
+                            at,
+                            DVec3::new(at.x.next_up(), at.y, at.z),
+                            DVec3::new(at.x, at.y.next_down(), at.z),
+                        ] {
+                            assert!(
+                                world.intersect(&origin, aim.normalize()).is_some(),
+                                "from {from} towards {aim}"
+                            );
                         }
                     }
                 }
@@ -203,20 +234,39 @@ fn stress_s14_rays_through_edges_and_vertices() {
 /// All of the sky black but a row at a pole; then all of it.
 #[test]
 fn stress_s29_black_rows_and_poles() {
-    for (row, cosines) in [(Some(0), (1.0, (PI / 8.0).cos())), (Some(3), ((3.0 * PI / 8.0).cos(), 0.0)), (None, (0.0, 0.0))] {
+    for (row, cosines) in [
+        (Some(0), (1.0, (PI / 8.0).cos())),
+        (Some(3), ((3.0 * PI / 8.0).cos(), 0.0)),
+        (None, (0.0, 0.0)),
+    ] {
         let pixel = |i: u32| if Some(i / 4) == row { Rgb::WHITE } else { Rgb::BLACK };
         let mut stage = Stage::default();
         stage.square(0.0, 0.5, true, lambert(1.0));
-        stage.environment(EnvironmentMap::new(4, 8, (0..32).map(pixel).collect(), EnvironmentMap::Z_UP).expect("valid"));
+        stage.environment(
+            EnvironmentMap::new(4, 8, (0..32).map(pixel).collect(), EnvironmentMap::Z_UP)
+                .expect("valid"),
+        );
         let (world, eye) = (stage.build(), footprint(DVec3::ZERO, 1.0, 0.5));
         let (near, far): (f64, f64) = cosines;
         // ∫ cos dσ / π over the row
         let expected = near * near - far * far;
         for method in [Method::Emission, Method::Path, Method::Bidirectional, Method::Light] {
-            let measured = Probe::new(&world, &eye, Depth::exactly(1)).estimate(method, [expected; 3], [0.005, 0.005], (RAYS, RAYS), 4);
+            let measured = Probe::new(&world, &eye, Depth::exactly(1)).estimate(
+                method,
+                [expected; 3],
+                [0.005, 0.005],
+                (RAYS, RAYS),
+                4,
+            );
             assert_eq!(measured.non_finite, 0);
-            assert!(measured.agrees([expected; 3], 1e-9), "{row:?} {method:?} {expected}: {measured:?}");
-            assert!(measured.relative_error([expected; 3]) <= 0.02, "{row:?} {method:?}: {measured:?}");
+            assert!(
+                measured.agrees([expected; 3], 1e-9),
+                "{row:?} {method:?} {expected}: {measured:?}"
+            );
+            assert!(
+                measured.relative_error([expected; 3]) <= 0.02,
+                "{row:?} {method:?}: {measured:?}"
+            );
         }
     }
 }
@@ -229,6 +279,9 @@ fn stress_s30_environment_alone() {
     let (world, eye) = (stage.build(), camera(DVec3::ZERO, DVec3::X, 60.0));
     for method in [Method::Emission, Method::Path, Method::Bidirectional] {
         let measured = Probe::new(&world, &eye, Depth::default()).sample(method, 10_000, 2);
-        assert!(measured.non_finite == 0 && measured.agrees([1.0; 3], 1e-12), "{method:?}: {measured:?}");
+        assert!(
+            measured.non_finite == 0 && measured.agrees([1.0; 3], 1e-12),
+            "{method:?}: {measured:?}"
+        );
     }
 }

@@ -1,8 +1,11 @@
-//! Audits recorded paths: what an integrator knows about a path against the same evaluated anew from the definitions.
+//! Audits recorded paths: what an integrator knows about a path against the same evaluated anew
+//! from the definitions.
 //!
-//! Bounds. Weights of one path sum to 1 within 1e-12 (measured: 1e-15). Values and weights may differ from the definitions by what moving the
-//! vertices within their error bounds does to them, that is, by the condition of the path: a cosine of 1e-4, an edge of 1e-6 or a lobe of
-//! width 1e-3 magnify the rounding of a position, and no program in f64 can do better. Besides, scenes of unit size stay below 1e-9.
+//! Bounds. Weights of one path sum to 1 within 1e-12 (measured: 1e-15). Values and weights may
+//! differ from the definitions by what moving the vertices within their error bounds does to them,
+//! that is, by the condition of the path: a cosine of 1e-4, an edge of 1e-6 or a lobe of width 1e-3
+//! magnify the rounding of a position, and no program in f64 can do better. Besides, scenes of unit
+//! size stay below 1e-9.
 #![allow(missing_docs, reason = "a test program")]
 
 mod common;
@@ -13,7 +16,9 @@ use glam::DVec3;
 use pathspace::film::Technique;
 use pathspace::geometry::Place;
 use pathspace::integrator::{Bidirectional, Depth};
-use pathspace::path::{Heuristic, LightWalks, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet};
+use pathspace::path::{
+    Heuristic, LightWalks, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet,
+};
 use pathspace::scene::Scene;
 use std::collections::BTreeSet;
 use worlds::{Placement, Result, TestScene};
@@ -38,7 +43,8 @@ fn audit(
     paths: usize,
     mut look: impl FnMut(&PathRecord, bool, Technique),
 ) -> Audit {
-    let (mut sampler, mut displacements, mut scratch) = (Random::new(seed), Random::new(!seed), Scratch::default());
+    let (mut sampler, mut displacements, mut scratch) =
+        (Random::new(seed), Random::new(!seed), Scratch::default());
     let mut audit = Audit::default();
     let set = integrator.techniques.pruned(&scene.world.needs());
     for _ in 0..100 * paths {
@@ -46,63 +52,107 @@ fn audit(
             break;
         }
         let film = worlds::film_sample(&*scene.camera, &mut sampler);
-        integrator.for_each_path(&scene.world, &*scene.camera, film, &mut sampler, &mut scratch, |path, contribution| {
-            let verified = path.verify(&set, integrator.heuristic);
-            let rounding = 16.0 * f64::EPSILON * path.edges() as f64;
-            let what = || format!("{} {path:?} {:?} {verified:?}", scene.name, path.record().dirac);
-            assert!(verified.weight_sum_error <= SUM_TOLERANCE, "{}", what());
-            assert!(contribution.weight > 0.0 && contribution.weight <= 1.0, "{}", what());
-            // Also false for what is not a number.
-            if !(verified.value_error <= rounding && verified.weight_error <= rounding) {
-                let (value, weight) =
-                    worlds::sensitivity(path, (&scene.world, &*scene.camera), &set, integrator.heuristic, 64, &mut displacements);
-                assert!(verified.value_error <= value + rounding, "{} {value:e}", what());
-                assert!(verified.weight_error <= weight + rounding, "{} {weight:e}", what());
-            }
-            audit.paths += 1;
-            audit.value = audit.value.max(verified.value_error);
-            audit.weight = audit.weight.max(verified.weight_error);
-            audit.sum = audit.sum.max(verified.weight_sum_error);
-            look(&path.record(), pathspace::endpoint::Light::can_be_hit(scene.world.light(path.light())), path.technique());
-        });
+        integrator.for_each_path(
+            &scene.world,
+            &*scene.camera,
+            film,
+            &mut sampler,
+            &mut scratch,
+            |path, contribution| {
+                let verified = path.verify(&set, integrator.heuristic);
+                let rounding = 16.0 * f64::EPSILON * path.edges() as f64;
+                let what =
+                    || format!("{} {path:?} {:?} {verified:?}", scene.name, path.record().dirac);
+                assert!(verified.weight_sum_error <= SUM_TOLERANCE, "{}", what());
+                assert!(contribution.weight > 0.0 && contribution.weight <= 1.0, "{}", what());
+                // Also false for what is not a number.
+                if !(verified.value_error <= rounding && verified.weight_error <= rounding) {
+                    let (value, weight) = worlds::sensitivity(
+                        path,
+                        (&scene.world, &*scene.camera),
+                        &set,
+                        integrator.heuristic,
+                        64,
+                        &mut displacements,
+                    );
+                    assert!(verified.value_error <= value + rounding, "{} {value:e}", what());
+                    assert!(verified.weight_error <= weight + rounding, "{} {weight:e}", what());
+                }
+                audit.paths += 1;
+                audit.value = audit.value.max(verified.value_error);
+                audit.weight = audit.weight.max(verified.weight_error);
+                audit.sum = audit.sum.max(verified.weight_sum_error);
+                look(
+                    &path.record(),
+                    pathspace::endpoint::Light::can_be_hit(scene.world.light(path.light())),
+                    path.technique(),
+                );
+            },
+        );
     }
     assert_eq!(scratch.counters.non_finite, 0, "{}", scene.name);
     assert!(audit.paths >= paths, "{}: only {} paths", scene.name, audit.paths);
     audit
 }
 
-/// The number of techniques that can draw a path (theory: k + 2 pairs (s, t); less one since the lens is never hit; less one for a light that
-/// cannot be hit; less every pair whose connecting edge has an end that takes a Dirac lobe or a direction at infinity at both ends).
+/// The number of techniques that can draw a path (theory: k + 2 pairs (s, t); less one since the
+/// lens is never hit; less one for a light that cannot be hit; less every pair whose connecting
+/// edge has an end that takes a Dirac lobe or a direction at infinity at both ends).
 fn expected_techniques(record: &PathRecord, hittable: bool) -> usize {
     let k = record.points.len() - 1;
-    let directional = !hittable && record.points[k].place == Place::Infinite && record.points[0].place == Place::Infinite;
+    let directional = !hittable
+        && record.points[k].place == Place::Infinite
+        && record.points[0].place == Place::Infinite;
     let connected = |t: usize| !record.dirac[t - 1] && !record.dirac[t];
     let lens_to_light = (hittable || record.points[0].place == Place::Area)
         && !directional
-        && !(record.points[0].place == Place::Infinite && record.points[1].place == Place::Infinite);
-    usize::from(hittable) + if k == 1 { usize::from(lens_to_light) } else { (1..=k).filter(|&t| connected(t)).count() }
+        && !(record.points[0].place == Place::Infinite
+            && record.points[1].place == Place::Infinite);
+    usize::from(hittable)
+        + if k == 1 {
+            usize::from(lens_to_light)
+        } else {
+            (1..=k).filter(|&t| connected(t)).count()
+        }
 }
 
 #[test]
 fn paths_are_what_the_definitions_say() -> Result {
     for scene in worlds::all()? {
-        // Over all recorded paths of up to three edges: techniques that can draw one, and techniques that did.
+        // Over all recorded paths of up to three edges: techniques that can draw one, and
+        // techniques that did.
         let (mut able, mut seen) = (BTreeSet::new(), BTreeSet::new());
-        for (seed, heuristic) in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(1.5)].into_iter().enumerate() {
-            let integrator = Bidirectional { heuristic, depth: Depth::up_to(7), ..Bidirectional::default() };
-            let audit = audit(&scene, &integrator, seed as u64, PATHS, |record, hittable, technique| {
-                let k = record.edges();
-                let admissible: Vec<usize> = (0..=k + 2).filter(|&t| record.is_admissible(t)).collect();
-                assert_eq!(admissible.len(), expected_techniques(record, hittable), "{} {record:?}", scene.name);
-                // What can be drawn structurally has a density, whichever technique drew the path.
-                for &t in &admissible {
-                    assert!(record.density(t) > 0.0, "{} drawn by {technique:?}, t = {t}: {record:?}", scene.name);
-                }
-                if k <= 3 {
-                    able.extend(admissible.iter().map(|&t| (k + 1 - t, t)));
-                    seen.insert((usize::from(technique.s), usize::from(technique.t)));
-                }
-            });
+        for (seed, heuristic) in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(1.5)]
+            .into_iter()
+            .enumerate()
+        {
+            let integrator =
+                Bidirectional { heuristic, depth: Depth::up_to(7), ..Bidirectional::default() };
+            let audit =
+                audit(&scene, &integrator, seed as u64, PATHS, |record, hittable, technique| {
+                    let k = record.edges();
+                    let admissible: Vec<usize> =
+                        (0..=k + 2).filter(|&t| record.is_admissible(t)).collect();
+                    assert_eq!(
+                        admissible.len(),
+                        expected_techniques(record, hittable),
+                        "{} {record:?}",
+                        scene.name
+                    );
+                    // What can be drawn structurally has a density, whichever technique drew the
+                    // path.
+                    for &t in &admissible {
+                        assert!(
+                            record.density(t) > 0.0,
+                            "{} drawn by {technique:?}, t = {t}: {record:?}",
+                            scene.name
+                        );
+                    }
+                    if k <= 3 {
+                        able.extend(admissible.iter().map(|&t| (k + 1 - t, t)));
+                        seen.insert((usize::from(technique.s), usize::from(technique.t)));
+                    }
+                });
             println!("{:15} {heuristic:?} {audit:?}", scene.name);
             assert!(audit.value < 1e-9 && audit.weight < 1e-9, "{}: {audit:?}", scene.name);
         }
@@ -117,21 +167,35 @@ fn long_paths_verify_at_every_scale() -> Result {
     for exponent in [-6, -3, 0, 3, 6] {
         for offset in [0.0, 1000.0] {
             let scale = 10f64.powi(exponent);
-            let at = Placement { scale, offset: DVec3::new(offset, -0.3 * offset, 0.7 * offset) * scale };
+            let at = Placement {
+                scale,
+                offset: DVec3::new(offset, -0.3 * offset, 0.7 * offset) * scale,
+            };
             for scene in [worlds::mixtures(at)?, worlds::glass(at)?] {
-                let integrator = Bidirectional { depth: Depth::exactly(18), roulette: Roulette::NEVER, ..Bidirectional::default() };
-                let audit = audit(&scene, &integrator, 3, 3000, |record, _, _| assert_eq!(record.points.len(), 20));
+                let integrator = Bidirectional {
+                    depth: Depth::exactly(18),
+                    roulette: Roulette::NEVER,
+                    ..Bidirectional::default()
+                };
+                let audit = audit(&scene, &integrator, 3, 3000, |record, _, _| {
+                    assert_eq!(record.points.len(), 20)
+                });
                 println!("{:15} 1e{exponent} {offset} {audit:?}", scene.name);
                 // Displaced by a thousand sizes, positions lose three digits more.
                 let bound = if offset == 0.0 { 1e-8 } else { 1e-5 };
-                assert!(audit.value < bound && audit.weight < bound, "{} {at:?} {audit:?}", scene.name);
+                assert!(
+                    audit.value < bound && audit.weight < bound,
+                    "{} {at:?} {audit:?}",
+                    scene.name
+                );
             }
         }
     }
     Ok(())
 }
 
-/// Weights from what the vertices of the walks keep are those of a sweep over the path, whatever the set.
+/// Weights from what the vertices of the walks keep are those of a sweep over the path, whatever
+/// the set.
 #[test]
 fn weights_in_constant_time_are_those_of_sweeps() -> Result {
     let all = TechniqueSet::BIDIRECTIONAL;
@@ -149,19 +213,35 @@ fn weights_in_constant_time_are_those_of_sweeps() -> Result {
     for scene in worlds::all()? {
         for (seed, techniques) in sets.into_iter().enumerate() {
             for heuristic in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(0.7)] {
-                let integrator = Bidirectional { techniques, heuristic, depth: Depth::up_to(7), ..Bidirectional::default() };
+                let integrator = Bidirectional {
+                    techniques,
+                    heuristic,
+                    depth: Depth::up_to(7),
+                    ..Bidirectional::default()
+                };
                 let set = techniques.pruned(&scene.world.needs());
                 let (mut sampler, mut scratch) = (Random::new(seed as u64), Scratch::default());
                 let mut paths = 0;
                 for _ in 0..500 {
                     let film = worlds::film_sample(&*scene.camera, &mut sampler);
-                    integrator.for_each_path(&scene.world, &*scene.camera, film, &mut sampler, &mut scratch, |path, contribution| {
-                        let swept = path.weight(&set, heuristic);
-                        let rounding = 16.0 * f64::EPSILON * path.edges() as f64;
-                        let error = (contribution.weight - swept).abs();
-                        assert!(error <= rounding * swept, "{} {path:?} {set:?} {heuristic:?} {error:e} {swept:e}", scene.name);
-                        paths += 1;
-                    });
+                    integrator.for_each_path(
+                        &scene.world,
+                        &*scene.camera,
+                        film,
+                        &mut sampler,
+                        &mut scratch,
+                        |path, contribution| {
+                            let swept = path.weight(&set, heuristic);
+                            let rounding = 16.0 * f64::EPSILON * path.edges() as f64;
+                            let error = (contribution.weight - swept).abs();
+                            assert!(
+                                error <= rounding * swept,
+                                "{} {path:?} {set:?} {heuristic:?} {error:e} {swept:e}",
+                                scene.name
+                            );
+                            paths += 1;
+                        },
+                    );
                 }
                 assert!(paths > 100, "{} {set:?}: only {paths} paths", scene.name);
             }

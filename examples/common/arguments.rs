@@ -14,12 +14,18 @@ const MOST_PIXELS: u64 = 1 << 28;
 pub fn parse_size(text: &str) -> Result<UVec2, String> {
     let (width, height) = text.split_once(['x', 'X', '×']).unwrap_or((text, text));
     let side = |side: &str| match side.trim().parse::<u32>() {
-        Ok(0) | Err(_) => Err(format!("{side:?} is not a number of pixels; a size looks like 512x512")),
+        Ok(0) | Err(_) => {
+            Err(format!("{side:?} is not a number of pixels; a size looks like 512x512"))
+        }
         Ok(pixels) => Ok(pixels),
     };
     let size = UVec2::new(side(width)?, side(height)?);
     let pixels = u64::from(size.x) * u64::from(size.y);
-    if pixels > MOST_PIXELS { Err(format!("{pixels} pixels are too many, the limit is {MOST_PIXELS}")) } else { Ok(size) }
+    if pixels > MOST_PIXELS {
+        Err(format!("{pixels} pixels are too many, the limit is {MOST_PIXELS}"))
+    } else {
+        Ok(size)
+    }
 }
 
 /// A time such as `500ms`, `10s`, `1.5m` or `2h`; a bare number means seconds.
@@ -34,7 +40,10 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
         "h" => 3600.0,
         _ => return Err(format!("{unit:?} is not a unit of time; use ms, s, m or h")),
     };
-    let number: f64 = number.trim().parse().map_err(|_| format!("{text:?} is not a time; a time looks like 10s, 500ms or 2m"))?;
+    let number: f64 = number
+        .trim()
+        .parse()
+        .map_err(|_| format!("{text:?} is not a time; a time looks like 10s, 500ms or 2m"))?;
     match Duration::try_from_secs_f64(number * unit) {
         Ok(duration) if !duration.is_zero() => Ok(duration),
         _ => Err(format!("{text:?} must be positive and finite")),

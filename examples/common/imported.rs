@@ -16,7 +16,11 @@ pub fn load_mitsuba(path: &Path, options: &FileOptions) -> Result<NamedScene, Bo
 }
 
 /// Loads a glTF file; its cameras bring their aspect ratio.
-pub fn load_gltf(path: &Path, resolution: UVec2, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
+pub fn load_gltf(
+    path: &Path,
+    resolution: UVec2,
+    options: &FileOptions,
+) -> Result<NamedScene, Box<dyn Error>> {
     let how = Options { strict: options.strict, ..Options::default() };
     named(path, gltf::load(path, resolution, &how)?)
 }
@@ -31,8 +35,13 @@ fn named(path: &Path, import: Import) -> Result<NamedScene, Box<dyn Error>> {
     if cameras > 1 {
         eprintln!("note: {} is the first of {cameras} cameras", view.name);
     }
-    let name = path.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
-    let directory = path.parent().and_then(Path::file_name).map(|directory| directory.to_string_lossy().into_owned());
+    let name = path
+        .file_stem()
+        .map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    let directory = path
+        .parent()
+        .and_then(Path::file_name)
+        .map(|directory| directory.to_string_lossy().into_owned());
     Ok(NamedScene {
         // Many files are called "scene": their directory tells what they show.
         name: directory.filter(|_| name == "scene").unwrap_or(name),

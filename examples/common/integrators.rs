@@ -1,7 +1,9 @@
 //! The integrators by name.
 
 use clap::ValueEnum;
-use pathspace::integrator::{Adaptive, Bidirectional, Depth, Integrator, LightTracer, PathTracer, UniformArea};
+use pathspace::integrator::{
+    Adaptive, Bidirectional, Depth, Integrator, LightTracer, PathTracer, UniformArea,
+};
 use pathspace::path::{Roulette, TechniqueSet};
 use pathspace::report::{Contestant, Everything, Method};
 use pathspace::scene::gallery::Claims;
@@ -14,7 +16,8 @@ pub enum AnyIntegrator {
     PathTracing,
     /// From the lights; every vertex is connected to the lens.
     LightTracing,
-    /// Every vertex uniform on the area of the scene: the definition of the integral, sampled. Noisy.
+    /// Every vertex uniform on the area of the scene: the definition of the integral, sampled.
+    /// Noisy.
     UniformArea,
     /// From both ends, with every connection between them.
     Bidirectional,
@@ -24,7 +27,13 @@ pub enum AnyIntegrator {
 
 impl AnyIntegrator {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::PathTracing, Self::LightTracing, Self::UniformArea, Self::Bidirectional, Self::Adaptive];
+    pub const ALL: [Self; 5] = [
+        Self::PathTracing,
+        Self::LightTracing,
+        Self::UniformArea,
+        Self::Bidirectional,
+        Self::Adaptive,
+    ];
 
     /// The name that the library and the command line use.
     pub fn name(self) -> &'static str {
@@ -49,15 +58,26 @@ impl AnyIntegrator {
 
     /// The same, and what leaves nothing out.
     pub fn build_both(self, max_bounces: Option<u32>) -> [Box<dyn Method<World>>; 2] {
-        [false, true].map(|everything| self.build_with(Depth { min_bounces: 0, max_bounces }, Roulette::default(), everything))
+        [false, true].map(|everything| {
+            self.build_with(Depth { min_bounces: 0, max_bounces }, Roulette::default(), everything)
+        })
     }
 
-    fn build_with(self, depth: Depth, roulette: Roulette, everything: bool) -> Box<dyn Method<World>> {
+    fn build_with(
+        self,
+        depth: Depth,
+        roulette: Roulette,
+        everything: bool,
+    ) -> Box<dyn Method<World>> {
         match self {
-            Self::PathTracing => boxed(PathTracer { depth, roulette, ..PathTracer::default() }, everything),
+            Self::PathTracing => {
+                boxed(PathTracer { depth, roulette, ..PathTracer::default() }, everything)
+            }
             Self::LightTracing => boxed(LightTracer { depth, roulette }, everything),
             Self::UniformArea => boxed(UniformArea { depth, roulette }, everything),
-            Self::Bidirectional => boxed(Bidirectional { depth, roulette, ..Bidirectional::default() }, everything),
+            Self::Bidirectional => {
+                boxed(Bidirectional { depth, roulette, ..Bidirectional::default() }, everything)
+            }
             Self::Adaptive => {
                 // All techniques are what nothing is left out of by a pilot.
                 let techniques = everything.then_some(TechniqueSet::BIDIRECTIONAL);
@@ -66,9 +86,17 @@ impl AnyIntegrator {
         }
     }
 
-    /// What [`build_both`](Self::build_both) gave, as an entry of a study on a scene that makes these claims.
-    pub fn contestant<'a>(self, [method, everything]: &'a [Box<dyn Method<World>>; 2], claims: &Claims) -> Contestant<'a, World> {
-        Contestant { everything: Some(&**everything), ..Contestant::new(self.name(), &**method, self.sees_all(claims)) }
+    /// What [`build_both`](Self::build_both) gave, as an entry of a study on a scene that makes
+    /// these claims.
+    pub fn contestant<'a>(
+        self,
+        [method, everything]: &'a [Box<dyn Method<World>>; 2],
+        claims: &Claims,
+    ) -> Contestant<'a, World> {
+        Contestant {
+            everything: Some(&**everything),
+            ..Contestant::new(self.name(), &**method, self.sees_all(claims))
+        }
     }
 
     /// Whether it sees every path of a scene that makes these claims.

@@ -1,4 +1,5 @@
-//! What the command-line examples share: reading arguments, finding a scene, choosing an integrator, showing progress.
+//! What the command-line examples share: reading arguments, finding a scene, choosing an
+//! integrator, showing progress.
 
 // Every example uses a part of it.
 #![allow(dead_code, unused_imports)]
@@ -10,7 +11,10 @@ mod obj;
 mod progress;
 mod scenes;
 
-pub use arguments::{FilterName, SamplerName, parse_duration, parse_error, parse_exposure, parse_image_path, parse_part, parse_size};
+pub use arguments::{
+    FilterName, SamplerName, parse_duration, parse_error, parse_exposure, parse_image_path,
+    parse_part, parse_size,
+};
 pub use integrators::AnyIntegrator;
 pub use progress::{STEPS, progress_bar, show};
 pub use scenes::{AnyCamera, FileOptions, NamedScene, scene_list, scene_or_file};

@@ -1,8 +1,9 @@
 //! Wavefront OBJ files with their materials (MTL).
 //!
-//! Read are positions, normals, Kd (diffuse albedo), Ke (emission), and for the illumination models with refraction (4, 6, 7 and 9) Ni (index of
-//! refraction). Emission is two-sided, since files do not agree about the order of vertices. The camera frames the whole model from
-//! the front (+z), a little from the right and above; a file without Ke is lit by a white environment.
+//! Read are positions, normals, Kd (diffuse albedo), Ke (emission), and for the illumination models
+//! with refraction (4, 6, 7 and 9) Ni (index of refraction). Emission is two-sided, since files do
+//! not agree about the order of vertices. The camera frames the whole model from the front (+z), a
+//! little from the right and above; a file without Ke is lit by a white environment.
 
 use super::scenes::{AnyCamera, NamedScene};
 use pathspace::endpoint::{ConstantEnvironment, PinholeCamera};
@@ -40,11 +41,16 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
     let (models, materials) = parse(path)?;
     let mut builder = WorldBuilder::new();
     let looks = materials.iter().map(look).collect::<Vec<_>>();
-    let fallback = builder.add_material("without material", Material::Lambert { albedo: Rgb::splat(DEFAULT_ALBEDO) })?;
+    let fallback = builder.add_material(
+        "without material",
+        Material::Lambert { albedo: Rgb::splat(DEFAULT_ALBEDO) },
+    )?;
     let mut ids = Vec::new();
     for (index, (material, look)) in materials.iter().zip(&looks).enumerate() {
         // Names may occur twice in a file.
-        ids.push(builder.add_material(format!("{index} {}", material.name), look.material.clone())?);
+        ids.push(
+            builder.add_material(format!("{index} {}", material.name), look.material.clone())?,
+        );
     }
 
     let (mut triangles, mut emits, mut has_glass) = (0, false, false);
@@ -56,7 +62,8 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
         triangles += mesh.indices.len();
         let material = model.mesh.material_id.filter(|&id| id < ids.len());
         let id = material.map_or(fallback, |id| ids[id]);
-        let surface = builder.add_mesh(format!("{index} {}", model.name), &mesh, DAffine3::IDENTITY, id)?;
+        let surface =
+            builder.add_mesh(format!("{index} {}", model.name), &mesh, DAffine3::IDENTITY, id)?;
         let Some(look) = material.map(|id| &looks[id]) else { continue };
         has_glass |= look.is_glass;
         if let Some(radiance) = look.emission {
@@ -72,7 +79,9 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
     }
     let world = builder.build()?;
     let camera = AnyCamera(Box::new(framing(world.bounds(), resolution)?));
-    let name = path.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    let name = path
+        .file_stem()
+        .map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let light = if emits { "its own lights" } else { "a white environment" };
     Ok(NamedScene {
         name,
@@ -80,14 +89,19 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
         world,
         camera,
         max_bounces: None,
-        claims: Claims { uniform_area: emits && !has_glass, light_tracing: !has_glass, ..Claims::ALL },
+        claims: Claims {
+            uniform_area: emits && !has_glass,
+            light_tracing: !has_glass,
+            ..Claims::ALL
+        },
         filter: Filter::Box,
     })
 }
 
 /// Reads the file and its material libraries, which are looked for beside it.
 fn parse(path: &Path) -> Result<(Vec<tobj::Model>, Vec<tobj::Material>), Box<dyn Error>> {
-    let options = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
+    let options =
+        tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
     let mut reader = BufReader::new(File::open(path)?);
     // The parser's errors do not say which library they are about.
     let library = RefCell::new(PathBuf::new());
@@ -96,28 +110,48 @@ fn parse(path: &Path) -> Result<(Vec<tobj::Model>, Vec<tobj::Material>), Box<dyn
         library.replace(beside.clone());
         tobj::load_mtl(beside)
     })?;
-    let materials = materials.map_err(|error| format!("material library {}: {error}", library.borrow().display()))?;
+    let materials = materials
+        .map_err(|error| format!("material library {}: {error}", library.borrow().display()))?;
     Ok((models, materials))
 }
 
 fn look(material: &tobj::Material) -> Look {
     let is_glass = matches!(material.illumination_model, Some(4 | 6 | 7 | 9));
     let kind = if is_glass {
-        Material::Dielectric { relative_ior: material.optical_density.map_or(DEFAULT_IOR, f64::from) }
+        Material::Dielectric {
+            relative_ior: material.optical_density.map_or(DEFAULT_IOR, f64::from),
+        }
     } else {
-        Material::Lambert { albedo: material.diffuse.map_or(Rgb::splat(DEFAULT_ALBEDO), |kd| Rgb(kd.map(f64::from))) }
+        Material::Lambert {
+            albedo: material
+                .diffuse
+                .map_or(Rgb::splat(DEFAULT_ALBEDO), |kd| Rgb(kd.map(f64::from))),
+        }
     };
     let emission = material.emissive.map(|ke| Rgb(ke.map(f64::from))).filter(|ke| !ke.is_black());
     Look { material: kind, emission, is_glass }
 }
 
 fn to_mesh(mesh: &tobj::Mesh) -> Mesh {
-    let vectors = |values: &[f32]| values.as_chunks::<3>().0.iter().map(|v| DVec3::from_array(v.map(f64::from))).collect::<Vec<_>>();
+    let vectors = |values: &[f32]| {
+        values
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|v| DVec3::from_array(v.map(f64::from)))
+            .collect::<Vec<_>>()
+    };
     let positions = vectors(&mesh.positions);
     let normals = vectors(&mesh.normals);
     // Files with a missing or zero normal are common: better flat than refused.
-    let usable = normals.len() == positions.len() && normals.iter().all(|n| n.try_normalize().is_some());
-    Mesh { positions, normals: usable.then_some(normals), uvs: None, indices: mesh.indices.as_chunks().0.to_vec() }
+    let usable =
+        normals.len() == positions.len() && normals.iter().all(|n| n.try_normalize().is_some());
+    Mesh {
+        positions,
+        normals: usable.then_some(normals),
+        uvs: None,
+        indices: mesh.indices.as_chunks().0.to_vec(),
+    }
 }
 
 /// A camera that sees the sphere around the model.

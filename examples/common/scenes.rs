@@ -68,15 +68,23 @@ impl From<GalleryScene> for NamedScene {
     }
 }
 
-/// The scene of the gallery with this name, or the one in the file at this path: Wavefront OBJ, glTF or Mitsuba XML, which brings its own film. Tells
-/// what building it warns of.
-pub fn scene_or_file(name_or_path: &str, resolution: UVec2, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
+/// The scene of the gallery with this name, or the one in the file at this path: Wavefront OBJ,
+/// glTF or Mitsuba XML, which brings its own film. Tells what building it warns of.
+pub fn scene_or_file(
+    name_or_path: &str,
+    resolution: UVec2,
+    options: &FileOptions,
+) -> Result<NamedScene, Box<dyn Error>> {
     let scene = load(name_or_path, resolution, options)?;
     scene.world.warnings().iter().for_each(|warning| eprintln!("warning: {warning}"));
     Ok(scene)
 }
 
-fn load(name_or_path: &str, resolution: UVec2, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
+fn load(
+    name_or_path: &str,
+    resolution: UVec2,
+    options: &FileOptions,
+) -> Result<NamedScene, Box<dyn Error>> {
     let path = Path::new(name_or_path);
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
     match extension.as_ref().and_then(|extension| extension.to_str()) {
@@ -92,6 +100,7 @@ fn load(name_or_path: &str, resolution: UVec2, options: &FileOptions) -> Result<
 
 /// The gallery as text, a line for each scene.
 pub fn scene_list() -> String {
-    let line = |name: &&str| format!("{name:<14} {}\n", gallery::description(name).unwrap_or_default());
+    let line =
+        |name: &&str| format!("{name:<14} {}\n", gallery::description(name).unwrap_or_default());
     gallery::NAMES.iter().map(line).collect()
 }

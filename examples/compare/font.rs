@@ -32,10 +32,14 @@ pub fn height(scale: u32) -> u32 {
     (SIZE[1] + 3) * scale
 }
 
-/// Calls `paint` for every pixel of a text whose upper left corner is at the origin. What has no glyph is left blank.
+/// Calls `paint` for every pixel of a text whose upper left corner is at the origin. What has no
+/// glyph is left blank.
 pub fn draw(text: &str, scale: u32, mut paint: impl FnMut(u32, u32)) {
     for (i, character) in text.chars().enumerate() {
-        let Some((_, rows)) = GLYPHS.iter().find(|(c, _)| *c == character.to_ascii_uppercase()) else { continue };
+        let Some((_, rows)) = GLYPHS.iter().find(|(c, _)| *c == character.to_ascii_uppercase())
+        else {
+            continue;
+        };
         let left = i as u32 * (SIZE[0] + 1) * scale;
         for (y, row) in (0..).zip(rows) {
             for x in (0..SIZE[0]).filter(|x| row >> (SIZE[0] - 1 - x) & 1 == 1) {

@@ -1,8 +1,10 @@
-//! Error against run time: compares the integrators on a scene and writes a page with images, plots and tables.
+//! Error against run time: compares the integrators on a scene and writes a page with images, plots
+//! and tables.
 //!
-//! All integrators get the same time, the same number of samples, or what they need to reach a target error, in several independent runs that alternate. The library's
-//! `report` module measures; this program chooses scene, integrators and reference, shows progress and writes the files. Ctrl-C ends the work early and
-//! still writes the page.
+//! All integrators get the same time, the same number of samples, or what they need to reach a
+//! target error, in several independent runs that alternate. The library's `report` module
+//! measures; this program chooses scene, integrators and reference, shows progress and writes the
+//! files. Ctrl-C ends the work early and still writes the page.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -13,14 +15,18 @@ mod table;
 
 use clap::Parser;
 use common::{
-    AnyIntegrator, FileOptions, NamedScene, parse_duration, parse_error, parse_part, parse_size, progress_bar, scene_list, scene_or_file,
+    AnyIntegrator, FileOptions, NamedScene, parse_duration, parse_error, parse_part, parse_size,
+    progress_bar, scene_list, scene_or_file,
 };
 use indicatif::ProgressBar;
 use pathspace::film::ImageFile;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Depth};
 use pathspace::render::{Budget, Settings};
-use pathspace::report::{Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, exposure, study};
+use pathspace::report::{
+    Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, exposure,
+    study,
+};
 use pathspace::scene::{World, gallery};
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -30,7 +36,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Renders a scene with all integrators, measures their error and cost, tests whether they agree, and writes a page.
+/// Renders a scene with all integrators, measures their error and cost, tests whether they agree,
+/// and writes a page.
 #[derive(Parser, Debug)]
 #[command(after_help = format!("Exit status: 0 if the integrators agree and none is biased, 3 if not, 2 for errors.\n\nScenes of the gallery:\n{}", scene_list()))]
 struct Options {
@@ -48,8 +55,13 @@ struct Options {
     /// Independent runs that an integrator's budget is split into
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1024))]
     seeds: u32,
-    /// Integrators to compare, separated by commas; the first that sees every path and has a finite variance is the baseline of speed-ups
-    #[arg(long, value_delimiter = ',', default_value = "path-tracing,light-tracing,uniform-area,bidirectional")]
+    /// Integrators to compare, separated by commas; the first that sees every path and has a finite
+    /// variance is the baseline of speed-ups
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "path-tracing,light-tracing,uniform-area,bidirectional"
+    )]
     integrators: Vec<AnyIntegrator>,
     /// Width and height of the images in pixels; Mitsuba files bring their own
     #[arg(long, default_value = "256x256", value_parser = parse_size)]
@@ -72,12 +84,12 @@ struct Options {
     /// Time for rendering the reference, which is kept in target/references
     #[arg(long, default_value = "20s", value_parser = parse_duration)]
     reference_time: Duration,
-    /// Render until a run's relative mean squared error is this, with --time or --samples as the limit [default: use up the budget, and
-    /// say when 0.01 was reached]
+    /// Render until a run's relative mean squared error is this, with --time or --samples as the
+    /// limit [default: use up the budget, and say when 0.01 was reached]
     #[arg(long, value_name = "E", value_parser = parse_error)]
     target_error: Option<f64>,
-    /// Part of an integrator's samples, 0 to 1, to draw again leaving nothing out, beyond its time, where the scene lets it leave something out or it
-    /// adapts itself; 0 measures none
+    /// Part of an integrator's samples, 0 to 1, to draw again leaving nothing out, beyond its time,
+    /// where the scene lets it leave something out or it adapts itself; 0 measures none
     #[arg(long, value_name = "PART", default_value_t = 0.125, value_parser = parse_part)]
     everything: f64,
     /// Directory for the results; a directory is made in it for each scene
@@ -116,7 +128,8 @@ fn main() -> ExitCode {
 
 /// Whether all scenes' studies found nothing wrong.
 fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Error>> {
-    let names = if options.scene == "all" { gallery::NAMES.to_vec() } else { vec![options.scene.as_str()] };
+    let names =
+        if options.scene == "all" { gallery::NAMES.to_vec() } else { vec![options.scene.as_str()] };
     let mut suspicious = Vec::new();
     for name in &names {
         let scene = scene_or_file(name, options.size, &options.file)?;
@@ -131,13 +144,22 @@ fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Erro
     if names.len() > 1 {
         match suspicious.len() {
             0 => println!("the integrators agree on all {} scenes", names.len()),
-            n => println!("something is wrong on {n} of {} scenes: {}", names.len(), suspicious.join(", ")),
+            n => println!(
+                "something is wrong on {n} of {} scenes: {}",
+                names.len(),
+                suspicious.join(", ")
+            ),
         }
     }
     Ok(suspicious.is_empty())
 }
 
-fn compare(options: &Options, scene: &NamedScene, directory: &Path, interrupted: &AtomicBool) -> Result<bool, Box<dyn Error>> {
+fn compare(
+    options: &Options,
+    scene: &NamedScene,
+    directory: &Path,
+    interrupted: &AtomicBool,
+) -> Result<bool, Box<dyn Error>> {
     let depth = options.max_bounces.or(scene.max_bounces);
     println!("{}: {}", scene.name, scene.description);
     let mut integrators: Vec<AnyIntegrator> = Vec::new();
@@ -146,12 +168,19 @@ fn compare(options: &Options, scene: &NamedScene, directory: &Path, interrupted:
             integrators.push(*integrator);
         }
     }
-    let methods: Vec<_> = integrators.iter().map(|integrator| (*integrator, integrator.build_both(depth))).collect();
-    let contestants: Vec<Contestant<'_, World>> =
-        methods.iter().map(|(integrator, both)| integrator.contestant(both, &scene.claims)).collect();
+    let methods: Vec<_> =
+        integrators.iter().map(|integrator| (*integrator, integrator.build_both(depth))).collect();
+    let contestants: Vec<Contestant<'_, World>> = methods
+        .iter()
+        .map(|(integrator, both)| integrator.contestant(both, &scene.claims))
+        .collect();
 
-    let settings =
-        Settings { seed: options.seed, threads: options.threads.map(|n| n as usize), filter: scene.filter, ..Settings::default() };
+    let settings = Settings {
+        seed: options.seed,
+        threads: options.threads.map(|n| n as usize),
+        filter: scene.filter,
+        ..Settings::default()
+    };
     let reference = reference(options, scene, depth, &settings, interrupted)?;
     println!("reference: {}", reference.origin());
     let plan = Plan {
@@ -161,14 +190,23 @@ fn compare(options: &Options, scene: &NamedScene, directory: &Path, interrupted:
         target: options.target_error.unwrap_or(Plan::default().target),
         until_target: options.target_error.is_some(),
         baseline: None,
-        pyramid: Some(Bidirectional { depth: Depth { min_bounces: 0, max_bounces: depth }, ..Bidirectional::default() }),
+        pyramid: Some(Bidirectional {
+            depth: Depth { min_bounces: 0, max_bounces: depth },
+            ..Bidirectional::default()
+        }),
         everything: options.everything,
         command: Some(command_line()),
     };
-    let info = SceneInfo { name: scene.name.clone(), description: scene.description.clone(), max_bounces: depth, ..SceneInfo::default() };
+    let info = SceneInfo {
+        name: scene.name.clone(),
+        description: scene.description.clone(),
+        max_bounces: depth,
+        ..SceneInfo::default()
+    };
     let bar = progress_bar("comparing");
     let mut show = |step: &Step<'_>| show_step(&bar, step, interrupted);
-    let study = study(&scene.world, &*scene.camera.0, &info, &contestants, reference, &plan, &mut show)?;
+    let study =
+        study(&scene.world, &*scene.camera.0, &info, &contestants, reference, &plan, &mut show)?;
     bar.finish_and_clear();
 
     table::print(&study.report);
@@ -188,17 +226,32 @@ fn reference(
     if let Some(path) = &options.reference {
         return Ok(Reference::load(path)?);
     }
-    let second = if scene.claims.path_tracing { AnyIntegrator::PathTracing } else { AnyIntegrator::Bidirectional };
-    let methods = [AnyIntegrator::Bidirectional, second].map(|integrator| (integrator, integrator.build_up_to(depth)));
+    let second = if scene.claims.path_tracing {
+        AnyIntegrator::PathTracing
+    } else {
+        AnyIntegrator::Bidirectional
+    };
+    let methods = [AnyIntegrator::Bidirectional, second]
+        .map(|integrator| (integrator, integrator.build_up_to(depth)));
     let halves = [0, 1].map(|i| Contestant::new(methods[i].0.name(), &*methods[i].1, true));
-    let budget = options.reference_samples.map_or(Budget::Time(options.reference_time), Budget::Samples);
-    let runs = options.reference_samples.map_or(REFERENCE_RUNS, |samples| REFERENCE_RUNS.min(samples / 2));
+    let budget =
+        options.reference_samples.map_or(Budget::Time(options.reference_time), Budget::Samples);
+    let runs =
+        options.reference_samples.map_or(REFERENCE_RUNS, |samples| REFERENCE_RUNS.min(samples / 2));
     let plan = ReferencePlan { budget, runs, settings: *settings };
     let bar = progress_bar("reference");
     let key = depth.map_or_else(|| scene.name.clone(), |depth| format!("{} {depth}", scene.name));
     let (world, camera) = (&scene.world, &*scene.camera.0);
     let mut show = |step: &Step<'_>| show_step(&bar, step, interrupted);
-    let reference = cached_reference(Path::new(CACHE), &key, world, camera, [&halves[0], &halves[1]], &plan, &mut show)?;
+    let reference = cached_reference(
+        Path::new(CACHE),
+        &key,
+        world,
+        camera,
+        [&halves[0], &halves[1]],
+        &plan,
+        &mut show,
+    )?;
     bar.finish_and_clear();
     Ok(reference)
 }
@@ -207,22 +260,33 @@ fn reference(
 fn show_step(bar: &ProgressBar, step: &Step<'_>, interrupted: &AtomicBool) -> ControlFlow<()> {
     bar.set_position((step.fraction * common::STEPS as f64) as u64);
     bar.set_message(step.label.to_owned());
-    if interrupted.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    if interrupted.load(Ordering::Relaxed) {
+        ControlFlow::Break(())
+    } else {
+        ControlFlow::Continue(())
+    }
 }
 
 /// The command that was given, with cargo in place of the program's path.
 fn command_line() -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=".contains(c);
-    let quote = |text: String| if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) };
+    let quote = |text: String| {
+        if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
+    };
     let arguments: Vec<String> = std::env::args().skip(1).map(quote).collect();
-    format!("cargo run --release --example compare -- {}", arguments.join(" ")).trim_end_matches([' ', '-']).to_owned()
+    format!("cargo run --release --example compare -- {}", arguments.join(" "))
+        .trim_end_matches([' ', '-'])
+        .to_owned()
 }
 
 fn write(study: &Study, directory: &Path) -> Result<(), Box<dyn Error>> {
     study.save(directory)?;
     std::fs::write(directory.join("summary.md"), table::markdown(&study.report))?;
     picture::side_by_side(study).save(directory.join("compare.png"))?;
-    let save = |image: &pathspace::film::Image, name: &str, origin: (&str, String)| -> Result<(), Box<dyn Error>> {
+    let save = |image: &pathspace::film::Image,
+                name: &str,
+                origin: (&str, String)|
+     -> Result<(), Box<dyn Error>> {
         let mut file = ImageFile::from(image.clone());
         file.metadata.insert("scene".to_owned(), study.report.scene.name.clone());
         file.metadata.insert(origin.0.to_owned(), origin.1);

@@ -9,7 +9,8 @@ const GAP: u32 = 6;
 const BACKGROUND: Rgb = Rgb([0.02; 3]);
 const INK: Rgb = Rgb([0.75; 3]);
 
-/// A column for the reference and for each integrator: the image, and below it the signed relative error.
+/// A column for the reference and for each integrator: the image, and below it the signed relative
+/// error.
 pub fn side_by_side(study: &Study) -> ImageFile {
     let reference = study.reference.image();
     let (width, height) = (reference.width(), reference.height());
@@ -30,9 +31,23 @@ pub fn side_by_side(study: &Study) -> ImageFile {
         canvas.image(left(column), top[1], width, height, |x, y| pixel(&images.mean, x, y) * gain);
         canvas.image(left(column), top[2], width, height, |x, y| pixel(&map, x, y));
         let bottom = top[2] + height + GAP;
-        canvas.text(&format!("{} samples", method.runs * method.samples_per_pixel), left(column), bottom, scale);
-        canvas.text(&format!("relmse {:.2e}", method.mean_image.relative_mse), left(column), bottom + line, scale);
-        let note = if method.complete { format!("{:.1} s", method.total.wall) } else { "blind to some paths".to_owned() };
+        canvas.text(
+            &format!("{} samples", method.runs * method.samples_per_pixel),
+            left(column),
+            bottom,
+            scale,
+        );
+        canvas.text(
+            &format!("relmse {:.2e}", method.mean_image.relative_mse),
+            left(column),
+            bottom + line,
+            scale,
+        );
+        let note = if method.complete {
+            format!("{:.1} s", method.total.wall)
+        } else {
+            "blind to some paths".to_owned()
+        };
         canvas.text(&note, left(column), bottom + 2 * line, scale);
     }
     ImageFile::from(canvas.image)
@@ -48,7 +63,9 @@ fn legend(canvas: &mut Canvas, left: u32, top: u32, width: u32, scale: u32) {
     let percent = (ERROR_SCALE * 100.0) as u32;
     canvas.text("relative error", left, top + GAP, scale);
     let bar = top + GAP + line;
-    canvas.image(left, bar, width, 2 * line, |x, _| error_colour((2.0 * (f64::from(x) + 0.5) / f64::from(width) - 1.0) * ERROR_SCALE));
+    canvas.image(left, bar, width, 2 * line, |x, _| {
+        error_colour((2.0 * (f64::from(x) + 0.5) / f64::from(width) - 1.0) * ERROR_SCALE)
+    });
     let below = bar + 2 * line + GAP;
     let high = format!("+{percent}%");
     canvas.text(&format!("-{percent}%"), left, below, scale);
@@ -73,7 +90,14 @@ impl Canvas {
         }
     }
 
-    fn image(&mut self, left: u32, top: u32, width: u32, height: u32, colour: impl Fn(u32, u32) -> Rgb) {
+    fn image(
+        &mut self,
+        left: u32,
+        top: u32,
+        width: u32,
+        height: u32,
+        colour: impl Fn(u32, u32) -> Rgb,
+    ) {
         for y in 0..height {
             (0..width).for_each(|x| self.set(left + x, top + y, colour(x, y)));
         }

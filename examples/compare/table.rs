@@ -4,7 +4,10 @@ use pathspace::report::{Interval, MethodReport, Omission, Report};
 
 pub fn print(report: &Report) {
     let reference = &report.reference;
-    println!("mean luminance of the reference: {:.6} ± {:.6}\n", reference.mean, reference.mean_standard_error);
+    println!(
+        "mean luminance of the reference: {:.6} ± {:.6}\n",
+        reference.mean, reference.mean_standard_error
+    );
     let target = format!("time to {} [95 %]", report.setup.target);
     let headings = [
         "integrator",
@@ -22,15 +25,22 @@ pub fn print(report: &Report) {
         "tail",
         "non-finite",
     ];
-    let rows: Vec<Vec<String>> =
-        std::iter::once(headings.map(str::to_owned).to_vec()).chain(report.methods.iter().map(|m| row(m).to_vec())).collect();
-    let widths: Vec<usize> = (0..headings.len()).map(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0)).collect();
+    let rows: Vec<Vec<String>> = std::iter::once(headings.map(str::to_owned).to_vec())
+        .chain(report.methods.iter().map(|m| row(m).to_vec()))
+        .collect();
+    let widths: Vec<usize> = (0..headings.len())
+        .map(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0))
+        .collect();
     for row in rows {
         let cells: Vec<String> = row
             .iter()
             .zip(&widths)
             .enumerate()
-            .map(|(i, (cell, &width))| if i == 0 { format!("{cell:<width$}") } else { format!("{cell:>width$}") })
+            .map(
+                |(i, (cell, &width))| {
+                    if i == 0 { format!("{cell:<width$}") } else { format!("{cell:>width$}") }
+                },
+            )
             .collect();
         println!("{}", cells.join("  "));
     }
@@ -62,9 +72,16 @@ fn left_out(report: &Report) {
         if method.left_out.is_empty() && !adapts {
             continue;
         }
-        let what = if method.left_out.is_empty() { "what does not pay".to_owned() } else { Omission::sentence(&method.left_out) };
+        let what = if method.left_out.is_empty() {
+            "what does not pay".to_owned()
+        } else {
+            Omission::sentence(&method.left_out)
+        };
         let gain = gain.map_or_else(String::new, |gain| {
-            format!("; variance × processor time with everything is {} times as much", interval(&gain.cpu))
+            format!(
+                "; variance × processor time with everything is {} times as much",
+                interval(&gain.cpu)
+            )
         });
         println!("{} leaves out {what}{gain}", method.name);
     }
@@ -76,7 +93,11 @@ fn left_out(report: &Report) {
 fn row(m: &MethodReport) -> [String; 14] {
     let flag = if m.complete { "" } else { " *" };
     let last = m.last();
-    let bias = format!("{:+.3} % ± {:.3} %", 100.0 * m.bias.relative, 100.0 * m.bias.relative_standard_error);
+    let bias = format!(
+        "{:+.3} % ± {:.3} %",
+        100.0 * m.bias.relative,
+        100.0 * m.bias.relative_standard_error
+    );
     let error = last.map_or_else(String::new, |c| interval(&c.relative_mse));
     let heavy = if m.infinite_variance { " ∗∗" } else { "" };
     [
@@ -89,9 +110,18 @@ fn row(m: &MethodReport) -> [String; 14] {
         if m.bias.flagged { format!("{bias} (!)") } else { bias },
         if limited(m) { format!("{error} †") } else { error },
         interval(&m.variance_times_wall),
-        m.speed_up.map_or_else(|| "-".to_owned(), |s| format!("{:.3} [{:.3}, {:.3}]", s.wall.value, s.wall.low, s.wall.high)),
-        m.time_to_target.map_or_else(|| "-".to_owned(), |t| interval(&t.seconds) + if t.extrapolated { " ‡" } else { "" }),
-        m.slope.as_ref().map_or_else(|| "-".to_owned(), |s| format!("{:.2} ± {:.2} {}", s.value.value, s.standard_error, s.measure)),
+        m.speed_up.map_or_else(
+            || "-".to_owned(),
+            |s| format!("{:.3} [{:.3}, {:.3}]", s.wall.value, s.wall.low, s.wall.high),
+        ),
+        m.time_to_target.map_or_else(
+            || "-".to_owned(),
+            |t| interval(&t.seconds) + if t.extrapolated { " ‡" } else { "" },
+        ),
+        m.slope.as_ref().map_or_else(
+            || "-".to_owned(),
+            |s| format!("{:.2} ± {:.2} {}", s.value.value, s.standard_error, s.measure),
+        ),
         m.tail.map_or_else(|| "-".to_owned(), |t| format!("{:.1}{heavy}", t.index)),
         m.non_finite_contributions.to_string(),
     ]
@@ -102,7 +132,11 @@ fn limited(m: &MethodReport) -> bool {
 }
 
 fn interval(i: &Interval) -> String {
-    if i.low < i.high { format!("{:.2e} [{:.1e}, {:.1e}]", i.value, i.low, i.high) } else { format!("{:.2e}", i.value) }
+    if i.low < i.high {
+        format!("{:.2e} [{:.1e}, {:.1e}]", i.value, i.low, i.high)
+    } else {
+        format!("{:.2e}", i.value)
+    }
 }
 
 fn verdicts(report: &Report) {
@@ -132,7 +166,11 @@ pub fn markdown(report: &Report) -> String {
     text += "| integrator | samples | rays per sample | relMSE of a run | variance × time [s] | speed-up, time | speed-up, rays | slope | tail index |\n";
     text += "|---|---|---|---|---|---|---|---|---|\n";
     let figure = |i: &Interval| {
-        if i.low < i.high { format!("{} ({} … {})", digits(i.value), digits(i.low), digits(i.high)) } else { digits(i.value) }
+        if i.low < i.high {
+            format!("{} ({} … {})", digits(i.value), digits(i.low), digits(i.high))
+        } else {
+            digits(i.value)
+        }
     };
     let dash = || "–".to_owned();
     for m in &report.methods {
@@ -144,12 +182,15 @@ pub fn markdown(report: &Report) -> String {
             format!("{}{}", m.name.replace('-', " "), if m.complete { "" } else { " *" }),
             format!("{} × {}", m.runs, m.samples_per_pixel),
             digits(m.rays_per_sample),
-            m.last().map_or_else(dash, |c| figure(&c.relative_mse)) + if limited(m) { " †" } else { "" },
+            m.last().map_or_else(dash, |c| figure(&c.relative_mse))
+                + if limited(m) { " †" } else { "" },
             figure(&m.variance_times_wall),
             m.speed_up.map_or_else(dash, |s| figure(&s.wall)),
             m.speed_up.map_or_else(dash, |s| figure(&s.rays)),
             m.slope.as_ref().map_or_else(dash, slope),
-            m.tail.map_or_else(dash, |t| digits(t.index) + if m.infinite_variance { " ∗∗" } else { "" }),
+            m.tail.map_or_else(dash, |t| {
+                digits(t.index) + if m.infinite_variance { " ∗∗" } else { "" }
+            }),
         ];
         text += &format!("| {} |\n", cells.join(" | "));
     }
@@ -162,5 +203,9 @@ fn digits(x: f64) -> String {
         return x.to_string();
     }
     let exponent = x.abs().log10().floor() as i32;
-    if (-4..5).contains(&exponent) { format!("{x:.*}", (2 - exponent).clamp(0, 6) as usize) } else { format!("{x:.2e}") }
+    if (-4..5).contains(&exponent) {
+        format!("{x:.*}", (2 - exponent).clamp(0, 6) as usize)
+    } else {
+        format!("{x:.2e}")
+    }
 }

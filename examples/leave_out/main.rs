@@ -1,5 +1,6 @@
-//! What leaving out saves: rays per sample, time per sample and variance × time of every integrator, with everything and with what the scene
-//! needs alone on the same samples, and what the adaptive one decides. Makes the tables of docs/leave-out.md.
+//! What leaving out saves: rays per sample, time per sample and variance × time of every
+//! integrator, with everything and with what the scene needs alone on the same samples, and what
+//! the adaptive one decides. Makes the tables of docs/leave-out.md.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -11,7 +12,9 @@ use common::{AnyIntegrator, parse_duration, parse_size};
 use pathspace::endpoint::Camera;
 use pathspace::glam::UVec2;
 use pathspace::render::{Budget, Settings, unattended};
-use pathspace::report::{Contestant, Interval, MethodReport, Plan, Reference, ReferencePlan, SceneInfo, study};
+use pathspace::report::{
+    Contestant, Interval, MethodReport, Plan, Reference, ReferencePlan, SceneInfo, study,
+};
 use pathspace::scene::{Scene, World};
 use std::error::Error;
 use std::ops::ControlFlow;
@@ -59,9 +62,12 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
 fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
     let scene = scenes::build(name, options.size)?;
     let (world, camera) = (&scene.world, &*scene.camera.0);
-    let methods = AnyIntegrator::ALL.map(|integrator| (integrator, integrator.build_both(scene.max_bounces)));
-    let contestants: Vec<Contestant<'_, World>> =
-        methods.iter().map(|(integrator, both)| integrator.contestant(both, &scene.claims)).collect();
+    let methods =
+        AnyIntegrator::ALL.map(|integrator| (integrator, integrator.build_both(scene.max_bounces)));
+    let contestants: Vec<Contestant<'_, World>> = methods
+        .iter()
+        .map(|(integrator, both)| integrator.contestant(both, &scene.claims))
+        .collect();
     let quiet = &mut |_: &pathspace::report::Step<'_>| ControlFlow::Continue(());
     let settings = Settings { seed: options.seed, threads: Some(1), ..Settings::default() };
     // Variances need no reference; this one only gives brightness a scale.
@@ -69,12 +75,28 @@ fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
     let half = Contestant::new("reference", &*both, true);
     let reference_plan = ReferencePlan { budget: Budget::Samples(8), runs: 4, settings };
     let reference = Reference::render(world, camera, [&half, &half], &reference_plan, quiet)?;
-    let plan = Plan { budget: Budget::Time(options.time), seeds: options.seeds, settings, everything: 1.0, ..Plan::default() };
-    let study = study(world, camera, &SceneInfo { name: name.to_owned(), ..SceneInfo::default() }, &contestants, reference, &plan, quiet)?;
+    let plan = Plan {
+        budget: Budget::Time(options.time),
+        seeds: options.seeds,
+        settings,
+        everything: 1.0,
+        ..Plan::default()
+    };
+    let study = study(
+        world,
+        camera,
+        &SceneInfo { name: name.to_owned(), ..SceneInfo::default() },
+        &contestants,
+        reference,
+        &plan,
+        quiet,
+    )?;
 
     println!("\n### {name}\n");
     println!("Needs: {}.\n", world.needs());
-    println!("| integrator | rays per sample | time per sample [µs] | variance × time [µs], everything | with what is needed | gain |");
+    println!(
+        "| integrator | rays per sample | time per sample [µs] | variance × time [µs], everything | with what is needed | gain |"
+    );
     println!("|---|---|---|---|---|---|");
     let pixels = f64::from(options.size.x * options.size.y);
     study.report.methods.iter().for_each(|method| row(method, pixels));
@@ -106,13 +128,16 @@ fn text(interval: &Interval, scale: f64) -> String {
 
 fn row(method: &MethodReport, pixels: f64) {
     let incomplete = if method.complete { "" } else { " *" };
-    let [mut rays, mut time] = [method.rays_per_sample, 1e6 * method.cpu_per_sample].map(|x| format!("{x:.2}"));
+    let [mut rays, mut time] =
+        [method.rays_per_sample, 1e6 * method.cpu_per_sample].map(|x| format!("{x:.2}"));
     let (mut variance, mut gain) = ("–".to_owned(), "–".to_owned());
     if let Some(all) = &method.everything {
         rays = format!("{:.2} → {rays}", all.rays_per_sample);
         time = format!("{:.2} → {time}", 1e6 * all.cpu_per_sample);
         variance = text(&all.variance_times_cpu, 1e6 / pixels);
-        gain = all.gain.map_or(gain, |gain| format!("{:.2} ({:.2} … {:.2})", gain.cpu.value, gain.cpu.low, gain.cpu.high));
+        gain = all.gain.map_or(gain, |gain| {
+            format!("{:.2} ({:.2} … {:.2})", gain.cpu.value, gain.cpu.low, gain.cpu.high)
+        });
     }
     let needed = text(&method.variance_times_cpu, 1e6 / pixels);
     println!("| {}{incomplete} | {rays} | {time} | {variance} | {needed} | {gain} |", method.name);
@@ -128,8 +153,13 @@ fn costs(
 ) -> Result<(), Box<dyn Error>> {
     let settings = Settings { budget: Budget::Samples(1), ..*settings };
     for method in methods {
-        let Some(contestant) = contestants.iter().find(|c| c.name == method.name && c.name != "adaptive") else { continue };
-        let counters = contestant.method.render(world, camera, &settings, &mut unattended)?.counters;
+        let Some(contestant) =
+            contestants.iter().find(|c| c.name == method.name && c.name != "adaptive")
+        else {
+            continue;
+        };
+        let counters =
+            contestant.method.render(world, camera, &settings, &mut unattended)?.counters;
         let per_sample = |n: u64| n as f64 / counters.samples as f64;
         eprintln!(
             "COST {} {:.3} {:.3} {:.3} {:.3} {:.3}",

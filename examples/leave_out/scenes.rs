@@ -26,7 +26,11 @@ pub fn build(name: &str, size: UVec2) -> Result<NamedScene, Box<dyn Error>> {
     let (mut eye, mut target, mut max_bounces) = (p(0.0, 0.2, 0.95), p(0.0, 0.0, 0.0), None);
     let description = match name {
         "furnace" => {
-            let wall = b.add_sphere("wall", Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, grey)?;
+            let wall = b.add_sphere(
+                "wall",
+                Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) },
+                grey,
+            )?;
             b.set_emission(wall, Emission { radiance: Rgb::WHITE, two_sided: false })?;
             eye = p(0.1, 0.2, 0.3);
             "The inside of a sphere that emits everywhere."
@@ -45,7 +49,8 @@ pub fn build(name: &str, size: UVec2) -> Result<NamedScene, Box<dyn Error>> {
             "A closed diffuse room with a point light."
         }
         "mirror-room" => {
-            let mirror = b.add_material("mirror", Material::Mirror { reflectance: Rgb::splat(0.8) })?;
+            let mirror =
+                b.add_material("mirror", Material::Mirror { reflectance: Rgb::splat(0.8) })?;
             let black = b.add_material("black", Material::Black)?;
             room(&mut b, mirror)?;
             let lamp = b.add_sphere("lamp", Sphere::new(p(0.2, 0.3, -0.4), 0.3), black)?;
@@ -55,7 +60,10 @@ pub fn build(name: &str, size: UVec2) -> Result<NamedScene, Box<dyn Error>> {
         }
         "narrow-spot" => {
             room(&mut b, grey)?;
-            b.add_light("spot", SpotLight::new(p(0.0, 0.9, 0.0), p(0.3, -1.0, -0.4), Rgb::splat(20.0), 3.0, 4.0)?)?;
+            b.add_light(
+                "spot",
+                SpotLight::new(p(0.0, 0.9, 0.0), p(0.3, -1.0, -0.4), Rgb::splat(20.0), 3.0, 4.0)?,
+            )?;
             (claims.uniform_area, target) = (false, p(0.0, -0.4, -1.0));
             "A closed diffuse room with a narrow spot light: stress row S36."
         }
@@ -74,12 +82,20 @@ pub fn build(name: &str, size: UVec2) -> Result<NamedScene, Box<dyn Error>> {
 }
 
 /// The walls of the cube [-1, 1]³, front sides inside.
-fn room(b: &mut WorldBuilder, material: pathspace::scene::MaterialId) -> Result<(), Box<dyn Error>> {
+fn room(
+    b: &mut WorldBuilder,
+    material: pathspace::scene::MaterialId,
+) -> Result<(), Box<dyn Error>> {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-    for (i, name) in ["left", "floor", "back", "right", "ceiling", "front"].into_iter().enumerate() {
+    for (i, name) in ["left", "floor", "back", "right", "ceiling", "front"].into_iter().enumerate()
+    {
         let (n, u, v) = (axes[i % 3], axes[(i + 1) % 3], axes[(i + 2) % 3]);
         let (u, v, side) = if i < 3 { (u, v, -1.0) } else { (v, u, 1.0) };
-        b.add_quad(name, Quad { origin: n * side - u - v, edge_u: u * 2.0, edge_v: v * 2.0 }, material)?;
+        b.add_quad(
+            name,
+            Quad { origin: n * side - u - v, edge_u: u * 2.0, edge_v: v * 2.0 },
+            material,
+        )?;
     }
     Ok(())
 }

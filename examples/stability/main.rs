@@ -1,10 +1,12 @@
-//! The stability report: scenes with exact answers, pushed to extremes of scale, place, brightness, roughness and geometry, by every integrator.
+//! The stability report: scenes with exact answers, pushed to extremes of scale, place, brightness,
+//! roughness and geometry, by every integrator.
 //!
 //! ```text
 //! cargo run --release --example stability -- --help
 //! ```
 //!
-//! Prints the table and writes `index.html` and `stability.json` into a directory. docs/numerics.md explains the rows.
+//! Prints the table and writes `index.html` and `stability.json` into a directory. docs/numerics.md
+//! explains the rows.
 
 mod cases;
 #[allow(dead_code, reason = "shared with tests")]
@@ -51,8 +53,10 @@ fn parse_millions(text: &str) -> Result<f64, String> {
 fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let rays = (arguments.rays.unwrap_or(if arguments.quick { 0.5 } else { 10.0 }) * 1e6) as u64;
     // Fails now rather than after the work.
-    std::fs::create_dir_all(&arguments.out).map_err(|e| format!("{}: {e}", arguments.out.display()))?;
-    let cases: Vec<_> = cases::all().into_iter().filter(|case| case.row.starts_with(&arguments.row)).collect();
+    std::fs::create_dir_all(&arguments.out)
+        .map_err(|e| format!("{}: {e}", arguments.out.display()))?;
+    let cases: Vec<_> =
+        cases::all().into_iter().filter(|case| case.row.starts_with(&arguments.row)).collect();
     if cases.is_empty() {
         return Err(format!("no row's id starts with {:?}", arguments.row).into());
     }
@@ -65,10 +69,17 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let warnings: Vec<report::CaseWarning<'_>> =
-        cases.iter().flat_map(|case| case.world.warnings().iter().map(move |warning| report::CaseWarning { case, warning })).collect();
+    let warnings: Vec<report::CaseWarning<'_>> = cases
+        .iter()
+        .flat_map(|case| {
+            case.world.warnings().iter().map(move |warning| report::CaseWarning { case, warning })
+        })
+        .collect();
     print!("{}", report::text(&lines, &warnings));
-    for (name, contents) in [("stability.json", report::json(&lines, &warnings)), ("index.html", report::html(&lines, &warnings))] {
+    for (name, contents) in [
+        ("stability.json", report::json(&lines, &warnings)),
+        ("index.html", report::html(&lines, &warnings)),
+    ] {
         let path = arguments.out.join(name);
         std::fs::write(&path, contents).map_err(|e| format!("{}: {e}", path.display()))?;
         println!("wrote {}", path.display());

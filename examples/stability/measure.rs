@@ -3,7 +3,9 @@
 use pathspace::endpoint::Camera;
 use pathspace::film::{Contribution, FilmSample, Sink};
 use pathspace::glam::DVec2;
-use pathspace::integrator::{Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, UniformArea};
+use pathspace::integrator::{
+    Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, UniformArea,
+};
 use pathspace::math::statistics::Estimate;
 use pathspace::path::{Heuristic, Ledger, Roulette, Scratch};
 use pathspace::sampler::{Independent, SampleSource, Sampler};
@@ -25,7 +27,8 @@ pub enum Method {
 }
 
 impl Method {
-    pub const ALL: [Self; 5] = [Self::Emission, Self::Path, Self::UniformArea, Self::Light, Self::Bidirectional];
+    pub const ALL: [Self; 5] =
+        [Self::Emission, Self::Path, Self::UniformArea, Self::Light, Self::Bidirectional];
 
     /// The key in `analytic.json`.
     pub fn key(self) -> &'static str {
@@ -68,20 +71,30 @@ impl Measured {
 
     /// The largest standard error of a channel, relative to what is expected of it.
     pub fn relative_error(&self, expected: [f64; 3]) -> f64 {
-        let relative = |(m, e): (&Estimate, f64)| if e == 0.0 { 0.0 } else { m.standard_error() / e.abs() };
+        let relative =
+            |(m, e): (&Estimate, f64)| if e == 0.0 { 0.0 } else { m.standard_error() / e.abs() };
         self.channels.iter().zip(expected).map(relative).fold(0.0, f64::max)
     }
 
-    /// The largest relative distance of a channel's mean from what is expected; of a channel that must be 0, its mean.
+    /// The largest relative distance of a channel's mean from what is expected; of a channel that
+    /// must be 0, its mean.
     pub fn deviation(&self, expected: [f64; 3]) -> f64 {
-        let relative = |(m, e): (&Estimate, f64)| if e == 0.0 { m.mean().abs() } else { ((m.mean() - e) / e).abs() };
+        let relative = |(m, e): (&Estimate, f64)| {
+            if e == 0.0 { m.mean().abs() } else { ((m.mean() - e) / e).abs() }
+        };
         // Not `max`, which loses what is not a number.
-        self.channels.iter().zip(expected).map(relative).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+        self.channels
+            .iter()
+            .zip(expected)
+            .map(relative)
+            .fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
     }
 
     /// |mean - expected| ≤ max(tolerance |expected|, 4 standard errors) in every channel.
     pub fn agrees(&self, expected: [f64; 3], tolerance: f64) -> bool {
-        self.channels.iter().zip(expected).all(|(m, e)| (m.mean() - e).abs() <= (tolerance * e.abs()).max(4.0 * m.standard_error()))
+        self.channels.iter().zip(expected).all(|(m, e)| {
+            (m.mean() - e).abs() <= (tolerance * e.abs()).max(4.0 * m.standard_error())
+        })
     }
 }
 
@@ -105,7 +118,14 @@ impl Sink for Sum {
 
 impl<'a> Probe<'a> {
     pub fn new(world: &'a World, camera: &'a (dyn Camera + Send), depth: Depth) -> Self {
-        Self { world, camera, depth, roulette: Roulette::default(), heuristic: Heuristic::default(), fixed: false }
+        Self {
+            world,
+            camera,
+            depth,
+            roulette: Roulette::default(),
+            heuristic: Heuristic::default(),
+            fixed: false,
+        }
     }
 
     pub fn run(&self, integrator: &impl Integrator<World>, samples: u64, seed: u64) -> Measured {
@@ -118,7 +138,11 @@ impl<'a> Probe<'a> {
             let film = FilmSample { raster: region.from_window(u), offset: DVec2::ZERO };
             let mut sum = Sum::default();
             integrator.sample(self.world, self.camera, film, &mut sampler, &mut sum, &mut scratch);
-            measured.channels.iter_mut().zip(sum.value).for_each(|(channel, value)| channel.push(value));
+            measured
+                .channels
+                .iter_mut()
+                .zip(sum.value)
+                .for_each(|(channel, value)| channel.push(value));
             measured.non_finite += sum.non_finite;
         }
         let counters = scratch.counters;
@@ -133,26 +157,53 @@ impl<'a> Probe<'a> {
     pub fn sample(&self, method: Method, samples: u64, seed: u64) -> Measured {
         let Self { depth, roulette, heuristic, .. } = *self;
         match method {
-            Method::Emission => self.run(&PathTracer { mode: PathTracing::EmissionOnly, depth, roulette, heuristic }, samples, seed),
-            Method::Path => self.run(&PathTracer { mode: PathTracing::Both, depth, roulette, heuristic }, samples, seed),
+            Method::Emission => self.run(
+                &PathTracer { mode: PathTracing::EmissionOnly, depth, roulette, heuristic },
+                samples,
+                seed,
+            ),
+            Method::Path => self.run(
+                &PathTracer { mode: PathTracing::Both, depth, roulette, heuristic },
+                samples,
+                seed,
+            ),
             Method::UniformArea => self.run(&UniformArea { depth, roulette }, samples, seed),
             Method::Light => self.run(&LightTracer { depth, roulette }, samples, seed),
-            Method::Bidirectional => self.run(&Bidirectional { depth, roulette, heuristic, ..Bidirectional::default() }, samples, seed),
+            Method::Bidirectional => self.run(
+                &Bidirectional { depth, roulette, heuristic, ..Bidirectional::default() },
+                samples,
+                seed,
+            ),
         }
     }
 
-    /// As many samples as a relative standard error of `target` takes, if that is at most `rays.0` rays; else as many as one of
-    /// `acceptable` takes, but at most about `rays.1` rays. A run of its own judges the variance.
-    pub fn estimate(&self, method: Method, expected: [f64; 3], [target, acceptable]: [f64; 2], rays: (u64, u64), seed: u64) -> Measured {
+    /// As many samples as a relative standard error of `target` takes, if that is at most `rays.0`
+    /// rays; else as many as one of `acceptable` takes, but at most about `rays.1` rays. A run of
+    /// its own judges the variance.
+    pub fn estimate(
+        &self,
+        method: Method,
+        expected: [f64; 3],
+        [target, acceptable]: [f64; 2],
+        rays: (u64, u64),
+        seed: u64,
+    ) -> Measured {
         let probe = self.sample(method, 64, !seed);
-        let most = |m: &Measured, rays: u64| (rays as f64 * m.samples() as f64 / (m.rays as f64).max(1.0)).clamp(64.0, 1e8);
+        let most = |m: &Measured, rays: u64| {
+            (rays as f64 * m.samples() as f64 / (m.rays as f64).max(1.0)).clamp(64.0, 1e8)
+        };
         // Rare events need a pilot that sees them.
-        let pilot = self.sample(method, most(&probe, rays.1 / 32).min(50_000.0) as u64, seed ^ 0x5555);
+        let pilot =
+            self.sample(method, most(&probe, rays.1 / 32).min(50_000.0) as u64, seed ^ 0x5555);
         let blank = pilot.channels.iter().all(|m| m.mean() == 0.0);
         let error = if blank { f64::INFINITY } else { pilot.relative_error(expected) };
         let wanted = |target: f64| 1.3 * pilot.samples() as f64 * (error / target).powi(2);
         let (few, many) = (most(&pilot, rays.0), most(&pilot, rays.1));
-        let samples = if wanted(target) <= few { wanted(target).max(few.min(1000.0)) } else { wanted(0.85 * acceptable).clamp(few, many) };
+        let samples = if wanted(target) <= few {
+            wanted(target).max(few.min(1000.0))
+        } else {
+            wanted(0.85 * acceptable).clamp(few, many)
+        };
         self.sample(method, samples as u64, seed)
     }
 }

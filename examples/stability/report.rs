@@ -41,8 +41,13 @@ pub fn text(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
         );
     }
     let count = |verdict: Verdict| lines.iter().filter(|line| line.verdict == verdict).count();
-    let [holds, noisy, blind, fails] = [Verdict::Holds, Verdict::Imprecise, Verdict::Blind, Verdict::Fails].map(count);
-    let _ = writeln!(out, "{} lines: {holds} hold, {noisy} noisy, {blind} blind as claimed, {fails} fail", lines.len());
+    let [holds, noisy, blind, fails] =
+        [Verdict::Holds, Verdict::Imprecise, Verdict::Blind, Verdict::Fails].map(count);
+    let _ = writeln!(
+        out,
+        "{} lines: {holds} hold, {noisy} noisy, {blind} blind as claimed, {fails} fail",
+        lines.len()
+    );
     for warning in warnings {
         let _ = writeln!(out, "warning: {warning}");
     }
@@ -77,7 +82,11 @@ pub fn json(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
     };
     let list = |items: Vec<String>| format!("[\n    {}\n  ]", items.join(",\n    "));
     let warnings = warnings.iter().map(|warning| format!("{:?}", warning.to_string())).collect();
-    format!("{{\n  \"lines\": {},\n  \"warnings\": {}\n}}\n", list(lines.iter().map(entry).collect()), list(warnings))
+    format!(
+        "{{\n  \"lines\": {},\n  \"warnings\": {}\n}}\n",
+        list(lines.iter().map(entry).collect()),
+        list(warnings)
+    )
 }
 
 const COLORS: [&str; 5] = ["#888888", "#1f77b4", "#9467bd", "#ff7f0e", "#2ca02c"];
@@ -93,14 +102,17 @@ fn families(lines: &[Line]) -> Vec<&'static str> {
     names
 }
 
-/// What a figure shows of a line: rounding where it can be told from noise, else the distance from the answer.
+/// What a figure shows of a line: rounding where it can be told from noise, else the distance from
+/// the answer.
 fn error(line: &Line) -> f64 {
     line.rounding.unwrap_or(line.deviation).max(1e-16)
 }
 
-/// Relative error against the stress, log-log; `None` if there are fewer than three positive values.
+/// Relative error against the stress, log-log; `None` if there are fewer than three positive
+/// values.
 fn figure(lines: &[&Line]) -> Option<String> {
-    let mut values: Vec<f64> = lines.iter().map(|line| line.value).filter(|value| *value > 0.0).collect();
+    let mut values: Vec<f64> =
+        lines.iter().map(|line| line.value).filter(|value| *value > 0.0).collect();
     values.sort_by(f64::total_cmp);
     values.dedup();
     if values.len() < 3 {
@@ -108,23 +120,46 @@ fn figure(lines: &[&Line]) -> Option<String> {
     }
     let (width, height, left, bottom) = (460.0, 240.0, 50.0, 30.0);
     let (low, high) = (values[0].log10(), values[values.len() - 1].log10());
-    let x = |value: f64| left + (value.log10() - low) / (high - low).max(1e-12) * (width - left - 10.0);
+    let x =
+        |value: f64| left + (value.log10() - low) / (high - low).max(1e-12) * (width - left - 10.0);
     let y = |error: f64| (-error.log10().min(0.0)) / 16.0 * (height - bottom - 10.0) + 10.0;
-    let mut svg = format!("<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" role=\"img\" aria-label=\"relative error\">");
+    let mut svg = format!(
+        "<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" role=\"img\" aria-label=\"relative error\">"
+    );
     for decade in (0..=16).step_by(4) {
         let at = y(10f64.powi(-decade));
-        let _ = write!(svg, "<line x1=\"{left}\" x2=\"{width}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke=\"#ddd\"/>");
-        let _ = write!(svg, "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">1e-{decade}</text>", left - 4.0, at + 4.0);
+        let _ = write!(
+            svg,
+            "<line x1=\"{left}\" x2=\"{width}\" y1=\"{at:.1}\" y2=\"{at:.1}\" stroke=\"#ddd\"/>"
+        );
+        let _ = write!(
+            svg,
+            "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">1e-{decade}</text>",
+            left - 4.0,
+            at + 4.0
+        );
     }
     for value in [values[0], values[values.len() / 2], values[values.len() - 1]] {
-        let _ =
-            write!(svg, "<text x=\"{:.1}\" y=\"{}\" text-anchor=\"middle\">{value:.0e}</text>", x(value).clamp(60.0, 435.0), height - 8.0);
+        let _ = write!(
+            svg,
+            "<text x=\"{:.1}\" y=\"{}\" text-anchor=\"middle\">{value:.0e}</text>",
+            x(value).clamp(60.0, 435.0),
+            height - 8.0
+        );
     }
     for (method, color) in Method::ALL.into_iter().zip(COLORS) {
-        let mut points: Vec<&&Line> = lines.iter().filter(|line| line.method == method && line.value > 0.0).collect();
+        let mut points: Vec<&&Line> =
+            lines.iter().filter(|line| line.method == method && line.value > 0.0).collect();
         points.sort_by(|a, b| a.value.total_cmp(&b.value));
-        let path: Vec<String> = points.iter().map(|line| format!("{:.1},{:.1}", x(line.value), y(error(line)))).collect();
-        let _ = write!(svg, "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.5\"/>", path.join(" "));
+        let path: Vec<String> = points
+            .iter()
+            .map(|line| format!("{:.1},{:.1}", x(line.value), y(error(line))))
+            .collect();
+        let _ = write!(
+            svg,
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.5\"/>",
+            path.join(" ")
+        );
         for point in &path {
             if let Some((cx, cy)) = point.split_once(',') {
                 let _ = write!(svg, "<circle cx=\"{cx}\" cy=\"{cy}\" r=\"2.5\" fill=\"{color}\"/>");
@@ -150,8 +185,23 @@ pub fn html(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
     out.push_str("</p>\n");
     for family in families(lines) {
         let of_family: Vec<&Line> = lines.iter().filter(|line| line.family == family).collect();
-        let _ = write!(out, "<h2>{} {family}</h2>\n{}\n<table><tr>", of_family[0].row, figure(&of_family).unwrap_or_default());
-        for heading in ["value", "integrator", "expected", "measured", "± SE", "to unstressed", "digits", "not finite", "verdict"] {
+        let _ = write!(
+            out,
+            "<h2>{} {family}</h2>\n{}\n<table><tr>",
+            of_family[0].row,
+            figure(&of_family).unwrap_or_default()
+        );
+        for heading in [
+            "value",
+            "integrator",
+            "expected",
+            "measured",
+            "± SE",
+            "to unstressed",
+            "digits",
+            "not finite",
+            "verdict",
+        ] {
             let _ = write!(out, "<th>{heading}</th>");
         }
         out.push_str("</tr>\n");

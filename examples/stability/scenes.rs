@@ -25,7 +25,11 @@ pub fn cube(corner: DVec3, side: f64) -> [Quad; 6] {
     let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * side);
     std::array::from_fn(|face| {
         let (n, u, v) = (axes[face / 2], axes[(face / 2 + 1) % 3], axes[(face / 2 + 2) % 3]);
-        if face % 2 == 0 { Quad { origin: corner, edge_u: u, edge_v: v } } else { Quad { origin: corner + n, edge_u: v, edge_v: u } }
+        if face % 2 == 0 {
+            Quad { origin: corner, edge_u: u, edge_v: v }
+        } else {
+            Quad { origin: corner + n, edge_u: v, edge_v: u }
+        }
     })
 }
 
@@ -69,7 +73,8 @@ pub fn cap_sphere(center: DVec3, radius: f64, albedo: f64, radiance: f64) -> Wor
     stage.build()
 }
 
-/// The square light [-1, 1]² at z = 2 over a floor of albedo 0.5 that reaches to `half`, `scale` times as large and bright.
+/// The square light [-1, 1]² at z = 2 over a floor of albedo 0.5 that reaches to `half`, `scale`
+/// times as large and bright.
 pub fn square_light(half: f64, offset: DVec3, scale: f64, radiance: f64) -> World {
     let mut stage = Stage::default();
     let square = |half: f64, z: f64| Quad {
@@ -95,7 +100,8 @@ fn camera_of(film: UVec2, position: DVec3, target: DVec3, degrees: f64) -> Pinho
     PinholeCamera::new(position, target, up, degrees, film).expect("valid camera")
 }
 
-/// A camera at `height` over a horizontal plane that sees the square of half side `half` around a point of it.
+/// A camera at `height` over a horizontal plane that sees the square of half side `half` around a
+/// point of it.
 pub fn footprint(point: DVec3, height: f64, half: f64) -> PinholeCamera {
     footprint_of(UVec2::ONE, point, height, half)
 }
@@ -105,7 +111,8 @@ pub fn footprint_of(film: UVec2, point: DVec3, height: f64, half: f64) -> Pinhol
     camera_of(film, point + DVec3::Z * height, point, 2.0 * (half / height).atan().to_degrees())
 }
 
-/// The irradiance of a polygon of radiance 1, above the horizon and counter-clockwise as the receiver sees it (Lambert 1760).
+/// The irradiance of a polygon of radiance 1, above the horizon and counter-clockwise as the
+/// receiver sees it (Lambert 1760).
 pub fn polygon_irradiance(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
     let n = corners.len();
     let edge = |i: usize| {
@@ -117,15 +124,23 @@ pub fn polygon_irradiance(point: DVec3, normal: DVec3, corners: &[DVec3]) -> f64
     0.5 * (0..n).map(edge).sum::<f64>().abs()
 }
 
-/// The mean of a function over the square of half side `half` around the origin, by Gauss and Legendre's rule of 5 × 5 points.
+/// The mean of a function over the square of half side `half` around the origin, by Gauss and
+/// Legendre's rule of 5 × 5 points.
 pub fn mean_over_square(half: f64, f: impl Fn(f64, f64) -> f64) -> f64 {
-    let (a, b) = ((5.0 - 2.0 * (10.0f64 / 7.0).sqrt()).sqrt() / 3.0, (5.0 + 2.0 * (10.0f64 / 7.0).sqrt()).sqrt() / 3.0);
+    let (a, b) = (
+        (5.0 - 2.0 * (10.0f64 / 7.0).sqrt()).sqrt() / 3.0,
+        (5.0 + 2.0 * (10.0f64 / 7.0).sqrt()).sqrt() / 3.0,
+    );
     let (wa, wb) = ((322.0 + 13.0 * 70f64.sqrt()) / 1800.0, (322.0 - 13.0 * 70f64.sqrt()) / 1800.0);
     let rule = [(0.0, 128.0 / 450.0), (a, wa), (-a, wa), (b, wb), (-b, wb)];
-    rule.iter().flat_map(|&(x, wx)| rule.iter().map(move |&(y, wy)| (x, y, wx * wy))).map(|(x, y, w)| w * f(half * x, half * y)).sum()
+    rule.iter()
+        .flat_map(|&(x, wx)| rule.iter().map(move |&(y, wy)| (x, y, wx * wy)))
+        .map(|(x, y, w)| w * f(half * x, half * y))
+        .sum()
 }
 
-/// Fresnel's reflectance of a smooth interface at the given cosines on both sides (textbook form, for comparison).
+/// Fresnel's reflectance of a smooth interface at the given cosines on both sides (textbook form,
+/// for comparison).
 pub fn fresnel(near: f64, far: f64, relative_ior: f64) -> f64 {
     let s = (near - relative_ior * far) / (near + relative_ior * far);
     let p = (relative_ior * near - far) / (relative_ior * near + far);
@@ -135,5 +150,6 @@ pub fn fresnel(near: f64, far: f64, relative_ior: f64) -> f64 {
 /// The irradiance of a Lambertian sphere of radiance 1 wholly above the horizon.
 pub fn sphere_irradiance(point: DVec3, normal: DVec3, sphere: &Sphere) -> f64 {
     let to_center = sphere.center - point;
-    PI * sphere.radius * sphere.radius / to_center.length_squared() * normal.dot(to_center.normalize())
+    PI * sphere.radius * sphere.radius / to_center.length_squared()
+        * normal.dot(to_center.normalize())
 }

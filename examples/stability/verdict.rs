@@ -43,7 +43,8 @@ pub struct Line {
     pub standard_error: f64,
     /// Relative distance from the expected value.
     pub deviation: f64,
-    /// Relative difference to the scene without stress under the same random numbers, if there is one.
+    /// Relative difference to the scene without stress under the same random numbers, if there is
+    /// one.
     pub rounding: Option<f64>,
     pub samples: u64,
     pub non_finite: u64,
@@ -51,22 +52,26 @@ pub struct Line {
 }
 
 impl Line {
-    /// Decimal digits that agree with the answer: as many as noise lets one see, or with the scene without stress, where there is no noise.
+    /// Decimal digits that agree with the answer: as many as noise lets one see, or with the scene
+    /// without stress, where there is no noise.
     pub fn digits(&self) -> f64 {
-        let error = self.rounding.unwrap_or(self.deviation.max(self.standard_error / self.expected.abs()));
+        let error =
+            self.rounding.unwrap_or(self.deviation.max(self.standard_error / self.expected.abs()));
         (-error.log10()).clamp(0.0, 15.9)
     }
 }
 
 /// Samples that are compared with the scene without stress.
 const TWIN_SAMPLES: u64 = 2000;
-/// How far they may differ: single walks may take another turn where a comparison is decided by rounding.
+/// How far they may differ: single walks may take another turn where a comparison is decided by
+/// rounding.
 const TWIN_TOLERANCE: f64 = 1e-3;
 /// Squares of larger or smaller numbers leave the range of f64, and with them variances.
 const RANGE: std::ops::Range<f64> = 1e-140..1e140;
 
 pub fn judge(case: &Case, rays: u64, seed: u64) -> Vec<Line> {
-    let probe = |world, camera| Probe { roulette: case.roulette, ..Probe::new(world, camera, case.depth) };
+    let probe =
+        |world, camera| Probe { roulette: case.roulette, ..Probe::new(world, camera, case.depth) };
     let stressed = probe(&case.world, &*case.camera);
     let measure = |&method: &Method| {
         // Where variances are out of range, the comparison with the twin has to do.
@@ -78,17 +83,22 @@ pub fn judge(case: &Case, rays: u64, seed: u64) -> Vec<Line> {
             stressed.sample(method, TWIN_SAMPLES, seed)
         };
         let rounding = case.twin.as_ref().map(|(world, camera, factor)| {
-            let [a, b] = [&stressed, &probe(world, &**camera)].map(|probe| probe.sample(method, TWIN_SAMPLES, seed));
-            let difference = |i: usize| (a.channels[i].mean() / (factor * b.channels[i].mean()) - 1.0).abs();
+            let [a, b] = [&stressed, &probe(world, &**camera)]
+                .map(|probe| probe.sample(method, TWIN_SAMPLES, seed));
+            let difference =
+                |i: usize| (a.channels[i].mean() / (factor * b.channels[i].mean()) - 1.0).abs();
             (0..3).map(difference).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
         });
         let worst = (0..3).max_by(|&i, &j| {
-            let off = |i: usize| ((measured.channels[i].mean() - case.expected[i]) / case.expected[i]).abs();
+            let off = |i: usize| {
+                ((measured.channels[i].mean() - case.expected[i]) / case.expected[i]).abs()
+            };
             off(i).total_cmp(&off(j))
         });
         let i = worst.unwrap_or(0);
         let agrees = !in_range || measured.agrees(case.expected, case.tolerance);
-        let holds = agrees && measured.non_finite == 0 && rounding.is_none_or(|r| r <= TWIN_TOLERANCE);
+        let holds =
+            agrees && measured.non_finite == 0 && rounding.is_none_or(|r| r <= TWIN_TOLERANCE);
         let precise = !in_range || measured.relative_error(case.expected) <= case.error;
         Line {
             row: case.row,

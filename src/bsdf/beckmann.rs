@@ -1,7 +1,9 @@
-//! The Beckmann distribution of micro-normals with Smith's masking (Beckmann and Spizzichino 1963; Walter et al. 2007; Heitz 2014).
+//! The Beckmann distribution of micro-normals with Smith's masking (Beckmann and Spizzichino 1963;
+//! Walter et al. 2007; Heitz 2014).
 //!
-//! The slopes of the surface are Gaussian. With `r(w) = √(α_x² x² + α_y² y²)`, `a = z/r` and Smith's `Λ = e^{-a²}/(2 a √π) - erfc(a)/2`, everything is written with
-//! the *projected area* of the micro-surface towards w,
+//! The slopes of the surface are Gaussian. With `r(w) = √(α_x² x² + α_y² y²)`, `a = z/r` and
+//! Smith's `Λ = e^{-a²}/(2 a √π) - erfc(a)/2`, everything is written with the *projected area* of
+//! the micro-surface towards w,
 //!
 //! ```text
 //! P(w) = z (1 + Λ(w)) = z (1 + erf a)/2 + r e^{-a²}/(2 √π)
@@ -10,7 +12,8 @@
 //! D_o(h)   = D(h) (o·h) / P(o)
 //! ```
 //!
-//! which is finite at grazing angles. Λ is exact and not the rational fit of Walter et al., so visible normals are sampled exactly.
+//! which is finite at grazing angles. Λ is exact and not the rational fit of Walter et al., so
+//! visible normals are sampled exactly.
 
 use super::BsdfError;
 use super::ggx::checked_alpha;
@@ -29,7 +32,8 @@ pub struct Beckmann {
 const STEEPEST: f64 = 6.5;
 
 impl Beckmann {
-    /// A distribution with the roughness `alpha_x` along x and `alpha_y` along y: √2 times the standard deviation of the slope.
+    /// A distribution with the roughness `alpha_x` along x and `alpha_y` along y: √2 times the
+    /// standard deviation of the slope.
     ///
     /// # Errors
     /// If a roughness is not in [0, 10].
@@ -46,14 +50,16 @@ impl Beckmann {
         Self::new(alpha, alpha)
     }
 
-    /// Whether both roughnesses are below [`LEAST_ALPHA`](super::ggx::LEAST_ALPHA), so that models are to behave as their smooth counterparts.
+    /// Whether both roughnesses are below [`LEAST_ALPHA`](super::ggx::LEAST_ALPHA), so that models
+    /// are to behave as their smooth counterparts.
     #[inline]
     #[must_use]
     pub const fn is_smooth(&self) -> bool {
         self.smooth
     }
 
-    /// Density D of micro-normals, 1/sr, so that `∫ D(h) h_z dh = 1` (Walter et al. 2007, eq. 25, anisotropic).
+    /// Density D of micro-normals, 1/sr, so that `∫ D(h) h_z dh = 1` (Walter et al. 2007, eq. 25,
+    /// anisotropic).
     #[inline]
     #[must_use]
     pub fn density(&self, normal: DVec3) -> f64 {
@@ -64,7 +70,8 @@ impl Beckmann {
         if gaussian > 0.0 { gaussian / (PI * self.alpha_x * self.alpha_y * z2 * z2) } else { 0.0 }
     }
 
-    /// Area of the micro-surface projected to the direction, `z (1 + Λ)`, per unit of macroscopic area.
+    /// Area of the micro-surface projected to the direction, `z (1 + Λ)`, per unit of macroscopic
+    /// area.
     #[inline]
     #[must_use]
     pub fn projected_area(&self, direction: DVec3) -> f64 {
@@ -86,7 +93,8 @@ impl Beckmann {
         0.5 / (a.z * self.projected_area(b) + b.z * (self.projected_area(a) - a.z))
     }
 
-    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1: what is left for the weight after sampling a visible normal.
+    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1: what is left for the weight after sampling a
+    /// visible normal.
     #[inline]
     #[must_use]
     pub fn shadowing(&self, seen_from: DVec3, next: DVec3) -> f64 {
@@ -102,15 +110,18 @@ impl Beckmann {
 
     /// Samples a normal among those seen from a direction, in proportion to their projected area.
     ///
-    /// After stretching, roughness is 1 and the view may be turned to the x axis: the slope across it is Gaussian, and the slope x along it has the
-    /// density `(z - x r) e^{-x²}/√π` up to z/r, whose integral, the projected area up to x, is inverted (Heitz and d'Eon 2014). `None` where rounding leaves no
-    /// normal.
+    /// After stretching, roughness is 1 and the view may be turned to the x axis: the slope across
+    /// it is Gaussian, and the slope x along it has the density `(z - x r) e^{-x²}/√π` up to z/r,
+    /// whose integral, the projected area up to x, is inverted (Heitz and d'Eon 2014). `None` where
+    /// rounding leaves no normal.
     #[must_use]
     pub fn sample_visible(&self, seen_from: DVec3, u: DVec2) -> Option<DVec3> {
         let stretched = DVec2::new(self.alpha_x * seen_from.x, self.alpha_y * seen_from.y);
         let axis = stretched.try_normalize().unwrap_or(DVec2::X);
-        let slope = axis * inverse(seen_from.z, stretched.length(), u.x) + axis.perp() * inverse(1.0, 0.0, u.y);
-        let normal = DVec3::new(-self.alpha_x * slope.x, -self.alpha_y * slope.y, 1.0).try_normalize()?;
+        let slope = axis * inverse(seen_from.z, stretched.length(), u.x)
+            + axis.perp() * inverse(1.0, 0.0, u.y);
+        let normal =
+            DVec3::new(-self.alpha_x * slope.x, -self.alpha_y * slope.y, 1.0).try_normalize()?;
         // beyond the horizon of the view only by rounding
         (normal.dot(seen_from) > 0.0).then_some(normal)
     }
@@ -121,7 +132,8 @@ fn projected(z: f64, r: f64, x: f64) -> f64 {
     0.5 * z * libm::erfc(-x) + 0.25 * FRAC_2_SQRT_PI * r * (-x * x).exp()
 }
 
-/// The slope below which the share `u` of the projected area lies: Halley's method, kept inside a shrinking bracket.
+/// The slope below which the share `u` of the projected area lies: Halley's method, kept inside a
+/// shrinking bracket.
 fn inverse(z: f64, r: f64, u: f64) -> f64 {
     let (mut low, mut high) = (-STEEPEST, (z / r).min(STEEPEST));
     let target = u * projected(z, r, z / r);
@@ -137,7 +149,8 @@ fn inverse(z: f64, r: f64, u: f64) -> f64 {
         }
         let height = z - x * r;
         let newton = miss / (0.5 * FRAC_2_SQRT_PI * height * (-x * x).exp());
-        // Newton's step times half the logarithmic derivative of the density, which it takes for constant.
+        // Newton's step times half the logarithmic derivative of the density, which it takes for
+        // constant.
         let bend = -newton * (x + 0.5 * r / height);
         // Newton's step where it is too long, which then halves the bracket.
         let halley = x - newton / if bend.abs() < 0.5 { 1.0 - bend } else { 1.0 };
@@ -145,7 +158,9 @@ fn inverse(z: f64, r: f64, u: f64) -> f64 {
         let next = if is_inside { halley } else { 0.5 * (low + high) };
         // Convergence is cubic: what is left is the step times the square of the bend.
         let step = (next - x).abs();
-        if step <= 1e-15 * (1.0 + x.abs()) || (is_inside && step * bend * bend <= 1e-17 && bend.abs() < 1e-4) {
+        if step <= 1e-15 * (1.0 + x.abs())
+            || (is_inside && step * bend * bend <= 1e-17 && bend.abs() < 1e-4)
+        {
             return next;
         }
         x = next;
@@ -153,7 +168,8 @@ fn inverse(z: f64, r: f64, u: f64) -> f64 {
     x
 }
 
-/// [`inverse`] for r = 0 up to 0.2 % (Winitzki 2008, "A handy approximation for the error function and its inverse").
+/// [`inverse`] for r = 0 up to 0.2 % (Winitzki 2008, "A handy approximation for the error function
+/// and its inverse").
 fn gaussian_slope(u: f64) -> f64 {
     const A: f64 = 0.147;
     let log = (4.0 * u * (1.0 - u)).ln();
@@ -167,7 +183,8 @@ mod tests {
     use approx::assert_relative_eq;
     use std::f64::consts::TAU;
 
-    /// ∫ g(h) dh over the upper hemisphere by the midpoint rule in the slopes, scaled to the roughness: dh = h_z³ dx dy.
+    /// ∫ g(h) dh over the upper hemisphere by the midpoint rule in the slopes, scaled to the
+    /// roughness: dh = h_z³ dx dy.
     fn integrate(alpha: (f64, f64), g: impl Fn(DVec3) -> f64) -> f64 {
         let n = 1200;
         let step = 13.0 / f64::from(n);
@@ -186,11 +203,17 @@ mod tests {
     fn projected_area_is_conserved() {
         for alpha in [(1.0, 1.0), (0.3, 0.3), (0.1, 0.5), (1e-3, 1e-3)] {
             let beckmann = Beckmann::new(alpha.0, alpha.1).unwrap();
-            assert_relative_eq!(integrate(alpha, |h| beckmann.density(h) * h.z), 1.0, max_relative = 1e-9);
+            assert_relative_eq!(
+                integrate(alpha, |h| beckmann.density(h) * h.z),
+                1.0,
+                max_relative = 1e-9
+            );
             for cosine in [1.0f64, 0.5, 0.1, 1e-3] {
                 let sine = ((1.0 - cosine) * (1.0 + cosine)).sqrt();
                 let o = DVec3::new(0.6 * sine, 0.8 * sine, cosine);
-                let visible = integrate(alpha, |h| beckmann.visible_density_over_cosine(o, h) * o.dot(h).max(0.0));
+                let visible = integrate(alpha, |h| {
+                    beckmann.visible_density_over_cosine(o, h) * o.dot(h).max(0.0)
+                });
                 assert_relative_eq!(visible, 1.0, max_relative = 1e-4);
             }
         }
@@ -206,8 +229,16 @@ mod tests {
         };
         let both = 1.0 / (1.0 + lambda(a) + lambda(b));
         assert_relative_eq!(beckmann.masking(a), 1.0 / (1.0 + lambda(a)), max_relative = 1e-14);
-        assert_relative_eq!(2.0 * a.z * b.z * beckmann.correlation(a, b), both, max_relative = 1e-14);
-        assert_relative_eq!(beckmann.shadowing(a, b), both * (1.0 + lambda(a)), max_relative = 1e-14);
+        assert_relative_eq!(
+            2.0 * a.z * b.z * beckmann.correlation(a, b),
+            both,
+            max_relative = 1e-14
+        );
+        assert_relative_eq!(
+            beckmann.shadowing(a, b),
+            both * (1.0 + lambda(a)),
+            max_relative = 1e-14
+        );
     }
 
     #[test]

@@ -1,12 +1,15 @@
 //! Tests that any [`Bsdf`] has to pass: run [`check`] on your own.
 //!
-//! For one fixed direction it samples many directions and compares them with what `pdf`, `eval` and `eval_dirac` say about them:
+//! For one fixed direction it samples many directions and compares them with what `pdf`, `eval` and
+//! `eval_dirac` say about them:
 //!
 //! - χ²: the sampled directions follow the density, over a grid of the whole sphere;
 //! - `∫ pdf dσ⊥` is the probability of sampling a finite lobe;
 //! - a sample's weight is `f / p⊥`, and its densities are those of `pdf`, in both directions;
-//! - `f(a, b) / n_b² = f(b, a) / n_a²`: Helmholtz reciprocity, in its form for refraction (Veach 1997, section 5.2);
-//! - the weights' mean, with refraction's n² taken out, is at most 1: no more light leaves than came.
+//! - `f(a, b) / n_b² = f(b, a) / n_a²`: Helmholtz reciprocity, in its form for refraction (Veach
+//!   1997, section 5.2);
+//! - the weights' mean, with refraction's n² taken out, is at most 1: no more light leaves than
+//!   came.
 
 use super::{Bsdf, BsdfSample, Walk};
 use crate::math::Rgb;
@@ -16,8 +19,8 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
-/// Cells of the χ² grid in θ (over the whole sphere) and in φ. Densities are integrated adaptively within cells, which resolves peaks down to about
-/// a tenth of a cell, that is GGX with α ≥ 0.02.
+/// Cells of the χ² grid in θ (over the whole sphere) and in φ. Densities are integrated adaptively
+/// within cells, which resolves peaks down to about a tenth of a cell, that is GGX with α ≥ 0.02.
 const CELLS: (usize, usize) = (24, 36);
 
 /// What [`check`] found out about a BSDF and one fixed direction.
@@ -25,23 +28,27 @@ const CELLS: (usize, usize) = (24, 36);
 pub struct Report {
     /// How many directions were sampled.
     pub samples: u64,
-    /// Whether sampled directions follow `pdf`; one cell holds all samples that were absorbed or of a Dirac lobe.
+    /// Whether sampled directions follow `pdf`; one cell holds all samples that were absorbed or of
+    /// a Dirac lobe.
     pub chi_square: ChiSquare,
     /// `∫ pdf dσ⊥` by quadrature.
     pub pdf_integral: f64,
     /// Share of samples of finite lobes; its expected value is `pdf_integral`.
     pub finite_share: Estimate,
-    /// Mean weights per channel, with refraction's n² taken out: the scattered fraction of the power.
+    /// Mean weights per channel, with refraction's n² taken out: the scattered fraction of the
+    /// power.
     pub albedo: [Estimate; 3],
     /// Largest relative difference between a sample's weight and `f / p⊥`.
     pub weight_error: f64,
     /// Largest relative difference between a sample's density and `pdf`.
     pub pdf_error: f64,
-    /// Largest relative difference between a sample's reverse density and `pdf` of the reversed walk.
+    /// Largest relative difference between a sample's reverse density and `pdf` of the reversed
+    /// walk.
     pub pdf_reverse_error: f64,
     /// Largest relative violation of reciprocity.
     pub asymmetry: f64,
-    /// Samples with a component that is infinite or not a number, with negative values, or with directions that are not of unit length.
+    /// Samples with a component that is infinite or not a number, with negative values, or with
+    /// directions that are not of unit length.
     pub invalid: u64,
 }
 
@@ -51,7 +58,8 @@ pub struct Report {
 pub enum Failure {
     /// Sampled directions do not follow the density; the p-value.
     Density(f64),
-    /// The density does not integrate to the share of finite samples; the distance in standard errors.
+    /// The density does not integrate to the share of finite samples; the distance in standard
+    /// errors.
     Normalization(f64),
     /// A weight is not `f / p⊥`; the relative error.
     Weight(f64),
@@ -70,14 +78,26 @@ pub enum Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Density(p) => write!(f, "sampled directions do not follow the density (p-value {p:.3e})"),
-            Self::Normalization(z) => write!(f, "the density does not integrate to the share of finite samples ({z:.1} standard errors)"),
+            Self::Density(p) => {
+                write!(f, "sampled directions do not follow the density (p-value {p:.3e})")
+            }
+            Self::Normalization(z) => write!(
+                f,
+                "the density does not integrate to the share of finite samples ({z:.1} standard errors)"
+            ),
             Self::Weight(e) => write!(f, "a weight differs from f / pdf by {e:.3e}"),
             Self::Pdf(e) => write!(f, "a sample's density differs from pdf by {e:.3e}"),
-            Self::PdfReverse(e) => write!(f, "a sample's reverse density differs from pdf by {e:.3e}"),
+            Self::PdfReverse(e) => {
+                write!(f, "a sample's reverse density differs from pdf by {e:.3e}")
+            }
             Self::Reciprocity(e) => write!(f, "f/n² is not symmetric, relative error {e:.3e}"),
-            Self::Energy(albedo, z) => write!(f, "more light leaves than came: albedo {albedo} ({z:.1} standard errors above 1)"),
-            Self::Invalid(n) => write!(f, "{n} samples are not finite, negative or not of unit length"),
+            Self::Energy(albedo, z) => write!(
+                f,
+                "more light leaves than came: albedo {albedo} ({z:.1} standard errors above 1)"
+            ),
+            Self::Invalid(n) => {
+                write!(f, "{n} samples are not finite, negative or not of unit length")
+            }
         }
     }
 }
@@ -88,15 +108,18 @@ impl Report {
     /// Relative error that deterministic comparisons may show.
     pub const TOLERANCE: f64 = 1e-6;
 
-    /// Passes unless a comparison is off by more than [`Report::TOLERANCE`], or a statistical test rejects the BSDF at the level `significance`, which is
-    /// the probability of rejecting a correct one when `checks` of them are made.
+    /// Passes unless a comparison is off by more than [`Report::TOLERANCE`], or a statistical test
+    /// rejects the BSDF at the level `significance`, which is the probability of rejecting a
+    /// correct one when `checks` of them are made.
     ///
     /// # Errors
     /// The first failure.
     pub fn verdict(&self, significance: f64, checks: usize) -> Result<(), Failure> {
         // five statistical tests per check
         let level = sidak(significance, 5 * checks);
-        let exact = |error: f64, failure: fn(f64) -> Failure| if error <= Self::TOLERANCE { Ok(()) } else { Err(failure(error)) };
+        let exact = |error: f64, failure: fn(f64) -> Failure| {
+            if error <= Self::TOLERANCE { Ok(()) } else { Err(failure(error)) }
+        };
         if self.invalid > 0 {
             return Err(Failure::Invalid(self.invalid));
         }
@@ -121,21 +144,31 @@ impl Report {
         Ok(())
     }
 
-    /// Distance of the share of finite samples from `∫ pdf dσ⊥`, in standard errors of a share with that expectation.
+    /// Distance of the share of finite samples from `∫ pdf dσ⊥`, in standard errors of a share with
+    /// that expectation.
     #[must_use]
     pub fn normalization_z_score(&self) -> f64 {
         let (p, n) = (self.pdf_integral, self.samples.max(1) as f64);
         let difference = self.finite_share.mean() - p;
-        // the expected share's own variance, since no sample may have been lost; 1e-5 is the accuracy of the quadrature
+        // the expected share's own variance, since no sample may have been lost; 1e-5 is the
+        // accuracy of the quadrature
         let variance = (p * (1.0 - p)).max(0.0) / n + 1e-10;
         difference / variance.sqrt()
     }
 }
 
-/// Samples `bsdf` with one direction fixed and compares the samples with its density and value; see the [module](self).
+/// Samples `bsdf` with one direction fixed and compares the samples with its density and value; see
+/// the [module](self).
 ///
-/// `fixed` is a unit vector in the local frame. Some 10⁵ samples detect a density that is wrong by 1 %.
-pub fn check<B: Bsdf + ?Sized>(bsdf: &B, fixed: DVec3, walk: Walk, sampler: &mut dyn Sampler, samples: u32) -> Report {
+/// `fixed` is a unit vector in the local frame. Some 10⁵ samples detect a density that is wrong by
+/// 1 %.
+pub fn check<B: Bsdf + ?Sized>(
+    bsdf: &B,
+    fixed: DVec3,
+    walk: Walk,
+    sampler: &mut dyn Sampler,
+    samples: u32,
+) -> Report {
     let (rows, columns) = CELLS;
     let mut observed = vec![0.0; rows * columns + 1];
     let mut expected = vec![0.0; rows * columns + 1];
@@ -156,8 +189,13 @@ pub fn check<B: Bsdf + ?Sized>(bsdf: &B, fixed: DVec3, walk: Walk, sampler: &mut
     for row in 0..rows {
         for column in 0..columns {
             let theta = (PI * row as f64 / rows as f64, PI * (row + 1) as f64 / rows as f64);
-            let phi = (TAU * column as f64 / columns as f64, TAU * (column + 1) as f64 / columns as f64);
-            expected[row * columns + column] = integrate(&|theta: f64, phi: f64| density(bsdf, fixed, walk, theta, phi), theta, phi);
+            let phi =
+                (TAU * column as f64 / columns as f64, TAU * (column + 1) as f64 / columns as f64);
+            expected[row * columns + column] = integrate(
+                &|theta: f64, phi: f64| density(bsdf, fixed, walk, theta, phi),
+                theta,
+                phi,
+            );
         }
     }
     let pdf_integral: f64 = expected.iter().sum();
@@ -180,9 +218,15 @@ pub fn check<B: Bsdf + ?Sized>(bsdf: &B, fixed: DVec3, walk: Walk, sampler: &mut
     }
 }
 
-/// The fraction of the power that is scattered, per channel, for light that arrives from (or, on a camera walk, leaves to) one direction: mean weights
-/// with refraction's n² taken out.
-pub fn directional_albedo<B: Bsdf + ?Sized>(bsdf: &B, fixed: DVec3, walk: Walk, sampler: &mut dyn Sampler, samples: u32) -> [Estimate; 3] {
+/// The fraction of the power that is scattered, per channel, for light that arrives from (or, on a
+/// camera walk, leaves to) one direction: mean weights with refraction's n² taken out.
+pub fn directional_albedo<B: Bsdf + ?Sized>(
+    bsdf: &B,
+    fixed: DVec3,
+    walk: Walk,
+    sampler: &mut dyn Sampler,
+    samples: u32,
+) -> [Estimate; 3] {
     let mut albedo = [Estimate::default(); 3];
     for _ in 0..samples {
         let sample = bsdf.sample(fixed, walk, sampler.next_1d(), sampler.next_2d());
@@ -216,7 +260,8 @@ impl Comparison {
         let (value, swapped, pdf, pdf_reverse) = if sample.dirac {
             let there = bsdf.eval_dirac(to_light, to_camera);
             let back = bsdf.eval_dirac(to_camera, to_light);
-            // these are coefficients of δ⊥(to_light); those of the swapped pair refer to the other side's δ⊥
+            // these are coefficients of δ⊥(to_light); those of the swapped pair refer to the other
+            // side's δ⊥
             let (pdf, pdf_reverse) = match walk {
                 Walk::Camera => (there.pdf_to_light, there.pdf_to_camera),
                 Walk::Light => (there.pdf_to_camera, there.pdf_to_light),
@@ -224,16 +269,29 @@ impl Comparison {
             (there.value, back.value * squeeze(sample, walk), pdf, pdf_reverse)
         } else {
             let pdf = bsdf.pdf(fixed, sample.next, walk);
-            (bsdf.eval(to_light, to_camera), bsdf.eval(to_camera, to_light), pdf, bsdf.pdf(sample.next, fixed, walk.reversed()))
+            (
+                bsdf.eval(to_light, to_camera),
+                bsdf.eval(to_camera, to_light),
+                pdf,
+                bsdf.pdf(sample.next, fixed, walk.reversed()),
+            )
         };
-        let finite = sample.weight.is_finite() && sample.pdf.value().is_finite() && sample.pdf_reverse.value().is_finite();
-        let positive =
-            sample.weight.0.iter().all(|&channel| channel >= 0.0) && sample.pdf.value() > 0.0 && sample.pdf_reverse.value() >= 0.0;
-        if !finite || !positive || !value.is_finite() || (sample.next.length_squared() - 1.0).abs() > 1e-9 {
+        let finite = sample.weight.is_finite()
+            && sample.pdf.value().is_finite()
+            && sample.pdf_reverse.value().is_finite();
+        let positive = sample.weight.0.iter().all(|&channel| channel >= 0.0)
+            && sample.pdf.value() > 0.0
+            && sample.pdf_reverse.value() >= 0.0;
+        if !finite
+            || !positive
+            || !value.is_finite()
+            || (sample.next.length_squared() - 1.0).abs() > 1e-9
+        {
             self.invalid += 1;
             return;
         }
-        let raise = |largest: &mut f64, a: f64, b: f64| *largest = largest.max(relative_difference(a, b));
+        let raise =
+            |largest: &mut f64, a: f64, b: f64| *largest = largest.max(relative_difference(a, b));
         raise(&mut self.pdf, sample.pdf.value(), pdf.value());
         raise(&mut self.pdf_reverse, sample.pdf_reverse.value(), pdf_reverse.value());
         for channel in 0..3 {
@@ -273,14 +331,27 @@ fn density<B: Bsdf + ?Sized>(bsdf: &B, fixed: DVec3, walk: Walk, theta: f64, phi
     bsdf.pdf(fixed, next, walk).per_solid_angle(cos).value() * sin
 }
 
-/// Adaptive integral over a rectangle: a 3 × 3-point Gauss rule, compared with its sum over the four quarters.
+/// Adaptive integral over a rectangle: a 3 × 3-point Gauss rule, compared with its sum over the
+/// four quarters.
 fn integrate(f: &impl Fn(f64, f64) -> f64, x: (f64, f64), y: (f64, f64)) -> f64 {
-    fn refine(f: &impl Fn(f64, f64) -> f64, x: (f64, f64), y: (f64, f64), coarse: f64, depth: u32) -> f64 {
+    fn refine(
+        f: &impl Fn(f64, f64) -> f64,
+        x: (f64, f64),
+        y: (f64, f64),
+        coarse: f64,
+        depth: u32,
+    ) -> f64 {
         let (xm, ym) = (0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1));
-        let quarters = [((x.0, xm), (y.0, ym)), ((xm, x.1), (y.0, ym)), ((x.0, xm), (ym, y.1)), ((xm, x.1), (ym, y.1))];
+        let quarters = [
+            ((x.0, xm), (y.0, ym)),
+            ((xm, x.1), (y.0, ym)),
+            ((x.0, xm), (ym, y.1)),
+            ((xm, x.1), (ym, y.1)),
+        ];
         let parts = quarters.map(|(x, y)| gauss(f, x, y));
         let fine: f64 = parts.iter().sum();
-        // never on the first comparison, so that a peak between the points of the coarsest rule is seen
+        // never on the first comparison, so that a peak between the points of the coarsest rule is
+        // seen
         if depth >= 2 && ((fine - coarse).abs() <= 1e-7 + 1e-6 * fine.abs() || depth >= 10) {
             return fine;
         }
@@ -295,6 +366,9 @@ fn gauss(f: &impl Fn(f64, f64) -> f64, x: (f64, f64), y: (f64, f64)) -> f64 {
     const RULE: [(f64, f64); 3] = [(-NODE, 5.0 / 9.0), (0.0, 8.0 / 9.0), (NODE, 5.0 / 9.0)];
     let (xm, xr) = (0.5 * (x.0 + x.1), 0.5 * (x.1 - x.0));
     let (ym, yr) = (0.5 * (y.0 + y.1), 0.5 * (y.1 - y.0));
-    let sum: f64 = RULE.iter().flat_map(|&(a, wa)| RULE.iter().map(move |&(b, wb)| wa * wb * f(xm + xr * a, ym + yr * b))).sum();
+    let sum: f64 = RULE
+        .iter()
+        .flat_map(|&(a, wa)| RULE.iter().map(move |&(b, wb)| wa * wb * f(xm + xr * a, ym + yr * b)))
+        .sum();
     sum * xr * yr
 }

@@ -1,8 +1,12 @@
-//! The smooth dielectric (glass, water): Dirac reflection and refraction, chosen in proportion to Fresnel's R and T.
+//! The smooth dielectric (glass, water): Dirac reflection and refraction, chosen in proportion to
+//! Fresnel's R and T.
 
 use super::fresnel::{self, checked_relative_ior};
 use super::mirror::{is_mirrored, mirrored};
-use super::{Bsdf, BsdfError, BsdfSample, DIRAC_TOLERANCE, DiracValue, Lobes, Walk, opposite_sides, same_side, sine};
+use super::{
+    Bsdf, BsdfError, BsdfSample, DIRAC_TOLERANCE, DiracValue, Lobes, Walk, opposite_sides,
+    same_side, sine,
+};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -60,9 +64,20 @@ impl Bsdf for Dielectric {
         let interface = fresnel::dielectric(fixed.z.abs(), sine(fixed), eta);
         if u1 < interface.reflectance {
             let pdf = PerProjected(interface.reflectance);
-            return Some(BsdfSample { next: mirrored(fixed), weight: Rgb::WHITE, pdf, pdf_reverse: pdf, dirac: true, relative_ior: 1.0 });
+            return Some(BsdfSample {
+                next: mirrored(fixed),
+                weight: Rgb::WHITE,
+                pdf,
+                pdf_reverse: pdf,
+                dirac: true,
+                relative_ior: 1.0,
+            });
         }
-        let next = DVec3::new(-fixed.x / eta, -fixed.y / eta, -interface.refracted_cosine.copysign(fixed.z));
+        let next = DVec3::new(
+            -fixed.x / eta,
+            -fixed.y / eta,
+            -interface.refracted_cosine.copysign(fixed.z),
+        );
         let probability = PerProjected(interface.transmittance);
         // n_camera² / n_light² of this pair of directions
         let squeeze = match walk {
@@ -87,9 +102,14 @@ impl Bsdf for Dielectric {
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         let eta = self.far_over_near(to_camera);
         if is_mirrored(to_light, to_camera) {
-            let reflectance = fresnel::dielectric(to_camera.z.abs(), sine(to_camera), eta).reflectance;
+            let reflectance =
+                fresnel::dielectric(to_camera.z.abs(), sine(to_camera), eta).reflectance;
             let pdf = PerProjected(reflectance);
-            return DiracValue { value: Rgb::splat(reflectance), pdf_to_light: pdf, pdf_to_camera: pdf };
+            return DiracValue {
+                value: Rgb::splat(reflectance),
+                pdf_to_light: pdf,
+                pdf_to_camera: pdf,
+            };
         }
         // Snell's law: n sin θ is the same on both sides
         let mismatch = (to_camera + eta * to_light).truncate().length_squared();
@@ -99,6 +119,10 @@ impl Bsdf for Dielectric {
         }
         let transmittance = fresnel::transmittance(to_camera.z.abs(), to_light.z.abs(), eta);
         let squeezed = transmittance / (eta * eta);
-        DiracValue { value: Rgb::splat(squeezed), pdf_to_light: PerProjected(transmittance), pdf_to_camera: PerProjected(squeezed) }
+        DiracValue {
+            value: Rgb::splat(squeezed),
+            pdf_to_light: PerProjected(transmittance),
+            pdf_to_camera: PerProjected(squeezed),
+        }
     }
 }

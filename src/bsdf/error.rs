@@ -3,7 +3,8 @@
 use crate::math::Rgb;
 use std::fmt;
 
-/// A parameter out of its range. The message does not name the object: whoever knows its name adds it.
+/// A parameter out of its range. The message does not name the object: whoever knows its name adds
+/// it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum BsdfError {
@@ -17,7 +18,8 @@ pub enum BsdfError {
     Roughness(f64, f64),
     /// A metalness or roughness of the metallic-roughness model is not in [0, 1].
     MetallicRoughness(f64, f64),
-    /// A mixture's weights or probabilities are negative, not finite, all zero, or a weighted component can never be chosen.
+    /// A mixture's weights or probabilities are negative, not finite, all zero, or a weighted
+    /// component can never be chosen.
     MixtureWeight(f64),
     /// A component of a mixture is a mixture.
     NestedMixture,
@@ -30,22 +32,40 @@ pub enum BsdfError {
 impl fmt::Display for BsdfError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Reflectance(value) => write!(f, "reflectance must be in [0, 1] per channel, but is {:?}", value.0),
-            Self::RelativeIor(value) => write!(f, "relative index of refraction must be in [1e-6, 1e6], but is {value}"),
-            Self::ComplexIor(eta, k) => {
-                write!(f, "complex index of refraction must be in [0, 1e6] per channel, but eta is {:?} and k is {:?}", eta.0, k.0)
+            Self::Reflectance(value) => {
+                write!(f, "reflectance must be in [0, 1] per channel, but is {:?}", value.0)
             }
-            Self::Roughness(x, y) => write!(f, "roughness alpha must be in [0, 10], but is ({x}, {y})"),
+            Self::RelativeIor(value) => {
+                write!(f, "relative index of refraction must be in [1e-6, 1e6], but is {value}")
+            }
+            Self::ComplexIor(eta, k) => {
+                write!(
+                    f,
+                    "complex index of refraction must be in [0, 1e6] per channel, but eta is {:?} and k is {:?}",
+                    eta.0, k.0
+                )
+            }
+            Self::Roughness(x, y) => {
+                write!(f, "roughness alpha must be in [0, 10], but is ({x}, {y})")
+            }
             Self::MetallicRoughness(metalness, roughness) => {
-                write!(f, "metalness and roughness must be in [0, 1], but are {metalness} and {roughness}")
+                write!(
+                    f,
+                    "metalness and roughness must be in [0, 1], but are {metalness} and {roughness}"
+                )
             }
             Self::MixtureWeight(value) => write!(
                 f,
                 "weights and probabilities of a mixture must be finite, not negative and not all zero, \
                  and a component with a weight needs a probability, but one is {value}"
             ),
-            Self::NotRough => write!(f, "Beckmann's distribution needs a rough mirror, rough conductor or rough dielectric"),
-            Self::SidedTransmission => write!(f, "a material that differs between its sides must not transmit light"),
+            Self::NotRough => write!(
+                f,
+                "Beckmann's distribution needs a rough mirror, rough conductor or rough dielectric"
+            ),
+            Self::SidedTransmission => {
+                write!(f, "a material that differs between its sides must not transmit light")
+            }
             Self::NestedMixture => write!(f, "a component of a mixture must not be a mixture"),
         }
     }

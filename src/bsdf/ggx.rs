@@ -1,7 +1,9 @@
-//! The GGX distribution of micro-normals with Smith's masking (Trowbridge and Reitz 1975; Walter et al. 2007; Heitz 2014).
+//! The GGX distribution of micro-normals with Smith's masking (Trowbridge and Reitz 1975; Walter et
+//! al. 2007; Heitz 2014).
 //!
-//! Everything is written with the *stretched length* `S(w) = √(α_x² x² + α_y² y² + z²)`, in which Smith's function is
-//! `Λ(w) = (S/|z| - 1)/2`. Then masking, shadowing and the density of visible normals need no division that can fail at grazing angles:
+//! Everything is written with the *stretched length* `S(w) = √(α_x² x² + α_y² y² + z²)`, in which
+//! Smith's function is `Λ(w) = (S/|z| - 1)/2`. Then masking, shadowing and the density of visible
+//! normals need no division that can fail at grazing angles:
 //!
 //! ```text
 //! G1(o)    = 1/(1 + Λ(o))        = 2 o_z / (o_z + S(o))
@@ -16,15 +18,18 @@ use crate::math::angle::sin_cos_of_turn;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Roughness below which a surface counts as smooth, and to which the smaller of two roughnesses is raised.
+/// Roughness below which a surface counts as smooth, and to which the smaller of two roughnesses is
+/// raised.
 ///
-/// At this α the albedo is within 1e-3 of that of the smooth surface down to μ = 0.01, and f64 keeps D to 1e-11.
+/// At this α the albedo is within 1e-3 of that of the smooth surface down to μ = 0.01, and f64
+/// keeps D to 1e-11.
 pub const LEAST_ALPHA: f64 = 1e-4;
 
 /// Largest accepted roughness; 1 is already a very rough surface.
 pub const GREATEST_ALPHA: f64 = 10.0;
 
-/// Cosines below this count as 0 in the rough models: densities per projected solid angle grow like their inverse, and must not overflow.
+/// Cosines below this count as 0 in the rough models: densities per projected solid angle grow like
+/// their inverse, and must not overflow.
 pub(super) const LEAST_COSINE: f64 = 1e-14;
 
 /// An anisotropic GGX distribution; x and y are the axes of the local frame.
@@ -59,16 +64,19 @@ impl Ggx {
         Self::new(alpha, alpha)
     }
 
-    /// Whether both roughnesses are below [`LEAST_ALPHA`], so that models are to behave as their smooth counterparts.
+    /// Whether both roughnesses are below [`LEAST_ALPHA`], so that models are to behave as their
+    /// smooth counterparts.
     #[inline]
     #[must_use]
     pub const fn is_smooth(&self) -> bool {
         self.smooth
     }
 
-    /// Density D of micro-normals, 1/sr, so that `∫ D(h) h_z dh = 1` (Walter et al. 2007, eq. 33, anisotropic).
+    /// Density D of micro-normals, 1/sr, so that `∫ D(h) h_z dh = 1` (Walter et al. 2007, eq. 33,
+    /// anisotropic).
     ///
-    /// Takes the components and not a cosine: sin² from `1 - cos²` makes an error of 300 % at α = 1e-4 in f32.
+    /// Takes the components and not a cosine: sin² from `1 - cos²` makes an error of 300 % at α =
+    /// 1e-4 in f32.
     #[inline]
     #[must_use]
     pub fn density(&self, normal: DVec3) -> f64 {
@@ -92,7 +100,8 @@ impl Ggx {
         2.0 * z / (z + self.stretched_length(direction))
     }
 
-    /// Height-correlated masking and shadowing G2 (Heitz 2014, eq. 99), for reflection and, by the same formula, for refraction.
+    /// Height-correlated masking and shadowing G2 (Heitz 2014, eq. 99), for reflection and, by the
+    /// same formula, for refraction.
     #[inline]
     #[must_use]
     pub fn masking_shadowing(&self, a: DVec3, b: DVec3) -> f64 {
@@ -106,14 +115,18 @@ impl Ggx {
         1.0 / (b.z * self.stretched_length(a) + a.z * self.stretched_length(b))
     }
 
-    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1: what is left for the weight after sampling a visible normal.
+    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1: what is left for the weight after sampling a
+    /// visible normal.
     #[inline]
     #[must_use]
     pub fn shadowing(&self, seen_from: DVec3, next: DVec3) -> f64 {
-        next.z * (seen_from.z + self.stretched_length(seen_from)) * self.correlation(seen_from, next)
+        next.z
+            * (seen_from.z + self.stretched_length(seen_from))
+            * self.correlation(seen_from, next)
     }
 
-    /// Density of the normals seen from a direction, divided by `(seen_from · normal)`, 1/sr (Heitz 2018, eq. 3).
+    /// Density of the normals seen from a direction, divided by `(seen_from · normal)`, 1/sr (Heitz
+    /// 2018, eq. 3).
     #[inline]
     #[must_use]
     pub fn visible_density_over_cosine(&self, seen_from: DVec3, normal: DVec3) -> f64 {
@@ -122,8 +135,9 @@ impl Ggx {
 
     /// Samples a normal among those seen from a direction, in proportion to their projected area.
     ///
-    /// In the space where the ellipsoid becomes the unit sphere, the mirror images of the direction in its visible normals are uniform on a
-    /// spherical cap (Dupuy and Benyoub 2023). `None` where rounding leaves no normal.
+    /// In the space where the ellipsoid becomes the unit sphere, the mirror images of the direction
+    /// in its visible normals are uniform on a spherical cap (Dupuy and Benyoub 2023). `None` where
+    /// rounding leaves no normal.
     #[must_use]
     pub fn sample_visible(&self, seen_from: DVec3, u: DVec2) -> Option<DVec3> {
         let view = self.stretch(seen_from).try_normalize()?;
@@ -157,7 +171,8 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    /// ∫ g(h) dh over the upper hemisphere, with tan θ = α t/(1 - t) so that the peak is resolved at any roughness.
+    /// ∫ g(h) dh over the upper hemisphere, with tan θ = α t/(1 - t) so that the peak is resolved
+    /// at any roughness.
     fn integrate(alpha: f64, g: impl Fn(DVec3) -> f64) -> f64 {
         let (n, m) = (4000, 64);
         let mut sum = 0.0;
@@ -181,11 +196,16 @@ mod tests {
         for (x, y) in [(1.0, 1.0), (0.3, 0.3), (0.1, 0.5), (1e-3, 1e-3), (2e-4, 1e-4)] {
             let ggx = Ggx::new(x, y).unwrap();
             let scale = (x * y).sqrt();
-            assert_relative_eq!(integrate(scale, |h| ggx.density(h) * h.z), 1.0, max_relative = 1e-5);
+            assert_relative_eq!(
+                integrate(scale, |h| ggx.density(h) * h.z),
+                1.0,
+                max_relative = 1e-5
+            );
             for cosine in [1.0f64, 0.5, 0.1] {
                 let sine = ((1.0 - cosine) * (1.0 + cosine)).sqrt();
                 let o = DVec3::new(0.6 * sine, 0.8 * sine, cosine);
-                let visible = integrate(scale, |h| ggx.visible_density_over_cosine(o, h) * o.dot(h).max(0.0));
+                let visible =
+                    integrate(scale, |h| ggx.visible_density_over_cosine(o, h) * o.dot(h).max(0.0));
                 assert_relative_eq!(visible, 1.0, max_relative = 2e-3);
             }
         }
@@ -211,9 +231,19 @@ mod tests {
     fn masking_agrees_with_its_definition() {
         let ggx = Ggx::new(0.2, 0.7).unwrap();
         let (a, b) = (DVec3::new(0.6, 0.48, 0.64), DVec3::new(-0.36, 0.48, 0.8));
-        let lambda = |w: DVec3| 0.5 * ((1.0 + ((0.2 * w.x).powi(2) + (0.7 * w.y).powi(2)) / (w.z * w.z)).sqrt() - 1.0);
+        let lambda = |w: DVec3| {
+            0.5 * ((1.0 + ((0.2 * w.x).powi(2) + (0.7 * w.y).powi(2)) / (w.z * w.z)).sqrt() - 1.0)
+        };
         assert_relative_eq!(ggx.masking(a), 1.0 / (1.0 + lambda(a)), max_relative = 1e-14);
-        assert_relative_eq!(ggx.masking_shadowing(a, b), 1.0 / (1.0 + lambda(a) + lambda(b)), max_relative = 1e-14);
-        assert_relative_eq!(ggx.shadowing(a, b), ggx.masking_shadowing(a, b) / ggx.masking(a), max_relative = 1e-14);
+        assert_relative_eq!(
+            ggx.masking_shadowing(a, b),
+            1.0 / (1.0 + lambda(a) + lambda(b)),
+            max_relative = 1e-14
+        );
+        assert_relative_eq!(
+            ggx.shadowing(a, b),
+            ggx.masking_shadowing(a, b) / ggx.masking(a),
+            max_relative = 1e-14
+        );
     }
 }

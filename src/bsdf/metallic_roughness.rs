@@ -1,18 +1,23 @@
-//! The metallic-roughness material of glTF 2.0 (Khronos 2021, appendix B), in a form that conserves energy and is reciprocal.
+//! The metallic-roughness material of glTF 2.0 (Khronos 2021, appendix B), in a form that conserves
+//! energy and is reciprocal.
 //!
-//! With base colour b, metalness m, a GGX micro-surface, and Schlick's weight `S(c) = (1 - c)⁵`, a fraction m of the surface is metal and the rest is a diffuse
-//! body under a dielectric coat of reflectance f at normal incidence:
+//! With base colour b, metalness m, a GGX micro-surface, and Schlick's weight `S(c) = (1 - c)⁵`, a
+//! fraction m of the surface is metal and the rest is a diffuse body under a dielectric coat of
+//! reflectance f at normal incidence:
 //!
 //! ```text
 //! f_r      = F(o·h) D G2 / (4 o_z i_z) + diffuse          F(c) = f0 + (1 - f0) S(c),  f0 = (1 - m) f + m b
 //! diffuse  = (1 - m) b/π · κ (1 - F_d(o_z)) (1 - F_d(i_z)) / (1 - F̄_d)                F_d: F of the coat alone, F̄_d its mean f + (1 - f)/21
 //! ```
 //!
-//! Both terms are symmetric in o and i: `o·h = i·h`. The reflection is that of the specification, where Schlick's linearity in f0 makes the mix of both parts
-//! one term. The diffuse part is not: the specification's example weighs it by `1 - F_d(o·h)`, whose sum with the reflection exceeds 1 (it is 1.89 at
-//! μ = 0.01 under a white body). It is weighed here as Kelemen and Szirmay-Kalos (2001) do, by what the coat lets in and out at either end, with
-//! the coat's albedo taken to be its reflectance if it were smooth. That makes the albedo of a smooth coat over a white body exactly κ (1 - F_d) + F_d; on
-//! rough coats the reflection exceeds F_d by at most 0.26 % of `1 - F_d` (at α = 0.15), which κ = 0.997 makes room for.
+//! Both terms are symmetric in o and i: `o·h = i·h`. The reflection is that of the specification,
+//! where Schlick's linearity in f0 makes the mix of both parts one term. The diffuse part is not:
+//! the specification's example weighs it by `1 - F_d(o·h)`, whose sum with the reflection exceeds 1
+//! (it is 1.89 at μ = 0.01 under a white body). It is weighed here as Kelemen and Szirmay-Kalos
+//! (2001) do, by what the coat lets in and out at either end, with the coat's albedo taken to be
+//! its reflectance if it were smooth. That makes the albedo of a smooth coat over a white body
+//! exactly κ (1 - F_d) + F_d; on rough coats the reflection exceeds F_d by at most 0.26 % of `1 -
+//! F_d` (at α = 0.15), which κ = 0.997 makes room for.
 
 use super::error::checked_reflectance;
 use super::fresnel::{Reflectance, checked_relative_ior};
@@ -27,9 +32,11 @@ use std::f64::consts::FRAC_1_PI;
 /// κ: what the diffuse part leaves to rough coats, whose albedo is not quite that of smooth ones.
 const ROOM_FOR_ROUGH_COATS: f64 = 0.997;
 
-/// Metal, or a diffuse body under a dielectric coat, or a mixture of both, on both sides of the surface. Single scattering in the micro-surface.
+/// Metal, or a diffuse body under a dielectric coat, or a mixture of both, on both sides of the
+/// surface. Single scattering in the micro-surface.
 ///
-/// A roughness below 0.01 (α = roughness² < [`LEAST_ALPHA`](super::ggx::LEAST_ALPHA)) makes the reflection a Dirac lobe.
+/// A roughness below 0.01 (α = roughness² < [`LEAST_ALPHA`](super::ggx::LEAST_ALPHA)) makes the
+/// reflection a Dirac lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MetallicRoughness {
     distribution: Microfacets,
@@ -40,11 +47,18 @@ pub struct MetallicRoughness {
 }
 
 impl MetallicRoughness {
-    /// A surface with the given base colour, metalness and roughness, all in [0, 1]. `relative_ior` = n_coat / n_outside is 1.5 for most files.
+    /// A surface with the given base colour, metalness and roughness, all in [0, 1]. `relative_ior`
+    /// = n_coat / n_outside is 1.5 for most files.
     ///
     /// # Errors
-    /// If a channel of the colour, the metalness, or the roughness is not in [0, 1], or `relative_ior` is not in [1e-6, 1e6].
-    pub fn new(base_color: Rgb, metalness: f64, roughness: f64, relative_ior: f64) -> Result<Self, BsdfError> {
+    /// If a channel of the colour, the metalness, or the roughness is not in [0, 1], or
+    /// `relative_ior` is not in [1e-6, 1e6].
+    pub fn new(
+        base_color: Rgb,
+        metalness: f64,
+        roughness: f64,
+        relative_ior: f64,
+    ) -> Result<Self, BsdfError> {
         let base_color = checked_reflectance(base_color)?;
         let coat = Self::coat(relative_ior)?;
         let unit = 0.0..=1.0;
@@ -59,14 +73,17 @@ impl MetallicRoughness {
         checked_relative_ior(relative_ior).map(|n| ((n - 1.0) / (n + 1.0)).powi(2))
     }
 
-    /// The same from parameters that are known to be in [0, 1]; `coat` is the coat's reflectance at normal incidence.
+    /// The same from parameters that are known to be in [0, 1]; `coat` is the coat's reflectance at
+    /// normal incidence.
     pub(crate) fn of_valid(base_color: Rgb, metalness: f64, roughness: f64, coat: f64) -> Self {
         // Interpolated textures may leave the range by a rounding error.
         let metalness = metalness.clamp(0.0, 1.0);
         let alpha = roughness * roughness;
-        let f0 = (Rgb::splat(coat) * (1.0 - metalness) + base_color * metalness).map(|f| f.min(1.0));
+        let f0 =
+            (Rgb::splat(coat) * (1.0 - metalness) + base_color * metalness).map(|f| f.min(1.0));
         // (1 - F_d)(1 - F_d)/(1 - F̄_d) with 1 - F_d = (1 - f)(1 - S) and 1 - F̄_d = (1 - f) 20/21
-        let body = base_color * ((1.0 - metalness) * ROOM_FOR_ROUGH_COATS * (1.0 - coat) * (21.0 / 20.0));
+        let body =
+            base_color * ((1.0 - metalness) * ROOM_FOR_ROUGH_COATS * (1.0 - coat) * (21.0 / 20.0));
         Self { distribution: Microfacets::Ggx(Ggx::of_valid(alpha)), f0, body }
     }
 
@@ -75,7 +92,8 @@ impl MetallicRoughness {
         self.f0.map(|f0| f0 + (1.0 - f0) * weight)
     }
 
-    /// The probability of sampling the reflection, seen from one direction: in proportion to how much it reflects if it is smooth.
+    /// The probability of sampling the reflection, seen from one direction: in proportion to how
+    /// much it reflects if it is smooth.
     fn coat_probability(&self, direction: DVec3) -> f64 {
         let weight = schlick(direction.z.abs());
         let coat = self.f0.mean() * (1.0 - weight) + weight;
@@ -106,7 +124,11 @@ fn schlick(cosine: f64) -> f64 {
 impl Bsdf for MetallicRoughness {
     #[inline]
     fn lobes(&self) -> Lobes {
-        let coat = if self.distribution.is_smooth() { Lobes::DIRAC_REFLECTION } else { Lobes::GLOSSY_REFLECTION };
+        let coat = if self.distribution.is_smooth() {
+            Lobes::DIRAC_REFLECTION
+        } else {
+            Lobes::GLOSSY_REFLECTION
+        };
         if self.body.is_black() { coat } else { coat | Lobes::DIFFUSE_REFLECTION }
     }
 
@@ -114,8 +136,9 @@ impl Bsdf for MetallicRoughness {
         if !same_side(to_light, to_camera) {
             return Rgb::BLACK;
         }
-        let glossy =
-            self.glossy_pair(to_camera, to_light).map_or(Rgb::BLACK, |pair| self.fresnel(pair.cosine) * pair.value(&self.distribution));
+        let glossy = self
+            .glossy_pair(to_camera, to_light)
+            .map_or(Rgb::BLACK, |pair| self.fresnel(pair.cosine) * pair.value(&self.distribution));
         glossy + self.diffuse(to_light, to_camera)
     }
 
@@ -124,7 +147,8 @@ impl Bsdf for MetallicRoughness {
             return PerProjected::ZERO;
         }
         let coat = self.coat_probability(fixed);
-        let glossy = self.glossy_pair(fixed, next).map_or(0.0, |pair| pair.pdf(&self.distribution).value());
+        let glossy =
+            self.glossy_pair(fixed, next).map_or(0.0, |pair| pair.pdf(&self.distribution).value());
         PerProjected(coat * glossy + (1.0 - coat) * FRAC_1_PI)
     }
 
@@ -136,7 +160,14 @@ impl Bsdf for MetallicRoughness {
         if u1 < coat && self.distribution.is_smooth() {
             let pdf = PerProjected(coat);
             let weight = self.fresnel(fixed.z.abs()) / coat;
-            return Some(BsdfSample { next: mirrored(fixed), weight, pdf, pdf_reverse: pdf, dirac: true, relative_ior: 1.0 });
+            return Some(BsdfSample {
+                next: mirrored(fixed),
+                weight,
+                pdf,
+                pdf_reverse: pdf,
+                dirac: true,
+                relative_ior: 1.0,
+            });
         }
         let next = if u1 < coat {
             sample_reflection(&self.distribution, fixed, u2)?
@@ -162,7 +193,11 @@ impl Bsdf for MetallicRoughness {
         }
         let value = eval_mirror(self.mirror(to_camera), to_light, to_camera);
         let coat = self.coat_probability(to_camera);
-        DiracValue { pdf_to_light: value.pdf_to_light * coat, pdf_to_camera: value.pdf_to_camera * coat, ..value }
+        DiracValue {
+            pdf_to_light: value.pdf_to_light * coat,
+            pdf_to_camera: value.pdf_to_camera * coat,
+            ..value
+        }
     }
 }
 
@@ -185,16 +220,19 @@ mod tests {
             let pair = Pair::new(fixed, next)?;
             Some(bsdf.fresnel(pair.cosine).mean() * bsdf.distribution.shadowing(pair.o, pair.i))
         };
-        (0..N * N).filter_map(|cell| weight(DVec2::new(at(cell / N), at(cell % N)))).sum::<f64>() / (N * N) as f64
+        (0..N * N).filter_map(|cell| weight(DVec2::new(at(cell / N), at(cell % N)))).sum::<f64>()
+            / (N * N) as f64
     }
 
-    /// The largest excess that the module's comment speaks of, over all angles and roughnesses: κ makes room for it, and not for much more.
+    /// The largest excess that the module's comment speaks of, over all angles and roughnesses: κ
+    /// makes room for it, and not for much more.
     #[test]
     fn white_bodies_reflect_almost_everything_and_never_more() {
         let mut largest: f64 = 0.0;
         for relative_ior in [1.0, 1.5, 3.0] {
             for alpha in [1e-4, 0.02, 0.05, 0.1, 0.13, 0.15, 0.17, 0.2, 0.3, 0.5, 0.7, 1.0f64] {
-                let bsdf = MetallicRoughness::new(Rgb::WHITE, 0.0, alpha.sqrt(), relative_ior).unwrap();
+                let bsdf =
+                    MetallicRoughness::new(Rgb::WHITE, 0.0, alpha.sqrt(), relative_ior).unwrap();
                 for k in 1..=25 {
                     let fixed = towards(f64::from(k) / 25.0);
                     // ∫ 2 μ (1 - S(μ)) dμ = 20/21
@@ -214,13 +252,16 @@ mod tests {
         let (alpha, metalness) = (0.36f64, 0.25);
         let e = (1.0 - h.z * h.z) + (alpha * h.z).powi(2);
         let d = alpha * alpha / (PI * e * e);
-        let lambda = |w: DVec3| 0.5 * ((1.0 + alpha * alpha * (1.0 - w.z * w.z) / (w.z * w.z)).sqrt() - 1.0);
+        let lambda =
+            |w: DVec3| 0.5 * ((1.0 + alpha * alpha * (1.0 - w.z * w.z) / (w.z * w.z)).sqrt() - 1.0);
         let specular = d / (1.0 + lambda(o) + lambda(i)) / (4.0 * o.z * i.z);
         let coat = |f: f64, c: f64| f + (1.0 - f) * (1.0 - c).powi(5);
         let bsdf = MetallicRoughness::new(base, metalness, 0.6, 1.5).unwrap();
         for c in 0..3 {
-            let under = base[c] / PI * 0.997 * (1.0 - coat(0.04, o.z)) * (1.0 - coat(0.04, i.z)) / (1.0 - (0.04 + 0.96 / 21.0));
-            let mixed = (1.0 - metalness) * (under + coat(0.04, o.dot(h)) * specular) + metalness * coat(base[c], o.dot(h)) * specular;
+            let under = base[c] / PI * 0.997 * (1.0 - coat(0.04, o.z)) * (1.0 - coat(0.04, i.z))
+                / (1.0 - (0.04 + 0.96 / 21.0));
+            let mixed = (1.0 - metalness) * (under + coat(0.04, o.dot(h)) * specular)
+                + metalness * coat(base[c], o.dot(h)) * specular;
             assert_relative_eq!(bsdf.eval(i, o)[c], mixed, max_relative = 1e-12);
         }
     }

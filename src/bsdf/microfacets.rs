@@ -34,13 +34,16 @@ impl Microfacets {
         density(normal: DVec3) -> f64;
         /// Smith's masking G1: the visible fraction of the micro-surface that faces the direction.
         masking(direction: DVec3) -> f64;
-        /// `G2 / (2 a_z b_z)` with height-correlated masking and shadowing (Heitz 2014), finite at grazing angles.
+        /// `G2 / (2 a_z b_z)` with height-correlated masking and shadowing (Heitz 2014), finite at
+        /// grazing angles.
         correlation(a: DVec3, b: DVec3) -> f64;
-        /// `G2(seen_from, next) / G1(seen_from)` ≤ 1: what is left for the weight after sampling a visible normal.
+        /// `G2(seen_from, next) / G1(seen_from)` ≤ 1: what is left for the weight after sampling a
+        /// visible normal.
         shadowing(seen_from: DVec3, next: DVec3) -> f64;
         /// Density of the normals seen from a direction, divided by `(seen_from · normal)`, 1/sr.
         visible_density_over_cosine(seen_from: DVec3, normal: DVec3) -> f64;
-        /// Samples a normal among those seen from a direction, in proportion to their projected area; `None` where rounding leaves none.
+        /// Samples a normal among those seen from a direction, in proportion to their projected
+        /// area; `None` where rounding leaves none.
         sample_visible(seen_from: DVec3, u: DVec2) -> Option<DVec3>;
     }
 }

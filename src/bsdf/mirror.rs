@@ -1,7 +1,9 @@
 //! The perfect mirror: `f = reflectance · δ⊥(to_light - mirrored(to_camera))`.
 
 use super::fresnel::Reflectance;
-use super::{Bsdf, BsdfError, BsdfSample, DIRAC_TOLERANCE, DiracValue, Lobes, Walk, same_side, sine};
+use super::{
+    Bsdf, BsdfError, BsdfSample, DIRAC_TOLERANCE, DiracValue, Lobes, Walk, same_side, sine,
+};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -73,7 +75,11 @@ pub(super) fn sample_mirror(reflectance: Reflectance, fixed: DVec3) -> Option<Bs
 }
 
 /// [`Bsdf::eval_dirac`] of everything that only mirrors.
-pub(super) fn eval_mirror(reflectance: Reflectance, to_light: DVec3, to_camera: DVec3) -> DiracValue {
+pub(super) fn eval_mirror(
+    reflectance: Reflectance,
+    to_light: DVec3,
+    to_camera: DVec3,
+) -> DiracValue {
     if !is_mirrored(to_light, to_camera) {
         return DiracValue::default();
     }

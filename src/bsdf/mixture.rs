@@ -1,13 +1,16 @@
-//! A weighted sum of models: `f = Σ w_k f_k`, sampled by choosing one of them with its probability. Weights may be coloured.
+//! A weighted sum of models: `f = Σ w_k f_k`, sampled by choosing one of them with its probability.
+//! Weights may be coloured.
 
 use super::{Bsdf, BsdfError, BsdfSample, DiracValue, Lobes, Walk};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
-/// `N` models of one type with weights, for example a [`SimpleModel`](super::SimpleModel) of any kind.
+/// `N` models of one type with weights, for example a [`SimpleModel`](super::SimpleModel) of any
+/// kind.
 ///
-/// A sampled direction's density is that of all finite lobes together, and its weight is the sum's `f / p⊥`. A sampled Dirac lobe carries the probability
-/// of its component, together with those of other components whose Dirac lobes map the same directions into each other.
+/// A sampled direction's density is that of all finite lobes together, and its weight is the sum's
+/// `f / p⊥`. A sampled Dirac lobe carries the probability of its component, together with those of
+/// other components whose Dirac lobes map the same directions into each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture<B, const N: usize> {
     components: [B; N],
@@ -18,7 +21,8 @@ pub struct Mixture<B, const N: usize> {
 impl<B: Bsdf, const N: usize> Mixture<B, N> {
     /// A sum of models, each with its weight and chosen in proportion to it.
     ///
-    /// Weights that sum to at most 1 keep energy conserved; this is not enforced, because the components may be dark.
+    /// Weights that sum to at most 1 keep energy conserved; this is not enforced, because the
+    /// components may be dark.
     ///
     /// # Errors
     /// If a weight is negative or not finite, or all are 0.
@@ -26,11 +30,16 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
         Self::with_probabilities(components, weights, weights)
     }
 
-    /// A sum of models, each with a coloured weight and chosen in proportion to its `probabilities` (which need not sum to 1).
+    /// A sum of models, each with a coloured weight and chosen in proportion to its `probabilities`
+    /// (which need not sum to 1).
     ///
     /// # Errors
     /// As for [`Mixture::with_probabilities`], except that all weights may be 0.
-    pub fn tinted(components: [B; N], weights: [Rgb; N], probabilities: [f64; N]) -> Result<Self, BsdfError> {
+    pub fn tinted(
+        components: [B; N],
+        weights: [Rgb; N],
+        probabilities: [f64; N],
+    ) -> Result<Self, BsdfError> {
         let total: f64 = probabilities.iter().sum();
         for (weight, &probability) in weights.iter().zip(&probabilities) {
             let valid = |x: f64| x.is_finite() && x >= 0.0;
@@ -44,14 +53,24 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
         if !(total.is_finite() && total > 0.0) {
             return Err(BsdfError::MixtureWeight(total));
         }
-        Ok(Self { components, weights, probabilities: probabilities.map(|probability| probability / total) })
+        Ok(Self {
+            components,
+            weights,
+            probabilities: probabilities.map(|probability| probability / total),
+        })
     }
 
-    /// A sum of models, each with its weight and chosen in proportion to its `probabilities` (which need not sum to 1).
+    /// A sum of models, each with its weight and chosen in proportion to its `probabilities` (which
+    /// need not sum to 1).
     ///
     /// # Errors
-    /// If a number is negative or not finite, if all of a kind are 0, or if a component has a weight but no probability.
-    pub fn with_probabilities(components: [B; N], weights: [f64; N], probabilities: [f64; N]) -> Result<Self, BsdfError> {
+    /// If a number is negative or not finite, if all of a kind are 0, or if a component has a
+    /// weight but no probability.
+    pub fn with_probabilities(
+        components: [B; N],
+        weights: [f64; N],
+        probabilities: [f64; N],
+    ) -> Result<Self, BsdfError> {
         if weights.iter().all(|&weight| weight == 0.0) {
             return Err(BsdfError::MixtureWeight(0.0));
         }
@@ -59,15 +78,22 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
     }
 
     /// A sum whose numbers are known to be valid and whose probabilities sum to 1.
-    pub(crate) const fn of_valid(components: [B; N], weights: [Rgb; N], probabilities: [f64; N]) -> Self {
+    pub(crate) const fn of_valid(
+        components: [B; N],
+        weights: [Rgb; N],
+        probabilities: [f64; N],
+    ) -> Self {
         Self { components, weights, probabilities }
     }
 
-    /// The component that `u` chooses, and `u` stretched back to [0, 1) for the component's own use.
+    /// The component that `u` chooses, and `u` stretched back to [0, 1) for the component's own
+    /// use.
     fn choose(&self, u: f64) -> Option<(usize, f64)> {
         let mut below = 0.0;
         let mut last = None;
-        for (k, &probability) in self.probabilities.iter().enumerate().filter(|(_, probability)| **probability > 0.0) {
+        for (k, &probability) in
+            self.probabilities.iter().enumerate().filter(|(_, probability)| **probability > 0.0)
+        {
             let stretched = ((u - below) / probability).clamp(0.0, 1.0f64.next_down());
             if u < below + probability {
                 return Some((k, stretched));
@@ -79,8 +105,14 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
         last
     }
 
-    /// The sum over the components of `own` for the sampled one and `other` for the rest, in index order so that it equals `pdf` to the bit.
-    fn sum(&self, sampled: usize, own: PerProjected, other: impl Fn(&B) -> PerProjected) -> PerProjected {
+    /// The sum over the components of `own` for the sampled one and `other` for the rest, in index
+    /// order so that it equals `pdf` to the bit.
+    fn sum(
+        &self,
+        sampled: usize,
+        own: PerProjected,
+        other: impl Fn(&B) -> PerProjected,
+    ) -> PerProjected {
         let terms = self.components.iter().zip(&self.probabilities).enumerate();
         let sum = terms.map(|(k, (component, probability))| {
             let term = if k == sampled { own } else { other(component) };
@@ -93,13 +125,21 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
 impl<B: Bsdf, const N: usize> Bsdf for Mixture<B, N> {
     #[inline]
     fn lobes(&self) -> Lobes {
-        let present = self.components.iter().zip(&self.probabilities).filter(|(_, probability)| **probability > 0.0);
+        let present = self
+            .components
+            .iter()
+            .zip(&self.probabilities)
+            .filter(|(_, probability)| **probability > 0.0);
         present.fold(Lobes::NONE, |lobes, (component, _)| lobes | component.lobes())
     }
 
     #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
-        self.components.iter().zip(&self.weights).map(|(component, &weight)| component.eval(to_light, to_camera) * weight).sum()
+        self.components
+            .iter()
+            .zip(&self.weights)
+            .map(|(component, &weight)| component.eval(to_light, to_camera) * weight)
+            .sum()
     }
 
     #[inline]
@@ -112,8 +152,10 @@ impl<B: Bsdf, const N: usize> Bsdf for Mixture<B, N> {
         let sample = self.components[k].sample(fixed, walk, u1, u2)?;
         let next = sample.next;
         let (to_light, to_camera) = walk.label(fixed, next);
-        // what the component has sampled is taken as it is; the others are asked about the same directions
-        let others = || self.components.iter().zip(&self.weights).enumerate().filter(|(j, _)| *j != k);
+        // what the component has sampled is taken as it is; the others are asked about the same
+        // directions
+        let others =
+            || self.components.iter().zip(&self.weights).enumerate().filter(|(j, _)| *j != k);
         let own_value = sample.weight * sample.pdf.value() * self.weights[k];
         let (value, pdf, pdf_reverse) = if sample.dirac {
             let dirac = |component: &B| component.eval_dirac(to_light, to_camera);
@@ -122,18 +164,35 @@ impl<B: Bsdf, const N: usize> Bsdf for Mixture<B, N> {
                 Walk::Light => value.pdf_to_camera,
             };
             (
-                own_value + others().map(|(_, (component, &weight))| dirac(component).value * weight).sum(),
+                own_value
+                    + others()
+                        .map(|(_, (component, &weight))| dirac(component).value * weight)
+                        .sum(),
                 self.sum(k, sample.pdf, |component| along(dirac(component), walk)),
-                self.sum(k, sample.pdf_reverse, |component| along(dirac(component), walk.reversed())),
+                self.sum(k, sample.pdf_reverse, |component| {
+                    along(dirac(component), walk.reversed())
+                }),
             )
         } else {
             (
-                own_value + others().map(|(_, (component, &weight))| component.eval(to_light, to_camera) * weight).sum(),
+                own_value
+                    + others()
+                        .map(|(_, (component, &weight))| {
+                            component.eval(to_light, to_camera) * weight
+                        })
+                        .sum(),
                 self.sum(k, sample.pdf, |component| component.pdf(fixed, next, walk)),
-                self.sum(k, sample.pdf_reverse, |component| component.pdf(next, fixed, walk.reversed())),
+                self.sum(k, sample.pdf_reverse, |component| {
+                    component.pdf(next, fixed, walk.reversed())
+                }),
             )
         };
-        (pdf.value() > 0.0).then(|| BsdfSample { weight: value / pdf.value(), pdf, pdf_reverse, ..sample })
+        (pdf.value() > 0.0).then(|| BsdfSample {
+            weight: value / pdf.value(),
+            pdf,
+            pdf_reverse,
+            ..sample
+        })
     }
 
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
@@ -142,8 +201,12 @@ impl<B: Bsdf, const N: usize> Bsdf for Mixture<B, N> {
             let term = component.eval_dirac(to_light, to_camera);
             DiracValue {
                 value: sum.value + term.value * weight,
-                pdf_to_light: PerProjected(sum.pdf_to_light.value() + term.pdf_to_light.value() * probability),
-                pdf_to_camera: PerProjected(sum.pdf_to_camera.value() + term.pdf_to_camera.value() * probability),
+                pdf_to_light: PerProjected(
+                    sum.pdf_to_light.value() + term.pdf_to_light.value() * probability,
+                ),
+                pdf_to_camera: PerProjected(
+                    sum.pdf_to_camera.value() + term.pdf_to_camera.value() * probability,
+                ),
             }
         })
     }

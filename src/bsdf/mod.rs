@@ -1,15 +1,17 @@
 //! How surfaces scatter: the [`Bsdf`] trait and one file per model.
 //!
-//! All directions are unit vectors in the local frame of the surface point, z = shading normal, and point *away* from the surface.
-//! The two neighbours of a vertex are labelled by the end of the path they lead to, so that a BSDF has one value for a
-//! pair of directions whichever way the path was traced:
+//! All directions are unit vectors in the local frame of the surface point, z = shading normal, and
+//! point *away* from the surface. The two neighbours of a vertex are labelled by the end of the
+//! path they lead to, so that a BSDF has one value for a pair of directions whichever way the path
+//! was traced:
 //!
 //! ```text
 //! L(to_camera) = ∫ f(to_light, to_camera) L(to_light) dσ⊥(to_light)
 //! ```
 //!
-//! Densities here are per projected solid angle with the *local* (shading) cosine |z|. What a difference between shading and
-//! geometric normal does to f and to densities is applied to every model alike, outside the models, in [`shading`].
+//! Densities here are per projected solid angle with the *local* (shading) cosine |z|. What a
+//! difference between shading and geometric normal does to f and to densities is applied to every
+//! model alike, outside the models, in [`shading`].
 
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -57,9 +59,11 @@ pub use thin_dielectric::ThinDielectric;
 /// Which way a walk goes: what is at its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Walk {
-    /// From the camera towards the lights: samples `to_light` with `to_camera` fixed, transports importance.
+    /// From the camera towards the lights: samples `to_light` with `to_camera` fixed, transports
+    /// importance.
     Camera,
-    /// From a light towards the camera: samples `to_camera` with `to_light` fixed, transports radiance.
+    /// From a light towards the camera: samples `to_camera` with `to_light` fixed, transports
+    /// radiance.
     Light,
 }
 
@@ -74,7 +78,8 @@ impl Walk {
         }
     }
 
-    /// Orders the pair (direction to the walk's start, direction to its next vertex) as (`to_light`, `to_camera`).
+    /// Orders the pair (direction to the walk's start, direction to its next vertex) as
+    /// (`to_light`, `to_camera`).
     #[inline]
     #[must_use]
     pub fn label(self, fixed: DVec3, next: DVec3) -> (DVec3, DVec3) {
@@ -106,7 +111,8 @@ impl Lobes {
     pub const DIRAC_TRANSMISSION: Self = Self(32);
     /// All Dirac lobes.
     pub const DIRAC: Self = Self(16 | 32);
-    /// All lobes that are functions, not Dirac distributions; vertices with one of them can be connected.
+    /// All lobes that are functions, not Dirac distributions; vertices with one of them can be
+    /// connected.
     pub const FINITE: Self = Self(1 | 2 | 4 | 8);
     /// All glossy lobes.
     pub const GLOSSY: Self = Self(4 | 8);
@@ -150,16 +156,19 @@ pub struct BsdfSample {
     pub pdf_reverse: PerProjected,
     /// Whether a Dirac lobe was sampled.
     pub dirac: bool,
-    /// Index of refraction of the medium that `next` is in over that of the medium that `fixed` is in; 1 for reflection.
+    /// Index of refraction of the medium that `next` is in over that of the medium that `fixed` is
+    /// in; 1 for reflection.
     pub relative_ior: f64,
 }
 
 /// The coefficients of a Dirac lobe for one pair of directions.
 ///
-/// A Dirac BSDF is `f(to_light, to_camera) = value · δ⊥(to_light - image(to_camera))`, the Dirac distribution taken with respect to the
-/// projected solid angle of `to_light`. All three numbers are coefficients of that same distribution, so their ratios are those of
-/// the densities. Because `n² dσ⊥` is invariant under refraction, a lobe that a light walk chooses with probability `P` has
-/// the coefficient `P · n_camera² / n_light²`, where `n_camera` is the index on the side of `to_camera`.
+/// A Dirac BSDF is `f(to_light, to_camera) = value · δ⊥(to_light - image(to_camera))`, the Dirac
+/// distribution taken with respect to the projected solid angle of `to_light`. All three numbers
+/// are coefficients of that same distribution, so their ratios are those of the densities. Because
+/// `n² dσ⊥` is invariant under refraction, a lobe that a light walk chooses with probability `P`
+/// has the coefficient `P · n_camera² / n_light²`, where `n_camera` is the index on the side of
+/// `to_camera`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DiracValue {
     /// Coefficient of f.
@@ -172,19 +181,22 @@ pub struct DiracValue {
 
 /// How one surface point scatters light. Open for users to implement.
 ///
-/// Directions are in the local frame (z = shading normal), unit length, pointing away from the surface.
+/// Directions are in the local frame (z = shading normal), unit length, pointing away from the
+/// surface.
 pub trait Bsdf {
     /// The kinds of lobes that this BSDF has at this point.
     fn lobes(&self) -> Lobes;
 
-    /// `f(to_light, to_camera)` in 1/sr without Dirac lobes, refraction's `n_camera²/n_light²` included (Veach 1997, section 5.2).
+    /// `f(to_light, to_camera)` in 1/sr without Dirac lobes, refraction's `n_camera²/n_light²`
+    /// included (Veach 1997, section 5.2).
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb;
 
-    /// Density with which `sample` chooses `next`, per projected solid angle (local cosine), without Dirac lobes but with the
-    /// probability of not choosing one.
+    /// Density with which `sample` chooses `next`, per projected solid angle (local cosine),
+    /// without Dirac lobes but with the probability of not choosing one.
     fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected;
 
-    /// Samples a direction given the one back to the walk's previous vertex; `None` if the light is absorbed.
+    /// Samples a direction given the one back to the walk's previous vertex; `None` if the light is
+    /// absorbed.
     fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample>;
 
     /// The Dirac lobe that maps one direction into the other, if there is one; all zero otherwise.
@@ -194,7 +206,8 @@ pub trait Bsdf {
         DiracValue::default()
     }
 
-    /// Whether it matters how the local frame is turned around the normal. If so, x follows the surface's tangent, else any frame will do.
+    /// Whether it matters how the local frame is turned around the normal. If so, x follows the
+    /// surface's tangent, else any frame will do.
     fn is_anisotropic(&self) -> bool {
         true
     }
@@ -221,9 +234,11 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
     }
 }
 
-/// How far the tangential components of a pair of directions may miss the law of reflection or refraction for `eval_dirac`.
+/// How far the tangential components of a pair of directions may miss the law of reflection or
+/// refraction for `eval_dirac`.
 ///
-/// Wide enough for directions recomputed from positions, where an edge that is short against the coordinates has lost half the digits.
+/// Wide enough for directions recomputed from positions, where an edge that is short against the
+/// coordinates has lost half the digits.
 const DIRAC_TOLERANCE: f64 = 1e-6;
 
 /// Both directions lie strictly on the same side of the surface.
@@ -238,7 +253,8 @@ fn opposite_sides(a: DVec3, b: DVec3) -> bool {
     (a.z > 0.0 && b.z < 0.0) || (a.z < 0.0 && b.z > 0.0)
 }
 
-/// sin θ from the tangential components: exact near the normal, where `√(1 - cos²)` has lost all digits.
+/// sin θ from the tangential components: exact near the normal, where `√(1 - cos²)` has lost all
+/// digits.
 #[inline]
 fn sine(direction: DVec3) -> f64 {
     direction.truncate().length()

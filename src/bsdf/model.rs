@@ -1,8 +1,8 @@
 //! The models of this crate behind one type, without indirection.
 
 use super::{
-    Bsdf, BsdfSample, Conductor, Dielectric, DiracValue, Lambert, Lobes, MetallicRoughness, Mirror, Mixture, Null, Plastic, RoughConductor,
-    RoughDielectric, ThinDielectric, Walk,
+    Bsdf, BsdfSample, Conductor, Dielectric, DiracValue, Lambert, Lobes, MetallicRoughness, Mirror,
+    Mixture, Null, Plastic, RoughConductor, RoughDielectric, ThinDielectric, Walk,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -170,7 +170,18 @@ macro_rules! from_model {
     )*};
 }
 
-from_model!(Null, Lambert, Mirror, Conductor, Dielectric, ThinDielectric, Plastic, MetallicRoughness, RoughConductor, RoughDielectric);
+from_model!(
+    Null,
+    Lambert,
+    Mirror,
+    Conductor,
+    Dielectric,
+    ThinDielectric,
+    Plastic,
+    MetallicRoughness,
+    RoughConductor,
+    RoughDielectric
+);
 
 impl From<SimpleModel> for Model {
     fn from(model: SimpleModel) -> Self {

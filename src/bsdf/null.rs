@@ -1,10 +1,13 @@
 //! The surface that is not there: `f = δ⊥(to_light + to_camera)`.
 
-use super::{Bsdf, BsdfSample, DIRAC_TOLERANCE, DiracValue, Lobes, Walk, opposite_sides, same_side};
+use super::{
+    Bsdf, BsdfSample, DIRAC_TOLERANCE, DiracValue, Lobes, Walk, opposite_sides, same_side,
+};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
-/// Lets everything pass straight through, for example where only a light or a boundary between media is wanted.
+/// Lets everything pass straight through, for example where only a light or a boundary between
+/// media is wanted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Null;
 
@@ -39,7 +42,11 @@ impl Bsdf for Null {
     #[inline]
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         if is_straight(to_light, to_camera) {
-            DiracValue { value: Rgb::WHITE, pdf_to_light: PerProjected(1.0), pdf_to_camera: PerProjected(1.0) }
+            DiracValue {
+                value: Rgb::WHITE,
+                pdf_to_light: PerProjected(1.0),
+                pdf_to_camera: PerProjected(1.0),
+            }
         } else {
             DiracValue::default()
         }

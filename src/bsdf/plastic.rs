@@ -1,13 +1,16 @@
 //! Smooth plastic: a diffuse body under a smooth dielectric coat.
 //!
-//! Light is mirrored by the coat, or enters it, is scattered by the body in all directions, and leaves, possibly after being thrown back by the coat from inside.
-//! With the body's albedo a, the coat's R and T for the angles outside, its relative index n and its mean reflectance from inside `R_i`,
+//! Light is mirrored by the coat, or enters it, is scattered by the body in all directions, and
+//! leaves, possibly after being thrown back by the coat from inside. With the body's albedo a, the
+//! coat's R and T for the angles outside, its relative index n and its mean reflectance from inside
+//! `R_i`,
 //!
 //! ```text
 //! f = R δ⊥ + a/(1 - a R_i) · T(to_light) T(to_camera) / (π n²)
 //! ```
 //!
-//! The simpler model without the shift of colour by repeated reflections has `a/(1 - R_i)` in its place; a white body reflects everything in both.
+//! The simpler model without the shift of colour by repeated reflections has `a/(1 - R_i)` in its
+//! place; a white body reflects everything in both.
 
 use super::error::checked_reflectance;
 use super::fresnel::{self, Reflectance, checked_relative_ior};
@@ -18,7 +21,8 @@ use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
 
-/// Dirac reflection of a clear coat and diffuse reflection of what is below, on both sides of the surface.
+/// Dirac reflection of a clear coat and diffuse reflection of what is below, on both sides of the
+/// surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plastic {
     relative_ior: f64,
@@ -34,23 +38,41 @@ pub struct Plastic {
 }
 
 impl Plastic {
-    /// Plastic with the diffuse `albedo` of its body and `relative_ior` = n_coat / n_outside ≥ 1. `specular` scales the coat's reflection and is physically 1.
-    /// `colour_shift` says whether light that the coat throws back to the body is coloured again, which saturates colours.
+    /// Plastic with the diffuse `albedo` of its body and `relative_ior` = n_coat / n_outside ≥ 1.
+    /// `specular` scales the coat's reflection and is physically 1. `colour_shift` says whether
+    /// light that the coat throws back to the body is coloured again, which saturates colours.
     ///
     /// # Errors
     /// If a channel of a colour is not in [0, 1], or `relative_ior` is not in [1, 1e6].
-    pub fn new(albedo: Rgb, specular: Rgb, relative_ior: f64, colour_shift: bool) -> Result<Self, BsdfError> {
+    pub fn new(
+        albedo: Rgb,
+        specular: Rgb,
+        relative_ior: f64,
+        colour_shift: bool,
+    ) -> Result<Self, BsdfError> {
         let (albedo, specular) = (checked_reflectance(albedo)?, checked_reflectance(specular)?);
-        let n = checked_relative_ior(relative_ior).ok().filter(|n| *n >= 1.0).ok_or(BsdfError::RelativeIor(relative_ior))?;
+        let n = checked_relative_ior(relative_ior)
+            .ok()
+            .filter(|n| *n >= 1.0)
+            .ok_or(BsdfError::RelativeIor(relative_ior))?;
         // 1 - R_i = (1 - R_e)/n²: what enters from one side leaves from the other.
         let inside = 1.0 - (1.0 - mean_reflectance(n)) / (n * n);
-        Ok(Self { relative_ior: n, specular, inside, colour_shift, body: Rgb::BLACK, body_share: 0.0 }.with_albedo(albedo))
+        Ok(Self {
+            relative_ior: n,
+            specular,
+            inside,
+            colour_shift,
+            body: Rgb::BLACK,
+            body_share: 0.0,
+        }
+        .with_albedo(albedo))
     }
 
     /// The same plastic with a body of another albedo, which must be in [0, 1].
     pub(crate) fn with_albedo(self, albedo: Rgb) -> Self {
         let n2 = self.relative_ior * self.relative_ior;
-        let body = albedo.map(|a| a / (1.0 - if self.colour_shift { a } else { 1.0 } * self.inside) / n2);
+        let body =
+            albedo.map(|a| a / (1.0 - if self.colour_shift { a } else { 1.0 } * self.inside) / n2);
         let (coat, below) = (self.specular.mean(), body.mean() * (1.0 - self.inside) * n2);
         let body_share = if coat + below > 0.0 { below / (coat + below) } else { 0.5 };
         Self { body, body_share, ..self }
@@ -81,7 +103,11 @@ impl Plastic {
 impl Bsdf for Plastic {
     #[inline]
     fn lobes(&self) -> Lobes {
-        let coat = if self.relative_ior == 1.0 || self.specular.is_black() { Lobes::NONE } else { Lobes::DIRAC_REFLECTION };
+        let coat = if self.relative_ior == 1.0 || self.specular.is_black() {
+            Lobes::NONE
+        } else {
+            Lobes::DIRAC_REFLECTION
+        };
         if self.body.is_black() { coat } else { coat | Lobes::DIFFUSE_REFLECTION }
     }
 
@@ -89,11 +115,18 @@ impl Bsdf for Plastic {
         if !same_side(to_light, to_camera) {
             return Rgb::BLACK;
         }
-        self.body * (FRAC_1_PI * self.interface(to_light).transmittance * self.interface(to_camera).transmittance)
+        self.body
+            * (FRAC_1_PI
+                * self.interface(to_light).transmittance
+                * self.interface(to_camera).transmittance)
     }
 
     fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
-        if same_side(fixed, next) { self.body_pdf(&self.interface(fixed)) } else { PerProjected::ZERO }
+        if same_side(fixed, next) {
+            self.body_pdf(&self.interface(fixed))
+        } else {
+            PerProjected::ZERO
+        }
     }
 
     fn sample(&self, fixed: DVec3, _walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
@@ -105,7 +138,14 @@ impl Bsdf for Plastic {
         if u1 < coat_probability {
             let weight = self.specular * (interface.reflectance / coat_probability);
             let pdf = PerProjected(coat_probability);
-            return Some(BsdfSample { next: mirrored(fixed), weight, pdf, pdf_reverse: pdf, dirac: true, relative_ior: 1.0 });
+            return Some(BsdfSample {
+                next: mirrored(fixed),
+                weight,
+                pdf,
+                pdf_reverse: pdf,
+                dirac: true,
+                relative_ior: 1.0,
+            });
         }
         let mut next = square_to_cosine_hemisphere(u2);
         next.z = next.z.copysign(fixed.z);
@@ -128,7 +168,8 @@ impl Bsdf for Plastic {
     }
 }
 
-/// Fresnel's R of light that comes diffusely from the thinner side, `∫ 2 μ R(μ) dμ`, in closed form (Walsh 1926; Duntley 1942).
+/// Fresnel's R of light that comes diffusely from the thinner side, `∫ 2 μ R(μ) dμ`, in closed form
+/// (Walsh 1926; Duntley 1942).
 fn mean_reflectance(n: f64) -> f64 {
     let d = n - 1.0;
     // The closed form loses two digits per decade of n - 1; its beginning is d/3.
@@ -136,7 +177,8 @@ fn mean_reflectance(n: f64) -> f64 {
         return d / 3.0;
     }
     let (n2, n4) = (n * n, n * n * n * n);
-    0.5 + d * (3.0 * n + 1.0) / (6.0 * (n + 1.0) * (n + 1.0)) + n2 * (n2 - 1.0) * (n2 - 1.0) / (n2 + 1.0).powi(3) * (d / (n + 1.0)).ln()
+    0.5 + d * (3.0 * n + 1.0) / (6.0 * (n + 1.0) * (n + 1.0))
+        + n2 * (n2 - 1.0) * (n2 - 1.0) / (n2 + 1.0).powi(3) * (d / (n + 1.0)).ln()
         - 2.0 * n2 * n * (n2 + 2.0 * n - 1.0) / ((n2 + 1.0) * (n4 - 1.0))
         + 8.0 * n4 * (n4 + 1.0) / ((n2 + 1.0) * (n4 - 1.0) * (n4 - 1.0)) * n.ln()
 }
@@ -155,7 +197,10 @@ mod tests {
                 .map(|i| {
                     let t = (f64::from(i) + 0.5) / f64::from(m);
                     let mu = t * t;
-                    4.0 * t * mu * fresnel::dielectric(mu, ((1.0 - mu) * (1.0 + mu)).sqrt(), n).reflectance / f64::from(m)
+                    4.0 * t
+                        * mu
+                        * fresnel::dielectric(mu, ((1.0 - mu) * (1.0 + mu)).sqrt(), n).reflectance
+                        / f64::from(m)
                 })
                 .sum();
             assert_relative_eq!(mean_reflectance(n), integral, epsilon = 5e-8, max_relative = 1e-6);

@@ -1,4 +1,5 @@
-//! The rough conductor: a micro-surface of mirrors (Walter et al. 2007, eq. 20), `f = R D G2 / (4 o_z i_z)`.
+//! The rough conductor: a micro-surface of mirrors (Walter et al. 2007, eq. 20), `f = R D G2 / (4
+//! o_z i_z)`.
 
 use super::fresnel::Reflectance;
 use super::ggx::LEAST_COSINE;
@@ -7,7 +8,8 @@ use super::{Bsdf, BsdfSample, DiracValue, Lobes, Microfacets, Walk};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
-/// Glossy reflection on both sides of the surface, single scattering: what hits the micro-surface twice is lost.
+/// Glossy reflection on both sides of the surface, single scattering: what hits the micro-surface
+/// twice is lost.
 ///
 /// A distribution that [is smooth](Microfacets::is_smooth) makes it the Dirac mirror.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +25,8 @@ impl RoughConductor {
         Self { reflectance, distribution: distribution.into() }
     }
 
-    /// The pair seen from `fixed`'s side with its half vector; `None` where there is no finite reflection.
+    /// The pair seen from `fixed`'s side with its half vector; `None` where there is no finite
+    /// reflection.
     #[inline]
     fn pair(&self, fixed: DVec3, next: DVec3) -> Option<Pair> {
         if self.distribution.is_smooth() { None } else { Pair::new(fixed, next) }
@@ -37,12 +40,17 @@ impl RoughConductor {
 impl Bsdf for RoughConductor {
     #[inline]
     fn lobes(&self) -> Lobes {
-        if self.distribution.is_smooth() { Lobes::DIRAC_REFLECTION } else { Lobes::GLOSSY_REFLECTION }
+        if self.distribution.is_smooth() {
+            Lobes::DIRAC_REFLECTION
+        } else {
+            Lobes::GLOSSY_REFLECTION
+        }
     }
 
     #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
-        self.pair(to_camera, to_light).map_or(Rgb::BLACK, |pair| self.reflectance(&pair) * pair.value(&self.distribution))
+        self.pair(to_camera, to_light)
+            .map_or(Rgb::BLACK, |pair| self.reflectance(&pair) * pair.value(&self.distribution))
     }
 
     #[inline]
@@ -67,14 +75,19 @@ impl Bsdf for RoughConductor {
     }
 
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        if self.distribution.is_smooth() { eval_mirror(self.reflectance, to_light, to_camera) } else { DiracValue::default() }
+        if self.distribution.is_smooth() {
+            eval_mirror(self.reflectance, to_light, to_camera)
+        } else {
+            DiracValue::default()
+        }
     }
 }
 
-/// Two directions on the same side, seen as the upper one, and the normal that mirrors one into the other.
+/// Two directions on the same side, seen as the upper one, and the normal that mirrors one into the
+/// other.
 ///
-/// Sampling evaluates the direction that it returns through this, too: no rounding of the sampled normal can then make its density differ
-/// from that of `pdf`.
+/// Sampling evaluates the direction that it returns through this, too: no rounding of the sampled
+/// normal can then make its density differ from that of `pdf`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
     pub o: DVec3,
@@ -105,7 +118,8 @@ impl Pair {
         0.5 * distribution.density(self.h) * distribution.correlation(self.o, self.i)
     }
 
-    /// `D_o(h) / (4 (o·h)) / i_z`: the density of visible normals, the Jacobian of mirroring, and the local cosine.
+    /// `D_o(h) / (4 (o·h)) / i_z`: the density of visible normals, the Jacobian of mirroring, and
+    /// the local cosine.
     #[inline]
     pub fn pdf(&self, distribution: &Microfacets) -> PerProjected {
         PerProjected(0.25 * distribution.visible_density_over_cosine(self.o, self.h) / self.i.z)
@@ -125,7 +139,11 @@ pub(super) fn is_above(direction: DVec3) -> bool {
 }
 
 /// `fixed` mirrored in a visible normal.
-pub(super) fn sample_reflection(distribution: &Microfacets, fixed: DVec3, u: DVec2) -> Option<DVec3> {
+pub(super) fn sample_reflection(
+    distribution: &Microfacets,
+    fixed: DVec3,
+    u: DVec2,
+) -> Option<DVec3> {
     let o = upwards(fixed, fixed);
     if !is_above(o) {
         return None;

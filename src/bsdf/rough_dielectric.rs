@@ -1,4 +1,5 @@
-//! The rough dielectric (frosted glass): a micro-surface of smooth interfaces (Walter et al. 2007, eqs. 20 and 21).
+//! The rough dielectric (frosted glass): a micro-surface of smooth interfaces (Walter et al. 2007,
+//! eqs. 20 and 21).
 //!
 //! With `m = n_o o + n_i i` along the normal h that refracts o into i,
 //!
@@ -7,10 +8,13 @@
 //! refraction: f = n_c² T D G2 (o·h)|i·h| / (o_z i_z |m|²)          n_c: index on the side of to_camera
 //! ```
 //!
-//! so `f / n_c²` is symmetric, and a sampled normal's density `D_o(h)` becomes `D_o(h) T n_i² |i·h| / |m|²` of the refracted direction.
+//! so `f / n_c²` is symmetric, and a sampled normal's density `D_o(h)` becomes `D_o(h) T n_i² |i·h|
+//! / |m|²` of the refracted direction.
 
 use super::rough_conductor::{Pair, is_above, reflect, upwards};
-use super::{Bsdf, BsdfError, BsdfSample, Dielectric, DiracValue, Lobes, Microfacets, Walk, fresnel};
+use super::{
+    Bsdf, BsdfError, BsdfSample, Dielectric, DiracValue, Lobes, Microfacets, Walk, fresnel,
+};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -19,9 +23,10 @@ pub(crate) const INDEX_MATCHED: f64 = 1e-6;
 
 /// Glossy reflection and refraction, single scattering: what hits the micro-surface twice is lost.
 ///
-/// It is the smooth [`Dielectric`] if the distribution [is smooth](Microfacets::is_smooth), and if the index is within 1e-6 of 1, where light passes
-/// straight through. At this point the model is discontinuous, as single scattering is: it counts a ray that meets two facets
-/// as lost even if neither bends it.
+/// It is the smooth [`Dielectric`] if the distribution [is smooth](Microfacets::is_smooth), and if
+/// the index is within 1e-6 of 1, where light passes straight through. At this point the model is
+/// discontinuous, as single scattering is: it counts a ray that meets two facets as lost even if
+/// neither bends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughDielectric {
     interface: Dielectric,
@@ -65,12 +70,14 @@ impl Bsdf for RoughDielectric {
 
     #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
-        self.pair(to_camera, to_light).map_or(Rgb::BLACK, |scattering| Rgb::splat(scattering.value(&self.distribution)))
+        self.pair(to_camera, to_light)
+            .map_or(Rgb::BLACK, |scattering| Rgb::splat(scattering.value(&self.distribution)))
     }
 
     #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
-        self.pair(fixed, next).map_or(PerProjected::ZERO, |scattering| scattering.pdf(&self.distribution))
+        self.pair(fixed, next)
+            .map_or(PerProjected::ZERO, |scattering| scattering.pdf(&self.distribution))
     }
 
     fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
@@ -85,15 +92,19 @@ impl Bsdf for RoughDielectric {
         let h = self.distribution.sample_visible(o, u2)?;
         let interface = fresnel::dielectric(o.dot(h).max(0.0), o.cross(h).length(), eta);
         let reflects = u1 < interface.reflectance;
-        let i = if reflects { reflect(o, h)? } else { refract(o, h, eta, interface.refracted_cosine)? };
+        let i =
+            if reflects { reflect(o, h)? } else { refract(o, h, eta, interface.refracted_cosine)? };
         let next = upwards(i, fixed);
         let scattering = self.pair(fixed, next)?;
         let pdf = scattering.pdf(&self.distribution);
         let squeeze = if reflects || walk == Walk::Light { 1.0 } else { 1.0 / (eta * eta) };
-        // R or T is in the value and in the density alike, and a T of 0 only occurs where rounding met total reflection
+        // R or T is in the value and in the density alike, and a T of 0 only occurs where rounding
+        // met total reflection
         (pdf.value() > 0.0).then(|| BsdfSample {
             next,
-            weight: Rgb::splat(squeeze * self.distribution.shadowing(o, DVec3::new(i.x, i.y, i.z.abs()))),
+            weight: Rgb::splat(
+                squeeze * self.distribution.shadowing(o, DVec3::new(i.x, i.y, i.z.abs())),
+            ),
             pdf,
             pdf_reverse: scattering.swapped().pdf(&self.distribution),
             dirac: false,
@@ -102,7 +113,11 @@ impl Bsdf for RoughDielectric {
     }
 
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        if self.dirac { self.interface.eval_dirac(to_light, to_camera) } else { DiracValue::default() }
+        if self.dirac {
+            self.interface.eval_dirac(to_light, to_camera)
+        } else {
+            DiracValue::default()
+        }
     }
 }
 
@@ -132,13 +147,16 @@ impl Scattering {
 
     fn swapped(self) -> Self {
         match self {
-            Self::Reflection { pair, reflectance } => Self::Reflection { pair: pair.swapped(), reflectance },
+            Self::Reflection { pair, reflectance } => {
+                Self::Reflection { pair: pair.swapped(), reflectance }
+            }
             Self::Refraction(refraction) => Self::Refraction(refraction.swapped()),
         }
     }
 }
 
-/// Two directions on opposite sides with the normal that refracts one into the other, all with z seen from their own side.
+/// Two directions on opposite sides with the normal that refracts one into the other, all with z
+/// seen from their own side.
 struct Refraction {
     /// The first direction, z > 0.
     o: DVec3,
@@ -173,25 +191,50 @@ impl Refraction {
             return None;
         }
         let transmittance = fresnel::transmittance(cosine_o, cosine_i, eta);
-        Some(Self { o, i: DVec3::new(i.x, i.y, -i.z), h, cosine_o, cosine_i, m_squared, eta, transmittance })
+        Some(Self {
+            o,
+            i: DVec3::new(i.x, i.y, -i.z),
+            h,
+            cosine_o,
+            cosine_i,
+            m_squared,
+            eta,
+            transmittance,
+        })
     }
 
     /// f with `to_camera` = o, where n_c = n_o = 1 in these units.
     #[inline]
     fn value(&self, distribution: &Microfacets) -> f64 {
         let jacobian = self.cosine_o * self.cosine_i / self.m_squared;
-        2.0 * self.transmittance * jacobian * distribution.density(self.h) * distribution.correlation(self.o, self.i)
+        2.0 * self.transmittance
+            * jacobian
+            * distribution.density(self.h)
+            * distribution.correlation(self.o, self.i)
     }
 
     #[inline]
     fn pdf(&self, distribution: &Microfacets) -> PerProjected {
         let jacobian = self.eta * self.eta * self.cosine_o * self.cosine_i / self.m_squared;
-        PerProjected(self.transmittance * jacobian * distribution.visible_density_over_cosine(self.o, self.h) / self.i.z)
+        PerProjected(
+            self.transmittance
+                * jacobian
+                * distribution.visible_density_over_cosine(self.o, self.h)
+                / self.i.z,
+        )
     }
 
     fn swapped(self) -> Self {
         let eta = 1.0 / self.eta;
-        Self { o: self.i, i: self.o, cosine_o: self.cosine_i, cosine_i: self.cosine_o, m_squared: self.m_squared * eta * eta, eta, ..self }
+        Self {
+            o: self.i,
+            i: self.o,
+            cosine_o: self.cosine_i,
+            cosine_i: self.cosine_o,
+            m_squared: self.m_squared * eta * eta,
+            eta,
+            ..self
+        }
     }
 }
 

@@ -1,17 +1,21 @@
-//! What a shading normal that differs from the geometric one does to a BSDF: the only place where it is handled.
+//! What a shading normal that differs from the geometric one does to a BSDF: the only place where
+//! it is handled.
 //!
-//! With shading normal `n_s` the surface scatters `f |ω_light · n_s|` instead of `f |ω_light · n_g|`, so the path integral, whose geometry
-//! terms use geometric normals, sees the BSDF (Veach 1997, section 5.3)
+//! With shading normal `n_s` the surface scatters `f |ω_light · n_s|` instead of `f |ω_light ·
+//! n_g|`, so the path integral, whose geometry terms use geometric normals, sees the BSDF (Veach
+//! 1997, section 5.3)
 //!
 //! ```text
 //! f'(to_light, to_camera) = f(to_light, to_camera) · |to_light · n_s| / |to_light · n_g|
 //! ```
 //!
-//! It is one function of the labelled pair, whichever way a path is traced. Densities per projected solid angle change from the
-//! shading cosine to the geometric one by the same kind of factor, `σ(ω) = |ω · n_s| / |ω · n_g|`, so that a camera walk's weight `f'/p⊥` is
-//! the model's own, and a light walk's is the model's times `σ(to_light) / σ(to_camera)`.
+//! It is one function of the labelled pair, whichever way a path is traced. Densities per projected
+//! solid angle change from the shading cosine to the geometric one by the same kind of factor,
+//! `σ(ω) = |ω · n_s| / |ω · n_g|`, so that a camera walk's weight `f'/p⊥` is the model's own, and a
+//! light walk's is the model's times `σ(to_light) / σ(to_camera)`.
 //!
-//! A direction that is on different sides of the two normals is in neither hemisphere: f' and the densities are 0 there.
+//! A direction that is on different sides of the two normals is in neither hemisphere: f' and the
+//! densities are 0 there.
 
 use super::{Bsdf, BsdfSample, DiracValue, Lobes, Walk};
 use crate::geometry::{Frame, SurfacePoint};
@@ -64,7 +68,8 @@ impl<B: Bsdf> ShadedBsdf<B> {
         }
     }
 
-    /// Density of `next` given `fixed`, per projected solid angle with the geometric cosine, without Dirac lobes.
+    /// Density of `next` given `fixed`, per projected solid angle with the geometric cosine,
+    /// without Dirac lobes.
     #[inline]
     #[must_use]
     pub fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
@@ -83,16 +88,24 @@ impl<B: Bsdf> ShadedBsdf<B> {
         let ratio_fixed = self.ratio(fixed, local_fixed)?;
         let mut sample = self.bsdf.sample(local_fixed, walk, u1, u2)?;
         let local_next = sample.next;
-        // Through a null interface the direction must stay the same to the last bit, so that it cannot drift.
-        sample.next = if local_next == -local_fixed { -fixed } else { renormalized(self.frame.to_world(local_next)) };
+        // Through a null interface the direction must stay the same to the last bit, so that it
+        // cannot drift.
+        sample.next = if local_next == -local_fixed {
+            -fixed
+        } else {
+            renormalized(self.frame.to_world(local_next))
+        };
         if self.geometric_normal.is_some() {
             let ratio_next = self.ratio(sample.next, local_next)?;
             let (ratio_light, ratio_camera) = match walk {
                 Walk::Camera => (ratio_next, ratio_fixed),
                 Walk::Light => (ratio_fixed, ratio_next),
             };
-            let (scale_to_light, scale_to_camera) =
-                if sample.dirac { (1.0, ratio_camera / ratio_light) } else { (ratio_light, ratio_camera) };
+            let (scale_to_light, scale_to_camera) = if sample.dirac {
+                (1.0, ratio_camera / ratio_light)
+            } else {
+                (ratio_light, ratio_camera)
+            };
             let (scale, scale_reverse) = match walk {
                 Walk::Camera => (scale_to_light, scale_to_camera),
                 Walk::Light => (scale_to_camera, scale_to_light),
@@ -106,15 +119,18 @@ impl<B: Bsdf> ShadedBsdf<B> {
         Some(sample)
     }
 
-    /// Coefficients of the Dirac lobe that maps one direction into the other, of the Dirac distribution with respect to the
-    /// projected solid angle (geometric cosine) of `to_light`.
+    /// Coefficients of the Dirac lobe that maps one direction into the other, of the Dirac
+    /// distribution with respect to the projected solid angle (geometric cosine) of `to_light`.
     #[must_use]
     pub fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         let (light, camera) = (self.frame.to_local(to_light), self.frame.to_local(to_camera));
         match (self.ratio(to_light, light), self.ratio(to_camera, camera)) {
             (Some(ratio_light), Some(ratio_camera)) => {
                 let value = self.bsdf.eval_dirac(light, camera);
-                DiracValue { pdf_to_camera: value.pdf_to_camera * (ratio_camera / ratio_light), ..value }
+                DiracValue {
+                    pdf_to_camera: value.pdf_to_camera * (ratio_camera / ratio_light),
+                    ..value
+                }
             }
             _ => DiracValue::default(),
         }
@@ -133,7 +149,8 @@ impl<B: Bsdf> ShadedBsdf<B> {
     }
 }
 
-/// A vector of unit length up to rounding, as which a turned one is, to unit length again: one step of Newton's method for the inverse square root.
+/// A vector of unit length up to rounding, as which a turned one is, to unit length again: one step
+/// of Newton's method for the inverse square root.
 #[inline]
 fn renormalized(v: DVec3) -> DVec3 {
     let excess = v.length_squared() - 1.0;

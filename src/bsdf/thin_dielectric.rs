@@ -1,7 +1,9 @@
-//! A pane of glass so thin that refraction at both faces cancels: Dirac reflection and straight transmission.
+//! A pane of glass so thin that refraction at both faces cancels: Dirac reflection and straight
+//! transmission.
 //!
-//! With R of one face, the light that bounces between the faces sums to a reflectance of `R + T² R (1 + R² + …) = 2R/(1 + R)` and a transmittance of
-//! `(1 - R)/(1 + R)`. Interference and displacement are left out.
+//! With R of one face, the light that bounces between the faces sums to a reflectance of `R + T² R
+//! (1 + R² + …) = 2R/(1 + R)` and a transmittance of `(1 - R)/(1 + R)`. Interference and
+//! displacement are left out.
 
 use super::fresnel::{self, checked_relative_ior};
 use super::mirror::{is_mirrored, mirrored};
@@ -28,7 +30,10 @@ impl ThinDielectric {
     /// Reflectance and transmittance of the pane.
     fn shares(&self, direction: DVec3) -> (f64, f64) {
         let face = fresnel::dielectric(direction.z.abs(), sine(direction), self.relative_ior);
-        (2.0 * face.reflectance / (1.0 + face.reflectance), face.transmittance / (1.0 + face.reflectance))
+        (
+            2.0 * face.reflectance / (1.0 + face.reflectance),
+            face.transmittance / (1.0 + face.reflectance),
+        )
     }
 }
 
@@ -54,9 +59,17 @@ impl Bsdf for ThinDielectric {
             return None;
         }
         let (reflectance, transmittance) = self.shares(fixed);
-        let (next, share) = if u1 < reflectance { (mirrored(fixed), reflectance) } else { (-fixed, transmittance) };
+        let (next, share) =
+            if u1 < reflectance { (mirrored(fixed), reflectance) } else { (-fixed, transmittance) };
         let pdf = PerProjected(share);
-        (share > 0.0).then_some(BsdfSample { next, weight: Rgb::WHITE, pdf, pdf_reverse: pdf, dirac: true, relative_ior: 1.0 })
+        (share > 0.0).then_some(BsdfSample {
+            next,
+            weight: Rgb::WHITE,
+            pdf,
+            pdf_reverse: pdf,
+            dirac: true,
+            relative_ior: 1.0,
+        })
     }
 
     #[inline]
@@ -69,6 +82,10 @@ impl Bsdf for ThinDielectric {
         } else {
             return DiracValue::default();
         };
-        DiracValue { value: Rgb::splat(share), pdf_to_light: PerProjected(share), pdf_to_camera: PerProjected(share) }
+        DiracValue {
+            value: Rgb::splat(share),
+            pdf_to_light: PerProjected(share),
+            pdf_to_camera: PerProjected(share),
+        }
     }
 }

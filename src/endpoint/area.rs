@@ -10,10 +10,12 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 const OBJECT: &str = "area light";
 
-/// Shapes that emit the same radiance into every direction of their front side, or of both sides. A texture may vary it from point to point.
+/// Shapes that emit the same radiance into every direction of their front side, or of both sides. A
+/// texture may vary it from point to point.
 ///
-/// Points are uniform on the total area, except that a receiver outside of a whole sphere samples the cone of directions under which it
-/// sees the sphere. The front side is that of the *geometric* normal.
+/// Points are uniform on the total area, except that a receiver outside of a whole sphere samples
+/// the cone of directions under which it sees the sphere. The front side is that of the *geometric*
+/// normal.
 #[derive(Clone, Debug)]
 pub struct AreaLight {
     shapes: Vec<Shape>,
@@ -35,21 +37,29 @@ const POWER_LOOKUPS: usize = 1 << 18;
 impl AreaLight {
     /// A light of the given radiance (W/(m² sr)).
     ///
-    /// `shapes` are consecutive primitives of the scene, the first having the number `first_primitive`; `surface` is their surface id.
-    /// Shapes without area are never sampled.
+    /// `shapes` are consecutive primitives of the scene, the first having the number
+    /// `first_primitive`; `surface` is their surface id. Shapes without area are never sampled.
     ///
     /// # Errors
-    /// If the radiance is negative or not finite, if a shape's area is not finite or its radius negative, if the total area is zero, or if primitive numbers
-    /// overflow.
-    pub fn new(shapes: Vec<Shape>, first_primitive: u32, surface: u32, radiance: Rgb, two_sided: bool) -> Result<Self, EndpointError> {
+    /// If the radiance is negative or not finite, if a shape's area is not finite or its radius
+    /// negative, if the total area is zero, or if primitive numbers overflow.
+    pub fn new(
+        shapes: Vec<Shape>,
+        first_primitive: u32,
+        surface: u32,
+        radiance: Rgb,
+        two_sided: bool,
+    ) -> Result<Self, EndpointError> {
         Self::textured(shapes, None, first_primitive, surface, radiance.into(), two_sided)
     }
 
-    /// A light whose radiance (W/(m² sr)) is looked up at the uv of its points: those of the shapes, or, for triangles whose scene gives their corners
-    /// texture coordinates, interpolated from `corner_uvs`.
+    /// A light whose radiance (W/(m² sr)) is looked up at the uv of its points: those of the
+    /// shapes, or, for triangles whose scene gives their corners texture coordinates, interpolated
+    /// from `corner_uvs`.
     ///
     /// # Errors
-    /// As for [`AreaLight::new`], and if there are texture coordinates for another number of shapes.
+    /// As for [`AreaLight::new`], and if there are texture coordinates for another number of
+    /// shapes.
     pub fn textured(
         shapes: Vec<Shape>,
         corner_uvs: Option<Vec<[DVec2; 3]>>,
@@ -62,24 +72,42 @@ impl AreaLight {
             check::emission(OBJECT, "radiance", bound)?;
         }
         if let Some(uvs) = corner_uvs.as_ref().filter(|uvs| uvs.len() != shapes.len()) {
-            return Err(EndpointError::TextureCoordinates { shapes: shapes.len(), triangles: uvs.len() });
+            return Err(EndpointError::TextureCoordinates {
+                shapes: shapes.len(),
+                triangles: uvs.len(),
+            });
         }
         let areas: Vec<f64> = shapes.iter().map(Shape::area).collect();
         let is_valid = |shape: &Shape| match shape {
-            Shape::Sphere(Sphere { radius, .. }) | Shape::Disk(Disk { radius, .. }) => *radius >= 0.0,
+            Shape::Sphere(Sphere { radius, .. }) | Shape::Disk(Disk { radius, .. }) => {
+                *radius >= 0.0
+            }
             Shape::Triangle(_) | Shape::Quad(_) => true,
         };
-        if let Some(index) = (0..shapes.len()).find(|i| !(is_valid(&shapes[*i]) && areas[*i] >= 0.0 && areas[*i].is_finite())) {
+        if let Some(index) = (0..shapes.len())
+            .find(|i| !(is_valid(&shapes[*i]) && areas[*i] >= 0.0 && areas[*i].is_finite()))
+        {
             return Err(EndpointError::InvalidShape { index });
         }
-        let last = u32::try_from(shapes.len()).ok().and_then(|count| first_primitive.checked_add(count));
+        let last =
+            u32::try_from(shapes.len()).ok().and_then(|count| first_primitive.checked_add(count));
         if last.is_none() {
             return Err(EndpointError::TooManyShapes { shapes: shapes.len() });
         }
-        let by_area = AliasTable::new(&areas).ok_or(EndpointError::NoArea { shapes: shapes.len() })?;
+        let by_area =
+            AliasTable::new(&areas).ok_or(EndpointError::NoArea { shapes: shapes.len() })?;
         let area = areas.iter().sum();
-        let light =
-            Self { area, by_area, shapes, first_primitive, surface, radiance, uvs: corner_uvs, radiance_integral: Rgb::BLACK, two_sided };
+        let light = Self {
+            area,
+            by_area,
+            shapes,
+            first_primitive,
+            surface,
+            radiance,
+            uvs: corner_uvs,
+            radiance_integral: Rgb::BLACK,
+            two_sided,
+        };
         Ok(Self { radiance_integral: light.integrate(&areas), ..light })
     }
 
@@ -92,9 +120,15 @@ impl AreaLight {
         let at = |i: usize| (i as f64 + 0.5) / n as f64;
         let shape_mean = |index: usize| -> Rgb {
             let cells = (0..n * n).map(|cell| DVec2::new(at(cell % n), at(cell / n)));
-            cells.map(|u| self.radiance.at(self.point_on(index, u).uv)).sum::<Rgb>() / (n * n) as f64
+            cells.map(|u| self.radiance.at(self.point_on(index, u).uv)).sum::<Rgb>()
+                / (n * n) as f64
         };
-        areas.iter().enumerate().filter(|(_, area)| **area > 0.0).map(|(index, &area)| shape_mean(index) * area).sum()
+        areas
+            .iter()
+            .enumerate()
+            .filter(|(_, area)| **area > 0.0)
+            .map(|(index, &area)| shape_mean(index) * area)
+            .sum()
     }
 
     /// Total area of the shapes.
@@ -144,15 +178,21 @@ impl AreaLight {
 
     #[inline(always)]
     fn with_ids(&self, index: usize, point: SurfacePoint) -> SurfacePoint {
-        SurfacePoint { primitive: self.first_primitive + index as u32, surface: self.surface, ..point }
+        SurfacePoint {
+            primitive: self.first_primitive + index as u32,
+            surface: self.surface,
+            ..point
+        }
     }
 
-    /// The cone under which the receiver sees the light, if it is a whole sphere seen from outside. The one predicate that
-    /// decides between cone and area, for samples and for densities.
+    /// The cone under which the receiver sees the light, if it is a whole sphere seen from outside.
+    /// The one predicate that decides between cone and area, for samples and for densities.
     #[inline]
     fn cone(&self, receiver: &SurfacePoint) -> Option<sphere_cone::SphereCone> {
         match self.shapes[..] {
-            [Shape::Sphere(sphere)] if receiver.place != Place::Infinite => sphere_cone::SphereCone::new(sphere, receiver),
+            [Shape::Sphere(sphere)] if receiver.place != Place::Infinite => {
+                sphere_cone::SphereCone::new(sphere, receiver)
+            }
             _ => None,
         }
     }
@@ -179,7 +219,12 @@ impl Endpoint for AreaLight {
         let direction = Frame::from_normal(point.geometric_normal * side).to_world(local);
         let pdf = self.direction_pdf(point, direction);
         // A direction in the tangent plane may round to either side.
-        (pdf.value() > 0.0).then(|| DirectionSample { from: *point, direction, pdf, weight: self.radiance.at(point.uv) / pdf.value() })
+        (pdf.value() > 0.0).then(|| DirectionSample {
+            from: *point,
+            direction,
+            pdf,
+            weight: self.radiance.at(point.uv) / pdf.value(),
+        })
     }
 
     fn direction_pdf(&self, point: &SurfacePoint, direction: DVec3) -> PerProjected {
@@ -254,19 +299,32 @@ mod tests {
     #[test]
     fn power_is_the_integral_of_the_texture() {
         let power = light().power();
-        assert!((power - Rgb::new(3.0, 0.0, 2.0) * (6.0 * PI)).map(f64::abs).max_component() < 1e-9, "{power:?}");
+        assert!(
+            (power - Rgb::new(3.0, 0.0, 2.0) * (6.0 * PI)).map(f64::abs).max_component() < 1e-9,
+            "{power:?}"
+        );
         // 400 000 samples of a weight of relative deviation 2/3: a standard error of 0.1 %.
         let (light, mut rng) = (light(), random(5));
         let n = 400_000;
         let mut sum = Rgb::BLACK;
         for _ in 0..n {
             let point = light.sample_point(rng(), DVec2::new(rng(), rng())).expect("a point");
-            let Some(sample) = light.sample_direction(&point.point, DVec2::new(rng(), rng())) else { continue };
-            assert!((sample.weight * sample.pdf.value() - light.emit(&point.point, sample.direction)).max_component() < 1e-12);
+            let Some(sample) = light.sample_direction(&point.point, DVec2::new(rng(), rng()))
+            else {
+                continue;
+            };
+            assert!(
+                (sample.weight * sample.pdf.value() - light.emit(&point.point, sample.direction))
+                    .max_component()
+                    < 1e-12
+            );
             // dσ⊥ dA
             sum += sample.weight / point.pdf.value() / f64::from(n);
         }
-        assert!((sum[0] / power[0] - 1.0).abs() < 0.005 && (sum[2] / power[2] - 1.0).abs() < 0.005, "{sum:?}");
+        assert!(
+            (sum[0] / power[0] - 1.0).abs() < 0.005 && (sum[2] / power[2] - 1.0).abs() < 0.005,
+            "{sum:?}"
+        );
     }
 
     #[test]
@@ -274,7 +332,15 @@ mod tests {
         let triangle = Triangle { vertices: [DVec3::ZERO, DVec3::X, DVec3::Y] };
         let uvs = vec![[DVec2::splat(0.25), DVec2::new(1.25, 0.25), DVec2::new(0.25, 1.25)]];
         let board = Texture::checkerboard(Rgb::WHITE, Rgb::BLACK);
-        let light = AreaLight::textured(vec![Shape::Triangle(triangle)], Some(uvs), 0, 0, board.clone(), false).expect("valid");
+        let light = AreaLight::textured(
+            vec![Shape::Triangle(triangle)],
+            Some(uvs),
+            0,
+            0,
+            board.clone(),
+            false,
+        )
+        .expect("valid");
         let mut rng = random(6);
         for _ in 0..1000 {
             let point = light.sample_point(rng(), DVec2::new(rng(), rng())).expect("a point").point;
@@ -282,7 +348,17 @@ mod tests {
             assert_eq!(light.emit(&point, DVec3::Z), expected);
             assert_eq!(light.emit(&point, -DVec3::Z), Rgb::BLACK);
         }
-        let error = AreaLight::textured(vec![Shape::Triangle(triangle)], Some(Vec::new()), 0, 0, board, false);
-        assert!(matches!(error, Err(EndpointError::TextureCoordinates { shapes: 1, triangles: 0 })));
+        let error = AreaLight::textured(
+            vec![Shape::Triangle(triangle)],
+            Some(Vec::new()),
+            0,
+            0,
+            board,
+            false,
+        );
+        assert!(matches!(
+            error,
+            Err(EndpointError::TextureCoordinates { shapes: 1, triangles: 0 })
+        ));
     }
 }

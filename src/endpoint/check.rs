@@ -5,7 +5,11 @@ use crate::math::Rgb;
 use glam::DVec3;
 
 /// The colour, if it is finite and non-negative.
-pub(super) fn emission(object: &'static str, quantity: &'static str, value: Rgb) -> Result<Rgb, EndpointError> {
+pub(super) fn emission(
+    object: &'static str,
+    quantity: &'static str,
+    value: Rgb,
+) -> Result<Rgb, EndpointError> {
     if !value.is_finite() {
         return Err(EndpointError::NotFinite { object, quantity });
     }
@@ -16,22 +20,42 @@ pub(super) fn emission(object: &'static str, quantity: &'static str, value: Rgb)
 }
 
 /// The position, if it is finite.
-pub(super) fn position(object: &'static str, quantity: &'static str, value: DVec3) -> Result<DVec3, EndpointError> {
+pub(super) fn position(
+    object: &'static str,
+    quantity: &'static str,
+    value: DVec3,
+) -> Result<DVec3, EndpointError> {
     if value.is_finite() { Ok(value) } else { Err(EndpointError::NotFinite { object, quantity }) }
 }
 
 /// The unit vector of a direction of any length but zero.
-pub(super) fn direction(object: &'static str, quantity: &'static str, value: DVec3) -> Result<DVec3, EndpointError> {
+pub(super) fn direction(
+    object: &'static str,
+    quantity: &'static str,
+    value: DVec3,
+) -> Result<DVec3, EndpointError> {
     let value = position(object, quantity, value)?;
     // Scaled first, so that squares neither overflow nor vanish.
     let largest = value.abs().max_element();
-    if largest == 0.0 { Err(EndpointError::ZeroDirection { object, quantity }) } else { Ok((value / largest).normalize()) }
+    if largest == 0.0 {
+        Err(EndpointError::ZeroDirection { object, quantity })
+    } else {
+        Ok((value / largest).normalize())
+    }
 }
 
 /// The number, if it is positive and finite.
-pub(super) fn positive(object: &'static str, quantity: &'static str, value: f64) -> Result<f64, EndpointError> {
+pub(super) fn positive(
+    object: &'static str,
+    quantity: &'static str,
+    value: f64,
+) -> Result<f64, EndpointError> {
     if !value.is_finite() {
         return Err(EndpointError::NotFinite { object, quantity });
     }
-    if value > 0.0 { Ok(value) } else { Err(EndpointError::NotPositive { object, quantity, value }) }
+    if value > 0.0 {
+        Ok(value)
+    } else {
+        Err(EndpointError::NotPositive { object, quantity, value })
+    }
 }

@@ -1,6 +1,8 @@
 //! A directional light: parallel rays from infinitely far away.
 
-use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check, extent::SceneExtent};
+use super::{
+    DirectionSample, Endpoint, EndpointError, Light, PointSample, check, extent::SceneExtent,
+};
 use crate::geometry::{Bounds, SurfacePoint};
 use crate::math::{PerArea, PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -16,14 +18,18 @@ pub struct DirectionalLight {
 }
 
 impl DirectionalLight {
-    /// A light that travels along `direction` (of any length but zero) and causes the given irradiance (W/m²) on a plane perpendicular
-    /// to it.
+    /// A light that travels along `direction` (of any length but zero) and causes the given
+    /// irradiance (W/m²) on a plane perpendicular to it.
     ///
     /// # Errors
     /// If a number is not finite, the irradiance negative, or the direction zero.
     pub fn new(direction: DVec3, irradiance: Rgb) -> Result<Self, EndpointError> {
         let irradiance = check::emission(OBJECT, "irradiance", irradiance)?;
-        Ok(Self { direction: check::direction(OBJECT, "direction", direction)?, irradiance, extent: SceneExtent::default() })
+        Ok(Self {
+            direction: check::direction(OBJECT, "direction", direction)?,
+            irradiance,
+            extent: SceneExtent::default(),
+        })
     }
 
     /// Unit direction in which the light travels.
@@ -35,7 +41,10 @@ impl DirectionalLight {
 
 impl Endpoint for DirectionalLight {
     fn sample_point(&self, _u1: f64, _u2: DVec2) -> Option<PointSample> {
-        Some(PointSample { point: SurfacePoint::infinite(DVec3::ZERO, self.direction), pdf: PerArea(1.0) })
+        Some(PointSample {
+            point: SurfacePoint::infinite(DVec3::ZERO, self.direction),
+            pdf: PerArea(1.0),
+        })
     }
 
     fn point_pdf(&self, _point: &SurfacePoint) -> PerArea {
@@ -45,7 +54,12 @@ impl Endpoint for DirectionalLight {
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
         let pdf = self.direction_pdf(point, self.direction);
         let from = SurfacePoint { position: self.extent.sample_ray(self.direction, u), ..*point };
-        (pdf.value() > 0.0).then(|| DirectionSample { from, direction: self.direction, pdf, weight: self.irradiance / pdf.value() })
+        (pdf.value() > 0.0).then(|| DirectionSample {
+            from,
+            direction: self.direction,
+            pdf,
+            weight: self.irradiance / pdf.value(),
+        })
     }
 
     fn direction_pdf(&self, _point: &SurfacePoint, _direction: DVec3) -> PerProjected {

@@ -1,6 +1,8 @@
 //! An environment of constant radiance.
 
-use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check, extent::SceneExtent};
+use super::{
+    DirectionSample, Endpoint, EndpointError, Light, PointSample, check, extent::SceneExtent,
+};
 use crate::geometry::{Bounds, SurfacePoint};
 use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_sphere};
 use glam::{DVec2, DVec3};
@@ -19,7 +21,10 @@ impl ConstantEnvironment {
     /// # Errors
     /// If the radiance is negative or not finite.
     pub fn new(radiance: Rgb) -> Result<Self, EndpointError> {
-        Ok(Self { radiance: check::emission("constant environment", "radiance", radiance)?, extent: SceneExtent::default() })
+        Ok(Self {
+            radiance: check::emission("constant environment", "radiance", radiance)?,
+            extent: SceneExtent::default(),
+        })
     }
 }
 
@@ -37,7 +42,12 @@ impl Endpoint for ConstantEnvironment {
         let direction = point.geometric_normal;
         let pdf = self.direction_pdf(point, direction);
         let from = SurfacePoint { position: self.extent.sample_ray(direction, u), ..*point };
-        (pdf.value() > 0.0).then(|| DirectionSample { from, direction, pdf, weight: self.radiance / pdf.value() })
+        (pdf.value() > 0.0).then(|| DirectionSample {
+            from,
+            direction,
+            pdf,
+            weight: self.radiance / pdf.value(),
+        })
     }
 
     fn direction_pdf(&self, point: &SurfacePoint, _direction: DVec3) -> PerProjected {

@@ -15,19 +15,22 @@ pub enum Lookup {
     /// Each pixel is a patch of constant radiance.
     #[default]
     PiecewiseConstant,
-    /// Linear in both angles between the pixels' centres: patches have their corners there. Those at the poles are half as high and constant along
-    /// their height.
+    /// Linear in both angles between the pixels' centres: patches have their corners there. Those
+    /// at the poles are half as high and constant along their height.
     Bilinear,
 }
 
 /// Radiance from infinitely far away, given by an image.
 ///
-/// Row i of H covers the angles [π i/H, π (i+1)/H] from the up axis, +Y before rotation. The left edge of the image is at -Z, and columns
-/// run to the right as seen from the inside, through +X at a quarter of the width.
+/// Row i of H covers the angles [π i/H, π (i+1)/H] from the up axis, +Y before rotation. The left
+/// edge of the image is at -Z, and columns run to the right as seen from the inside, through +X at
+/// a quarter of the width.
 ///
-/// Sampling chooses a patch in proportion to its mean largest component times its exact solid angle. In a patch of a pixel the density is
-/// constant in solid angle; between pixels' centres it is linear in azimuth and in solid angle from the upper edge, so that it differs from
-/// what is linear in both angles by a factor from 2/3 to 2 in the rows next to the poles, and by next to nothing elsewhere.
+/// Sampling chooses a patch in proportion to its mean largest component times its exact solid
+/// angle. In a patch of a pixel the density is constant in solid angle; between pixels' centres it
+/// is linear in azimuth and in solid angle from the upper edge, so that it differs from what is
+/// linear in both angles by a factor from 2/3 to 2 in the rows next to the poles, and by next to
+/// nothing elsewhere.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     width: usize,
@@ -38,7 +41,8 @@ pub struct EnvironmentMap {
     /// Columns are the image's axes in the world.
     rotation: DMat3,
     lookup: Lookup,
-    /// The largest component of all pixels. Sampling is relative to it, so that sums cannot overflow.
+    /// The largest component of all pixels. Sampling is relative to it, so that sums cannot
+    /// overflow.
     brightest: f64,
     /// The patches; `None` if everything is black.
     distribution: Option<PiecewiseConstant2d>,
@@ -61,13 +65,17 @@ struct Band {
 impl Band {
     /// Between two polar angles.
     fn new(upper: f64, lower: f64) -> Self {
-        Self { upper: (0.5 * upper).sin().powi(2), step: (0.5 * (lower + upper)).sin() * (0.5 * (lower - upper)).sin() }
+        Self {
+            upper: (0.5 * upper).sin().powi(2),
+            step: (0.5 * (lower + upper)).sin() * (0.5 * (lower - upper)).sin(),
+        }
     }
 
     /// How much of its solid angle lies above a direction with the up axis at +Y.
     fn part_above(&self, w: DVec3) -> f64 {
         // Without the difference near the upper pole.
-        let s = if w.y > 0.0 { 0.5 * (w.x * w.x + w.z * w.z) / (1.0 + w.y) } else { 0.5 - 0.5 * w.y };
+        let s =
+            if w.y > 0.0 { 0.5 * (w.x * w.x + w.z * w.z) / (1.0 + w.y) } else { 0.5 - 0.5 * w.y };
         ((s - self.upper) / self.step).clamp(0.0, 1.0)
     }
 }
@@ -80,24 +88,37 @@ struct Place {
 }
 
 impl EnvironmentMap {
-    /// The rotation for scenes whose up axis is +Z: the left edge of the image is at +Y, a quarter of the width at +X.
+    /// The rotation for scenes whose up axis is +Z: the left edge of the image is at +Y, a quarter
+    /// of the width at +X.
     pub const Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
 
-    /// From row-major pixels (W/(m² sr)), the uppermost row first. `rotation` turns the image's axes into the world's: the identity for +Y
-    /// up, [`EnvironmentMap::Z_UP`], or any orthogonal matrix, reflections included.
+    /// From row-major pixels (W/(m² sr)), the uppermost row first. `rotation` turns the image's
+    /// axes into the world's: the identity for +Y up, [`EnvironmentMap::Z_UP`], or any orthogonal
+    /// matrix, reflections included.
     ///
     /// # Errors
-    /// If the number of pixels is zero or not `width * height`, if a pixel is negative or not finite, or if the matrix is not orthogonal.
-    pub fn new(width: u32, height: u32, pixels: Vec<Rgb>, rotation: DMat3) -> Result<Self, EndpointError> {
+    /// If the number of pixels is zero or not `width * height`, if a pixel is negative or not
+    /// finite, or if the matrix is not orthogonal.
+    pub fn new(
+        width: u32,
+        height: u32,
+        pixels: Vec<Rgb>,
+        rotation: DMat3,
+    ) -> Result<Self, EndpointError> {
         let count = (width as usize).checked_mul(height as usize);
         if pixels.is_empty() || count != Some(pixels.len()) {
             return Err(EndpointError::PixelCount { width, height, pixels: pixels.len() });
         }
-        if let Some(i) = pixels.iter().position(|p| !p.is_finite() || p.0.iter().any(|c| *c < 0.0)) {
+        if let Some(i) = pixels.iter().position(|p| !p.is_finite() || p.0.iter().any(|c| *c < 0.0))
+        {
             let i = i as u64;
-            return Err(EndpointError::InvalidPixel { column: (i % u64::from(width)) as u32, row: (i / u64::from(width)) as u32 });
+            return Err(EndpointError::InvalidPixel {
+                column: (i % u64::from(width)) as u32,
+                row: (i / u64::from(width)) as u32,
+            });
         }
-        let rotation = orthogonal(rotation).ok_or(EndpointError::NotARotation { object: "environment map" })?;
+        let rotation = orthogonal(rotation)
+            .ok_or(EndpointError::NotARotation { object: "environment map" })?;
         let map = Self {
             width: width as usize,
             height: height as usize,
@@ -120,7 +141,9 @@ impl EnvironmentMap {
         self.lookup = lookup;
         let step = PI / self.height as f64;
         self.bands = match lookup {
-            Lookup::PiecewiseConstant => (0..self.height).map(|row| Band::new(row as f64 * step, (row + 1) as f64 * step)).collect(),
+            Lookup::PiecewiseConstant => (0..self.height)
+                .map(|row| Band::new(row as f64 * step, (row + 1) as f64 * step))
+                .collect(),
             Lookup::Bilinear => {
                 let edge = |row: usize| (row as f64 - 0.5).clamp(0.0, self.height as f64) * step;
                 (0..=self.height).map(|row| Band::new(edge(row), edge(row + 1))).collect()
@@ -152,12 +175,17 @@ impl EnvironmentMap {
         self.interpolate(&self.place(self.rotation.transpose() * towards), |pixel| pixel)
     }
 
-    /// What the density per solid angle is proportional to, where `within` is a part of the patch's solid angle.
+    /// What the density per solid angle is proportional to, where `within` is a part of the patch's
+    /// solid angle.
     fn density(&self, place: &Place) -> f64 {
         self.interpolate(place, |pixel| pixel.max_component()) / self.brightest
     }
 
-    fn interpolate<T: Mul<f64, Output = T> + Add<Output = T>>(&self, place: &Place, value: impl Fn(Rgb) -> T) -> T {
+    fn interpolate<T: Mul<f64, Output = T> + Add<Output = T>>(
+        &self,
+        place: &Place,
+        value: impl Fn(Rgb) -> T,
+    ) -> T {
         let Place { column, row, within: DVec2 { x, y } } = *place;
         match self.lookup {
             Lookup::PiecewiseConstant => value(self.pixel(column, row)),
@@ -190,7 +218,8 @@ impl EnvironmentMap {
         }
     }
 
-    /// The one place that decides which patch a direction belongs to, in the image's axes, for lookup and for sampling.
+    /// The one place that decides which patch a direction belongs to, in the image's axes, for
+    /// lookup and for sampling.
     fn place(&self, w: DVec3) -> Place {
         let split = |x: f64, count: usize| {
             let cell = (x as usize).min(count - 1);
@@ -231,11 +260,18 @@ impl Endpoint for EnvironmentMap {
     fn sample_point(&self, _u1: f64, u2: DVec2) -> Option<PointSample> {
         let GridSample { column, row, mut within, .. } = self.distribution.as_ref()?.sample(u2);
         if self.lookup == Lookup::Bilinear {
-            let [[a, b], [c, d]] = self.corners(column, row, |pixel| pixel.max_component() / self.brightest);
+            let [[a, b], [c, d]] =
+                self.corners(column, row, |pixel| pixel.max_component() / self.brightest);
             within.y = unit_to_linear(within.y, a + b, c + d);
-            within.x = unit_to_linear(within.x, a * (1.0 - within.y) + c * within.y, b * (1.0 - within.y) + d * within.y);
+            within.x = unit_to_linear(
+                within.x,
+                a * (1.0 - within.y) + c * within.y,
+                b * (1.0 - within.y) + d * within.y,
+            );
         }
-        let (sin_phi, cos_phi) = angle::sin_cos_of_turn((column as f64 + within.x + self.displacement()) / self.width as f64);
+        let (sin_phi, cos_phi) = angle::sin_cos_of_turn(
+            (column as f64 + within.x + self.displacement()) / self.width as f64,
+        );
         let band = self.bands[row];
         let s = band.upper + band.step * within.y;
         let sin_theta = 2.0 * (s * (1.0 - s)).max(0.0).sqrt();
@@ -254,7 +290,12 @@ impl Endpoint for EnvironmentMap {
         let direction = point.geometric_normal;
         let pdf = self.direction_pdf(point, direction);
         let from = SurfacePoint { position: self.extent.sample_ray(direction, u), ..*point };
-        (pdf.value() > 0.0).then(|| DirectionSample { from, direction, pdf, weight: self.emit(point, direction) / pdf.value() })
+        (pdf.value() > 0.0).then(|| DirectionSample {
+            from,
+            direction,
+            pdf,
+            weight: self.emit(point, direction) / pdf.value(),
+        })
     }
 
     fn direction_pdf(&self, point: &SurfacePoint, _direction: DVec3) -> PerProjected {

@@ -124,36 +124,71 @@ pub enum EndpointError {
 impl fmt::Display for EndpointError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotFinite { object, quantity } => write!(f, "{object}: {quantity} is infinite or not a number"),
+            Self::NotFinite { object, quantity } => {
+                write!(f, "{object}: {quantity} is infinite or not a number")
+            }
             Self::Negative { object, quantity } => write!(f, "{object}: {quantity} is negative"),
-            Self::NotPositive { object, quantity, value } => write!(f, "{object}: {quantity} must be positive, but is {value}"),
-            Self::ZeroDirection { object, quantity } => write!(f, "{object}: {quantity} has length zero"),
+            Self::NotPositive { object, quantity, value } => {
+                write!(f, "{object}: {quantity} must be positive, but is {value}")
+            }
+            Self::ZeroDirection { object, quantity } => {
+                write!(f, "{object}: {quantity} has length zero")
+            }
             Self::AngleOutOfRange { object, quantity, degrees, range } => {
                 write!(f, "{object}: {quantity} is {degrees} degrees, but must be in {range}")
             }
-            Self::CameraAtTarget { object } => write!(f, "{object}: its position and its target are the same"),
-            Self::UpParallelToView { object } => write!(f, "{object}: the up vector is zero or parallel to the view"),
+            Self::CameraAtTarget { object } => {
+                write!(f, "{object}: its position and its target are the same")
+            }
+            Self::UpParallelToView { object } => {
+                write!(f, "{object}: the up vector is zero or parallel to the view")
+            }
             Self::FilmSize { object, resolution: r } => {
-                write!(f, "{object}: a film of {} x {} pixels has none or more than 2^32 - 1 of them", r.x, r.y)
+                write!(
+                    f,
+                    "{object}: a film of {} x {} pixels has none or more than 2^32 - 1 of them",
+                    r.x, r.y
+                )
             }
             Self::WindowOutsideFilm { object, min, max, resolution: r } => {
-                write!(f, "{object}: the window from {min} to {max} is empty or reaches out of the film of {} x {} pixels", r.x, r.y)
+                write!(
+                    f,
+                    "{object}: the window from {min} to {max} is empty or reaches out of the film of {} x {} pixels",
+                    r.x, r.y
+                )
             }
             Self::NoArea { shapes } => write!(f, "area light: its {shapes} shapes have no area"),
             Self::InvalidShape { index } => {
-                write!(f, "area light: shape {index} has a negative radius, or an area that is infinite or not a number")
+                write!(
+                    f,
+                    "area light: shape {index} has a negative radius, or an area that is infinite or not a number"
+                )
             }
-            Self::TooManyShapes { shapes } => write!(f, "area light: {shapes} shapes are more than there are primitive numbers left"),
+            Self::TooManyShapes { shapes } => write!(
+                f,
+                "area light: {shapes} shapes are more than there are primitive numbers left"
+            ),
             Self::TextureCoordinates { shapes, triangles } => {
-                write!(f, "area light: texture coordinates for {triangles} triangles, but {shapes} shapes")
+                write!(
+                    f,
+                    "area light: texture coordinates for {triangles} triangles, but {shapes} shapes"
+                )
             }
             Self::PixelCount { width, height, pixels } => {
-                write!(f, "environment map: {pixels} pixels given for a map of {width} x {height}, which must have at least one")
+                write!(
+                    f,
+                    "environment map: {pixels} pixels given for a map of {width} x {height}, which must have at least one"
+                )
             }
             Self::InvalidPixel { column, row } => {
-                write!(f, "environment map: the pixel in column {column} of row {row} is negative, infinite or not a number")
+                write!(
+                    f,
+                    "environment map: the pixel in column {column} of row {row} is negative, infinite or not a number"
+                )
             }
-            Self::NotARotation { object } => write!(f, "{object}: the rotation is not an orthogonal matrix"),
+            Self::NotARotation { object } => {
+                write!(f, "{object}: the rotation is not an orthogonal matrix")
+            }
         }
     }
 }

@@ -1,6 +1,8 @@
-//! Both ends of a path: a light emits radiance, a camera emits importance, and both are an [`Endpoint`].
+//! Both ends of a path: a light emits radiance, a camera emits importance, and both are an
+//! [`Endpoint`].
 //!
-//! An endpoint is sampled in two steps, point then direction. What "point" and "direction" mean follows the [`Place`] of the point:
+//! An endpoint is sampled in two steps, point then direction. What "point" and "direction" mean
+//! follows the [`Place`] of the point:
 //!
 //! | place | density of the point | density of the direction | emitted quantity (radiance or importance) |
 //! |---|---|---|---|
@@ -8,7 +10,8 @@
 //! | `Dirac` | probability | per solid angle | per solid angle |
 //! | `Infinite` | per solid angle, or a probability if the direction is Dirac | per area perpendicular to the ray | radiance, or irradiance on a perpendicular plane if the direction is Dirac |
 //!
-//! With these, `p(x_0) · p⊥(x_0 → x_1) · G(x_0, x_1)` is the density of the first edge in every case.
+//! With these, `p(x_0) · p⊥(x_0 → x_1) · G(x_0, x_1)` is the density of the first edge in every
+//! case.
 
 mod area;
 mod check;
@@ -53,7 +56,8 @@ pub struct PointSample {
 /// A sampled direction of an endpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DirectionSample {
-    /// The point to start the ray from: the given one, except at infinity, where the position is sampled with the "direction".
+    /// The point to start the ray from: the given one, except at infinity, where the position is
+    /// sampled with the "direction".
     pub from: SurfacePoint,
     /// Unit direction of the ray, away from the endpoint.
     pub direction: DVec3,
@@ -71,11 +75,13 @@ pub trait Endpoint: Sync {
     /// The density with which `sample_point` chooses `point`, which must be on this endpoint.
     fn point_pdf(&self, point: &SurfacePoint) -> PerArea;
 
-    /// Samples the direction of a walk that starts at `point`. For a camera, `u` is the position in the film's window, from (0, 0) at
-    /// the upper left to (1, 1) at the lower right; values slightly outside are valid (pixel filters reach there).
+    /// Samples the direction of a walk that starts at `point`. For a camera, `u` is the position in
+    /// the film's window, from (0, 0) at the upper left to (1, 1) at the lower right; values
+    /// slightly outside are valid (pixel filters reach there).
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample>;
 
-    /// The density with which `sample_direction` chooses `direction`. At infinity it does not depend on the position.
+    /// The density with which `sample_direction` chooses `direction`. At infinity it does not
+    /// depend on the position.
     fn direction_pdf(&self, point: &SurfacePoint, direction: DVec3) -> PerProjected;
 
     /// Emitted radiance or importance at `point` into `direction` (away from the endpoint).
@@ -93,8 +99,9 @@ pub trait Endpoint: Sync {
         self.point_pdf(point)
     }
 
-    /// The same point, positioned so that the segment between it and `receiver` is the one that visibility must be tested on.
-    /// Only points at infinity, which have a direction but no position of their own, need to move.
+    /// The same point, positioned so that the segment between it and `receiver` is the one that
+    /// visibility must be tested on. Only points at infinity, which have a direction but no
+    /// position of their own, need to move.
     fn facing(&self, point: &SurfacePoint, _receiver: &SurfacePoint) -> SurfacePoint {
         *point
     }
@@ -106,13 +113,15 @@ pub struct LightId(pub u32);
 
 /// An endpoint that emits radiance.
 pub trait Light: Endpoint {
-    /// Emitted flux (W per channel), or an estimate of it; decides how often the light is chosen, never the image's mean.
+    /// Emitted flux (W per channel), or an estimate of it; decides how often the light is chosen,
+    /// never the image's mean.
     fn power(&self) -> Rgb;
 
     /// Whether a ray can reach it by chance: area lights and environments, not Dirac lights.
     fn can_be_hit(&self) -> bool;
 
-    /// Whether it can be connected to: everything but a light with both Dirac position and Dirac direction.
+    /// Whether it can be connected to: everything but a light with both Dirac position and Dirac
+    /// direction.
     fn can_be_connected(&self) -> bool {
         true
     }
@@ -122,27 +131,32 @@ pub trait Light: Endpoint {
         false
     }
 
-    /// Whether its light can reach anything inside the box, the bounds of all surfaces. `true` is always safe.
+    /// Whether its light can reach anything inside the box, the bounds of all surfaces. `true` is
+    /// always safe.
     fn can_illuminate(&self, bounds: &Bounds) -> bool {
         !bounds.is_empty()
     }
 
-    /// Tells lights at infinity the extent of the scene that they must illuminate. Called by a scene once, before rendering.
+    /// Tells lights at infinity the extent of the scene that they must illuminate. Called by a
+    /// scene once, before rendering.
     fn set_scene_bounds(&mut self, _bounds: &Bounds) {}
 }
 
-/// An endpoint that emits importance, normalised such that its integral over the film's window, all directions and the lens is 1.
+/// An endpoint that emits importance, normalised such that its integral over the film's window, all
+/// directions and the lens is 1.
 pub trait Camera: Endpoint {
     /// The film's resolution and the window of it that is rendered.
     fn film(&self) -> FilmRegion;
 
-    /// What kind of point the lens is made of. Asked at every connection to the lens: where it is a point ([`Place::Dirac`]) no numbers are drawn for it, and
-    /// [`Endpoint::sample_point`] and [`Endpoint::sample_from`] get zeros.
+    /// What kind of point the lens is made of. Asked at every connection to the lens: where it is a
+    /// point ([`Place::Dirac`]) no numbers are drawn for it, and [`Endpoint::sample_point`] and
+    /// [`Endpoint::sample_from`] get zeros.
     fn place(&self) -> Place {
         self.sample_point(0.5, DVec2::splat(0.5)).map_or(Place::Area, |sample| sample.point.place)
     }
 
-    /// Where on the film (in pixels of the full film) the ray from `point` into `direction` is recorded; `None` if it cannot be, as
-    /// behind the camera. The result may lie outside the window.
+    /// Where on the film (in pixels of the full film) the ray from `point` into `direction` is
+    /// recorded; `None` if it cannot be, as behind the camera. The result may lie outside the
+    /// window.
     fn raster(&self, point: &SurfacePoint, direction: DVec3) -> Option<DVec2>;
 }

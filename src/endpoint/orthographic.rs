@@ -8,23 +8,31 @@ use glam::{DVec2, DVec3, UVec2};
 
 const OBJECT: &str = "orthographic camera";
 
-/// A camera infinitely far away whose rays are parallel. It sees what is in front of the plane through its position.
+/// A camera infinitely far away whose rays are parallel. It sees what is in front of the plane
+/// through its position.
 ///
-/// Its point at infinity is a Dirac direction; what other cameras do by direction it does by position, uniform on the window in
-/// the camera's plane: it emits 1/A per area perpendicular to the view, A being the window's area.
+/// Its point at infinity is a Dirac direction; what other cameras do by direction it does by
+/// position, uniform on the window in the camera's plane: it emits 1/A per area perpendicular to
+/// the view, A being the window's area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrthographicCamera {
     view: View,
 }
 
 impl OrthographicCamera {
-    /// A camera at `position` looking towards `target`, with square pixels, whose film is `film_height` high in world units; `up` points
-    /// upwards in the image.
+    /// A camera at `position` looking towards `target`, with square pixels, whose film is
+    /// `film_height` high in world units; `up` points upwards in the image.
     ///
     /// # Errors
-    /// If a number is not finite, position and target are the same, `up` is zero or parallel to the view, the height is not
-    /// positive, or the film has no pixels.
-    pub fn new(position: DVec3, target: DVec3, up: DVec3, film_height: f64, resolution: UVec2) -> Result<Self, EndpointError> {
+    /// If a number is not finite, position and target are the same, `up` is zero or parallel to the
+    /// view, the height is not positive, or the film has no pixels.
+    pub fn new(
+        position: DVec3,
+        target: DVec3,
+        up: DVec3,
+        film_height: f64,
+        resolution: UVec2,
+    ) -> Result<Self, EndpointError> {
         Ok(Self { view: View::new(OBJECT, [position, target, up], film_height, resolution)? })
     }
 
@@ -48,7 +56,10 @@ impl OrthographicCamera {
 
 impl Endpoint for OrthographicCamera {
     fn sample_point(&self, _u1: f64, _u2: DVec2) -> Option<PointSample> {
-        Some(PointSample { point: SurfacePoint::infinite(self.view.position, self.view.forward), pdf: PerArea(1.0) })
+        Some(PointSample {
+            point: SurfacePoint::infinite(self.view.position, self.view.forward),
+            pdf: PerArea(1.0),
+        })
     }
 
     fn point_pdf(&self, _point: &SurfacePoint) -> PerArea {
@@ -59,7 +70,12 @@ impl Endpoint for OrthographicCamera {
         let position = self.view.position + self.view.in_plane(self.view.plane_at(u));
         let direction = self.view.forward;
         let pdf = self.direction_pdf(point, direction);
-        Some(DirectionSample { from: SurfacePoint { position, ..*point }, direction, pdf, weight: Rgb::WHITE })
+        Some(DirectionSample {
+            from: SurfacePoint { position, ..*point },
+            direction,
+            pdf,
+            weight: Rgb::WHITE,
+        })
     }
 
     fn direction_pdf(&self, _point: &SurfacePoint, _direction: DVec3) -> PerProjected {
@@ -80,7 +96,10 @@ impl Endpoint for OrthographicCamera {
     }
 
     fn facing(&self, point: &SurfacePoint, receiver: &SurfacePoint) -> SurfacePoint {
-        SurfacePoint { position: receiver.position - self.view.forward * self.depth(receiver), ..*point }
+        SurfacePoint {
+            position: receiver.position - self.view.forward * self.depth(receiver),
+            ..*point
+        }
     }
 }
 

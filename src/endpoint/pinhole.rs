@@ -10,26 +10,35 @@ const OBJECT: &str = "pinhole camera";
 
 /// A perspective camera whose lens is a point.
 ///
-/// With A the area of the film's window on the plane at distance 1, the camera emits `1/(A cos³ θ)` per solid angle, which is also the
-/// density of its directions: `∫ dσ / (A cos³ θ) = 1` over the window.
+/// With A the area of the film's window on the plane at distance 1, the camera emits `1/(A cos³ θ)`
+/// per solid angle, which is also the density of its directions: `∫ dσ / (A cos³ θ) = 1` over the
+/// window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PinholeCamera {
     view: View,
 }
 
 impl PinholeCamera {
-    /// A camera at `position` looking at `target`, with square pixels; `up` points upwards in the image.
+    /// A camera at `position` looking at `target`, with square pixels; `up` points upwards in the
+    /// image.
     ///
     /// # Errors
-    /// If a number is not finite, position and target are the same, `up` is zero or parallel to the view, the field of view is not between
-    /// 0 and 180 degrees, or the film has no pixels.
-    pub fn new(position: DVec3, target: DVec3, up: DVec3, vertical_fov_degrees: f64, resolution: UVec2) -> Result<Self, EndpointError> {
+    /// If a number is not finite, position and target are the same, `up` is zero or parallel to the
+    /// view, the field of view is not between 0 and 180 degrees, or the film has no pixels.
+    pub fn new(
+        position: DVec3,
+        target: DVec3,
+        up: DVec3,
+        vertical_fov_degrees: f64,
+        resolution: UVec2,
+    ) -> Result<Self, EndpointError> {
         let height = view::film_height(OBJECT, vertical_fov_degrees)?;
         Ok(Self { view: View::new(OBJECT, [position, target, up], height, resolution)? })
     }
 
-    /// The same camera with a film that is displaced in its plane (a shifted lens): the view's axis meets it at this point, in pixels of the full film from its
-    /// upper left corner. By default that is its centre.
+    /// The same camera with a film that is displaced in its plane (a shifted lens): the view's axis
+    /// meets it at this point, in pixels of the full film from its upper left corner. By default
+    /// that is its centre.
     ///
     /// # Errors
     /// If a number is not finite.
@@ -58,7 +67,12 @@ impl Endpoint for PinholeCamera {
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
         let direction = (self.view.forward + self.view.in_plane(self.view.plane_at(u))).normalize();
         let pdf = self.direction_pdf(point, direction);
-        (pdf.value() > 0.0).then_some(DirectionSample { from: *point, direction, pdf, weight: Rgb::WHITE })
+        (pdf.value() > 0.0).then_some(DirectionSample {
+            from: *point,
+            direction,
+            pdf,
+            weight: Rgb::WHITE,
+        })
     }
 
     fn direction_pdf(&self, _point: &SurfacePoint, direction: DVec3) -> PerProjected {

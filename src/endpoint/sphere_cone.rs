@@ -1,7 +1,9 @@
-//! The cone of directions under which a point outside sees a sphere, sampled uniformly by solid angle.
+//! The cone of directions under which a point outside sees a sphere, sampled uniformly by solid
+//! angle.
 //!
-//! With s = r/d the sine of the half angle, the solid angle is `2π (1 - cos θ_max) = 2π s² / (1 + √(1 - s²))`. No step subtracts nearly
-//! equal numbers, so the ratio may be 1e-12 as well as almost 1.
+//! With s = r/d the sine of the half angle, the solid angle is `2π (1 - cos θ_max) = 2π s² / (1 +
+//! √(1 - s²))`. No step subtracts nearly equal numbers, so the ratio may be 1e-12 as well as almost
+//! 1.
 
 use crate::geometry::{Frame, Sphere, SurfacePoint};
 use crate::math::angle::sin_cos_of_turn;
@@ -23,8 +25,9 @@ pub(super) struct SphereCone {
 }
 
 impl SphereCone {
-    /// `None` unless the sphere is whole, emits outwards, and the receiver is outside by more than the rounding of both
-    /// positions: a point on the sphere itself sees nothing of it, and its "cone" would be noise.
+    /// `None` unless the sphere is whole, emits outwards, and the receiver is outside by more than
+    /// the rounding of both positions: a point on the sphere itself sees nothing of it, and its
+    /// "cone" would be noise.
     pub(super) fn new(sphere: Sphere, receiver: &SurfacePoint) -> Option<Self> {
         let offset = receiver.position - sphere.center;
         let distance = offset.length();
@@ -35,9 +38,11 @@ impl SphereCone {
         }
         let sine = sphere.radius / distance;
         // √(1 - s²), with the difference taken where it is exact.
-        let cosine_max = ((distance - sphere.radius) * (distance + sphere.radius)).sqrt() / distance;
+        let cosine_max =
+            ((distance - sphere.radius) * (distance + sphere.radius)).sqrt() / distance;
         let one_minus_cosine_max = sine * sine / (1.0 + cosine_max);
-        // Where the solid angle underflows (r/d below 1e-162) there is no density per solid angle; uniform area still has one.
+        // Where the solid angle underflows (r/d below 1e-162) there is no density per solid angle;
+        // uniform area still has one.
         (one_minus_cosine_max > 0.0).then_some(Self {
             sphere,
             receiver: receiver.position,
@@ -49,7 +54,8 @@ impl SphereCone {
 
     /// The point of the sphere seen in a direction uniform in the cone.
     pub(super) fn sample(&self, u: DVec2) -> SurfacePoint {
-        // θ at the receiver, φ between the sphere's normal and the direction to the receiver, α = φ - θ at the centre.
+        // θ at the receiver, φ between the sphere's normal and the direction to the receiver, α = φ
+        // - θ at the centre.
         let v = u.x * self.one_minus_cosine_max;
         let cos_theta = 1.0 - v;
         // sin² φ = (sin θ / s)², with s² cancelled.
@@ -68,7 +74,8 @@ impl SphereCone {
         let distance_squared = to_receiver.length_squared();
         let cosine = point.geometric_normal.dot(to_receiver) / distance_squared.sqrt();
         if cosine > 0.0 {
-            PerSolidAngle(1.0 / (2.0 * PI * self.one_minus_cosine_max)).per_area(cosine, distance_squared)
+            PerSolidAngle(1.0 / (2.0 * PI * self.one_minus_cosine_max))
+                .per_area(cosine, distance_squared)
         } else {
             PerArea::ZERO
         }

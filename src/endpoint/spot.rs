@@ -9,12 +9,15 @@ use std::f64::consts::PI;
 
 const OBJECT: &str = "spot light";
 
-/// A point that emits full intensity into a cone and falls off smoothly to zero in a wider one around it.
+/// A point that emits full intensity into a cone and falls off smoothly to zero in a wider one
+/// around it.
 ///
-/// Between the cones the intensity is `3t² - 2t³` with t linear in `cos θ`, from 0 at the outer cone to 1 at the inner one. Its
-/// integral over solid angle is half that of the full shell, so power is known in closed form and directions are sampled exactly in
-/// proportion to intensity. With [squared falloff](SpotLight::with_squared_falloff) it is t², whose integral is a third. With [linear
-/// falloff](SpotLight::with_linear_falloff) it is linear in θ instead; directions are then uniform in the shell.
+/// Between the cones the intensity is `3t² - 2t³` with t linear in `cos θ`, from 0 at the outer
+/// cone to 1 at the inner one. Its integral over solid angle is half that of the full shell, so
+/// power is known in closed form and directions are sampled exactly in proportion to intensity.
+/// With [squared falloff](SpotLight::with_squared_falloff) it is t², whose integral is a third.
+/// With [linear falloff](SpotLight::with_linear_falloff) it is linear in θ instead; directions are
+/// then uniform in the shell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpotLight {
     position: DVec3,
@@ -23,7 +26,8 @@ pub struct SpotLight {
     falloff: Falloff,
 }
 
-/// The intensity relative to the axis as a function of `v = 1 - cos θ`, which is uniform in solid angle.
+/// The intensity relative to the axis as a function of `v = 1 - cos θ`, which is uniform in solid
+/// angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Falloff {
     inner: f64,
@@ -43,40 +47,62 @@ enum FalloffShape {
 }
 
 impl SpotLight {
-    /// A light of the given radiant intensity (W/sr) on its axis. Angles are measured from the axis, in degrees: full intensity up
-    /// to `inner_degrees`, none from `outer_degrees` on.
+    /// A light of the given radiant intensity (W/sr) on its axis. Angles are measured from the
+    /// axis, in degrees: full intensity up to `inner_degrees`, none from `outer_degrees` on.
     ///
     /// # Errors
-    /// If a number is not finite, the intensity negative, the axis zero, or not `0 <= inner_degrees <= outer_degrees <= 180`
-    /// with `outer_degrees > 0`.
-    pub fn new(position: DVec3, axis: DVec3, intensity: Rgb, inner_degrees: f64, outer_degrees: f64) -> Result<Self, EndpointError> {
+    /// If a number is not finite, the intensity negative, the axis zero, or not `0 <= inner_degrees
+    /// <= outer_degrees <= 180` with `outer_degrees > 0`.
+    pub fn new(
+        position: DVec3,
+        axis: DVec3,
+        intensity: Rgb,
+        inner_degrees: f64,
+        outer_degrees: f64,
+    ) -> Result<Self, EndpointError> {
         let intensity = check::emission(OBJECT, "intensity", intensity)?;
         let position = check::position(OBJECT, "position", position)?;
         let frame = Frame::from_normal(check::direction(OBJECT, "axis", axis)?);
         if !(outer_degrees > 0.0 && outer_degrees <= 180.0) {
             let range = "(0, 180]";
-            return Err(EndpointError::AngleOutOfRange { object: OBJECT, quantity: "outer angle", degrees: outer_degrees, range });
+            return Err(EndpointError::AngleOutOfRange {
+                object: OBJECT,
+                quantity: "outer angle",
+                degrees: outer_degrees,
+                range,
+            });
         }
         if !(inner_degrees >= 0.0 && inner_degrees <= outer_degrees) {
             let range = "[0, outer angle]";
-            return Err(EndpointError::AngleOutOfRange { object: OBJECT, quantity: "inner angle", degrees: inner_degrees, range });
+            return Err(EndpointError::AngleOutOfRange {
+                object: OBJECT,
+                quantity: "inner angle",
+                degrees: inner_degrees,
+                range,
+            });
         }
         let one_minus_cosine = |degrees: f64| 2.0 * (0.5 * degrees.to_radians()).sin().powi(2);
-        let falloff =
-            Falloff { inner: one_minus_cosine(inner_degrees), outer: one_minus_cosine(outer_degrees), shape: FalloffShape::Smooth };
+        let falloff = Falloff {
+            inner: one_minus_cosine(inner_degrees),
+            outer: one_minus_cosine(outer_degrees),
+            shape: FalloffShape::Smooth,
+        };
         check::positive(OBJECT, "solid angle", falloff.solid_angle())?;
         Ok(Self { position, intensity, frame, falloff })
     }
 
-    /// The same light with an intensity between the cones that is linear in the angle from the axis.
+    /// The same light with an intensity between the cones that is linear in the angle from the
+    /// axis.
     #[must_use]
     pub fn with_linear_falloff(mut self) -> Self {
         let angle = |v: f64| 2.0 * (0.5 * v).sqrt().asin();
-        self.falloff.shape = FalloffShape::Linear([angle(self.falloff.inner), angle(self.falloff.outer)]);
+        self.falloff.shape =
+            FalloffShape::Linear([angle(self.falloff.inner), angle(self.falloff.outer)]);
         self
     }
 
-    /// The same light with the intensity t² between the cones, t linear in the cosine: that of glTF, which has a kink at the inner cone.
+    /// The same light with the intensity t² between the cones, t linear in the cosine: that of
+    /// glTF, which has a kink at the inner cone.
     #[must_use]
     pub fn with_squared_falloff(mut self) -> Self {
         self.falloff.shape = FalloffShape::Squared;
@@ -104,7 +130,9 @@ impl Falloff {
         match self.shape {
             FalloffShape::Smooth => t * t * (3.0 - 2.0 * t),
             FalloffShape::Squared => t * t,
-            FalloffShape::Linear([inner, outer]) => ((outer - 2.0 * (0.5 * v).sqrt().asin()) / (outer - inner)).clamp(0.0, 1.0),
+            FalloffShape::Linear([inner, outer]) => {
+                ((outer - 2.0 * (0.5 * v).sqrt().asin()) / (outer - inner)).clamp(0.0, 1.0)
+            }
         }
     }
 
@@ -113,8 +141,9 @@ impl Falloff {
         2.0 * PI * (self.inner + self.shell())
     }
 
-    /// The integral over the shell in units of `1 - cos θ`: `cos a - (sin b - sin a)/(b - a)` for a falloff that is linear in the angle from a to b, here by its
-    /// halved angles, which do not cancel.
+    /// The integral over the shell in units of `1 - cos θ`: `cos a - (sin b - sin a)/(b - a)` for a
+    /// falloff that is linear in the angle from a to b, here by its halved angles, which do not
+    /// cancel.
     fn shell(&self) -> f64 {
         match self.shape {
             FalloffShape::Squared => (self.outer - self.inner) / 3.0,
@@ -128,8 +157,9 @@ impl Falloff {
         }
     }
 
-    /// Samples `v`, uniform in the inner cone; in the shell in proportion to the falloff, or uniform if that is linear in the angle. The inner cone's
-    /// share is its share of the whole integral.
+    /// Samples `v`, uniform in the inner cone; in the shell in proportion to the falloff, or
+    /// uniform if that is linear in the angle. The inner cone's share is its share of the whole
+    /// integral.
     fn sample(&self, u: f64) -> f64 {
         let inner_share = self.inner_share();
         if u < inner_share {
@@ -170,10 +200,16 @@ impl Endpoint for SpotLight {
     }
 
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
-        let direction = self.frame.to_world(direction_from_one_minus_cosine(self.falloff.sample(u.x), u.y));
+        let direction =
+            self.frame.to_world(direction_from_one_minus_cosine(self.falloff.sample(u.x), u.y));
         let pdf = self.direction_pdf(point, direction);
         // At the rim, where intensity vanishes, rounding may step out of the cone.
-        (pdf.value() > 0.0).then(|| DirectionSample { from: *point, direction, pdf, weight: self.emit(point, direction) / pdf.value() })
+        (pdf.value() > 0.0).then(|| DirectionSample {
+            from: *point,
+            direction,
+            pdf,
+            weight: self.emit(point, direction) / pdf.value(),
+        })
     }
 
     fn direction_pdf(&self, _point: &SurfacePoint, direction: DVec3) -> PerProjected {

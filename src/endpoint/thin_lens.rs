@@ -1,6 +1,8 @@
 //! A camera with a thin lens: depth of field.
 
-use super::{Camera, DirectionSample, Endpoint, EndpointError, PointSample, check, view, view::View};
+use super::{
+    Camera, DirectionSample, Endpoint, EndpointError, PointSample, check, view, view::View,
+};
 use crate::film::FilmRegion;
 use crate::geometry::{Disk, Place, Shape, SurfacePoint};
 use crate::math::{PerArea, PerProjected, Rgb};
@@ -10,8 +12,9 @@ const OBJECT: &str = "thin lens camera";
 
 /// A perspective camera with a lens of radius r, sharp on the plane at the focus distance.
 ///
-/// With A the area of the film's window on the plane at distance 1, the camera emits `1/(A π r² cos⁴ θ)` per lens area and projected solid
-/// angle. From every point of the lens, directions are uniform on the image of the window in the plane of focus: `p⊥ = 1/(A cos⁴ θ)`.
+/// With A the area of the film's window on the plane at distance 1, the camera emits `1/(A π r²
+/// cos⁴ θ)` per lens area and projected solid angle. From every point of the lens, directions are
+/// uniform on the image of the window in the plane of focus: `p⊥ = 1/(A cos⁴ θ)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinLensCamera {
     view: View,
@@ -20,12 +23,12 @@ pub struct ThinLensCamera {
 }
 
 impl ThinLensCamera {
-    /// A camera at `position` looking at `target`, with square pixels; `up` points upwards in the image. `focus_distance` is
-    /// measured along the view.
+    /// A camera at `position` looking at `target`, with square pixels; `up` points upwards in the
+    /// image. `focus_distance` is measured along the view.
     ///
     /// # Errors
-    /// As for [`PinholeCamera::new`](super::PinholeCamera::new), and if the aperture's radius or the focus distance is not positive. For
-    /// an aperture of radius 0 take the pinhole camera.
+    /// As for [`PinholeCamera::new`](super::PinholeCamera::new), and if the aperture's radius or
+    /// the focus distance is not positive. For an aperture of radius 0 take the pinhole camera.
     pub fn new(
         position: DVec3,
         target: DVec3,
@@ -40,11 +43,16 @@ impl ThinLensCamera {
         let radius = check::positive(OBJECT, "aperture radius", aperture_radius)?;
         let lens = Disk { center: position, normal: view.forward, radius };
         check::positive(OBJECT, "lens area", Shape::Disk(lens).area())?;
-        Ok(Self { view, lens, focus_distance: check::positive(OBJECT, "focus distance", focus_distance)? })
+        Ok(Self {
+            view,
+            lens,
+            focus_distance: check::positive(OBJECT, "focus distance", focus_distance)?,
+        })
     }
 
-    /// The same camera with a film that is displaced in its plane (a shifted lens): the view's axis meets it at this point, in pixels of the full film from its
-    /// upper left corner. By default that is its centre.
+    /// The same camera with a film that is displaced in its plane (a shifted lens): the view's axis
+    /// meets it at this point, in pixels of the full film from its upper left corner. By default
+    /// that is its centre.
     ///
     /// # Errors
     /// If a number is not finite.
@@ -77,7 +85,8 @@ impl Endpoint for ThinLensCamera {
     }
 
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
-        // The slope of the ray that meets the plane of focus where the ray through the centre of the lens does.
+        // The slope of the ray that meets the plane of focus where the ray through the centre of
+        // the lens does.
         let slope = self.view.plane_at(u) - self.on_lens(point) / self.focus_distance;
         let direction = (self.view.forward + self.view.in_plane(slope)).normalize();
         let pdf = self.direction_pdf(point, direction);
@@ -105,7 +114,9 @@ impl Camera for ThinLensCamera {
 
     fn raster(&self, point: &SurfacePoint, direction: DVec3) -> Option<DVec2> {
         let cosine = self.view.forward.dot(direction);
-        let raster = self.view.raster_at(self.view.across(direction) / cosine + self.on_lens(point) / self.focus_distance);
+        let raster = self.view.raster_at(
+            self.view.across(direction) / cosine + self.on_lens(point) / self.focus_distance,
+        );
         (cosine > 0.0 && raster.is_finite()).then_some(raster)
     }
 }

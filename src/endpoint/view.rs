@@ -1,10 +1,12 @@
-//! What all cameras share: where they are, which way they look, and how the film maps to the plane at distance 1.
+//! What all cameras share: where they are, which way they look, and how the film maps to the plane
+//! at distance 1.
 
 use super::{EndpointError, check};
 use crate::film::FilmRegion;
 use glam::{DVec2, DVec3, UVec2};
 
-/// A right-handed view: x to the right, y up, looking along `forward`. Film coordinates have their origin at the upper left.
+/// A right-handed view: x to the right, y up, looking along `forward`. Film coordinates have their
+/// origin at the upper left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct View {
     object: &'static str,
@@ -34,7 +36,8 @@ impl View {
             return Err(EndpointError::CameraAtTarget { object });
         }
         let forward = check::direction(object, "view", target - position)?;
-        let up = check::direction(object, "up vector", up).map_err(|_| EndpointError::UpParallelToView { object })?;
+        let up = check::direction(object, "up vector", up)
+            .map_err(|_| EndpointError::UpParallelToView { object })?;
         let right = forward.cross(up);
         if right.length() < 1e-10 {
             return Err(EndpointError::UpParallelToView { object });
@@ -60,14 +63,20 @@ impl View {
     pub(super) fn with_window(self, min: UVec2, max: UVec2) -> Result<Self, EndpointError> {
         let resolution = self.film.resolution;
         if min.cmpge(max).any() || max.cmpgt(resolution).any() {
-            return Err(EndpointError::WindowOutsideFilm { object: self.object, min, max, resolution });
+            return Err(EndpointError::WindowOutsideFilm {
+                object: self.object,
+                min,
+                max,
+                resolution,
+            });
         }
         Ok(Self { film: FilmRegion { resolution, window_min: min, window_max: max }, ..self })
     }
 
     /// The same view through a film that is displaced in its plane.
     pub(super) fn with_principal_point(self, pixel: DVec2) -> Result<Self, EndpointError> {
-        let principal_point = check::position(self.object, "principal point", pixel.extend(0.0))?.truncate();
+        let principal_point =
+            check::position(self.object, "principal point", pixel.extend(0.0))?.truncate();
         Ok(Self { principal_point, ..self })
     }
 
@@ -97,8 +106,8 @@ impl View {
         self.right * v.x + self.up * v.y
     }
 
-    /// `1 / (A cosⁿ θ)` for directions into the film plane's half space, 0 for others. Defined beyond the window, since pixel filters
-    /// reach there.
+    /// `1 / (A cosⁿ θ)` for directions into the film plane's half space, 0 for others. Defined
+    /// beyond the window, since pixel filters reach there.
     pub(super) fn film_density(&self, direction: DVec3, power: i32) -> f64 {
         let cosine = self.forward.dot(direction);
         let density = 1.0 / (self.window_area() * cosine.powi(power));
@@ -108,10 +117,18 @@ impl View {
 }
 
 /// The height of the film plane at distance 1.
-pub(super) fn film_height(object: &'static str, vertical_fov_degrees: f64) -> Result<f64, EndpointError> {
+pub(super) fn film_height(
+    object: &'static str,
+    vertical_fov_degrees: f64,
+) -> Result<f64, EndpointError> {
     if !(vertical_fov_degrees > 0.0 && vertical_fov_degrees < 180.0) {
         let (quantity, range) = ("vertical field of view", "(0, 180)");
-        return Err(EndpointError::AngleOutOfRange { object, quantity, degrees: vertical_fov_degrees, range });
+        return Err(EndpointError::AngleOutOfRange {
+            object,
+            quantity,
+            degrees: vertical_fov_degrees,
+            range,
+        });
     }
     Ok(2.0 * (0.5 * vertical_fov_degrees.to_radians()).tan())
 }

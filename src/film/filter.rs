@@ -8,10 +8,11 @@ use std::fmt;
 
 /// How the radiance around a pixel is averaged into it.
 ///
-/// Every filter is the pixel's box convolved with a kernel, and is realised by sampling: a sample's position inside the pixel covers the box
-/// and an offset drawn from the kernel covers the rest (filter importance sampling: Ernst, Stamminger and Greiner 2006). The shifted copies of
-/// such a filter sum to 1 everywhere, so nothing darkens at the film's border, whether a sample comes from a camera walk or
-/// is splatted by a light walk. All filters are positive.
+/// Every filter is the pixel's box convolved with a kernel, and is realised by sampling: a sample's
+/// position inside the pixel covers the box and an offset drawn from the kernel covers the rest
+/// (filter importance sampling: Ernst, Stamminger and Greiner 2006). The shifted copies of such a
+/// filter sum to 1 everywhere, so nothing darkens at the film's border, whether a sample comes from
+/// a camera walk or is splatted by a light walk. All filters are positive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Filter {
@@ -20,14 +21,17 @@ pub enum Filter {
     Box,
     /// The separable tent of radius 1 pixel: the box convolved with itself. Its variance is 1/6.
     Tent,
-    /// The box convolved with a rotationally symmetric Gaussian that is cut off at four of its own standard deviations.
+    /// The box convolved with a rotationally symmetric Gaussian that is cut off at four of its own
+    /// standard deviations.
     Gaussian {
-        /// Standard deviation per axis of the whole filter, box included, in pixels: more than √(1/12) ≈ 0.2887. 0.5 is usual.
+        /// Standard deviation per axis of the whole filter, box included, in pixels: more than
+        /// √(1/12) ≈ 0.2887. 0.5 is usual.
         standard_deviation: f64,
     },
 }
 
-/// A Gaussian filter whose standard deviation is not finite or not more than that of the pixel's box.
+/// A Gaussian filter whose standard deviation is not finite or not more than that of the pixel's
+/// box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterError {
     /// The refused standard deviation in pixels.
@@ -67,7 +71,8 @@ impl Filter {
     /// Checks the filter.
     ///
     /// # Errors
-    /// If a Gaussian is not wider than a pixel's box, is wider than 1000 pixels, or is not a number.
+    /// If a Gaussian is not wider than a pixel's box, is wider than 1000 pixels, or is not a
+    /// number.
     pub fn kernel(&self) -> Result<Kernel, FilterError> {
         Ok(Kernel(match *self {
             Self::Box => Shape::Point,
@@ -77,7 +82,8 @@ impl Filter {
                 if !(standard_deviation > 0.0 && variance > 0.0 && standard_deviation <= 1000.0) {
                     return Err(FilterError { standard_deviation });
                 }
-                // R²/2 is exponentially distributed and cut at T = CUT²/2; its mean is the variance per axis.
+                // R²/2 is exponentially distributed and cut at T = CUT²/2; its mean is the variance
+                // per axis.
                 let (t, tail) = (CUT * CUT / 2.0, (-CUT * CUT / 2.0).exp());
                 Shape::Gaussian((variance / (1.0 - t * tail / (1.0 - tail))).sqrt())
             }
@@ -95,7 +101,8 @@ impl Kernel {
             Shape::Square => sampler.next_2d() - 0.5,
             Shape::Gaussian(standard_deviation) => {
                 let u = sampler.next_2d();
-                // Inverts the distribution of the radius (Box and Muller 1958), restricted to radii below the cut.
+                // Inverts the distribution of the radius (Box and Muller 1958), restricted to radii
+                // below the cut.
                 let inside = 1.0 - (-CUT * CUT / 2.0).exp();
                 let radius = standard_deviation * (-2.0 * (-u.x * inside).ln_1p()).sqrt();
                 DVec2::from_angle(TAU * u.y) * radius
@@ -119,23 +126,41 @@ mod tests {
     use super::*;
     use crate::sampler::{Independent, Replay, SampleSource};
 
-    /// With n = 200 000 the standard error of a variance σ² is about σ² √(2/n) = 0.3 % of it; bound 5 standard errors.
+    /// With n = 200 000 the standard error of a variance σ² is about σ² √(2/n) = 0.3 % of it; bound
+    /// 5 standard errors.
     #[test]
     fn total_variance_is_the_filters() {
         let n = 200_000;
         let gaussian = |s| (Filter::Gaussian { standard_deviation: s }, s * s);
-        for (filter, variance) in [(Filter::Box, 1.0 / 12.0), (Filter::Tent, 1.0 / 6.0), gaussian(0.3), gaussian(0.5), gaussian(2.0)] {
+        for (filter, variance) in [
+            (Filter::Box, 1.0 / 12.0),
+            (Filter::Tent, 1.0 / 6.0),
+            gaussian(0.3),
+            gaussian(0.5),
+            gaussian(2.0),
+        ] {
             let kernel = filter.kernel().unwrap();
             let mut sampler = Independent { seed: 3 }.sampler(0, 0);
-            let (mut mean, mut square, mut product, mut farthest) = (DVec2::ZERO, DVec2::ZERO, 0.0, 0.0f64);
+            let (mut mean, mut square, mut product, mut farthest) =
+                (DVec2::ZERO, DVec2::ZERO, 0.0, 0.0f64);
             for _ in 0..n {
                 let offset = kernel.sample(&mut sampler);
                 farthest = farthest.max(offset.length());
                 let x = sampler.next_2d() - 0.5 + offset;
-                (mean, square, product) = (mean + x / f64::from(n), square + x * x / f64::from(n), product + x.x * x.y / f64::from(n));
+                (mean, square, product) = (
+                    mean + x / f64::from(n),
+                    square + x * x / f64::from(n),
+                    product + x.x * x.y / f64::from(n),
+                );
             }
-            assert!(mean.abs().max_element() < 5.0 * (variance / f64::from(n)).sqrt(), "{filter:?} {mean}");
-            assert!((square / variance - 1.0).abs().max_element() < 0.016, "{filter:?} {square} instead of {variance}");
+            assert!(
+                mean.abs().max_element() < 5.0 * (variance / f64::from(n)).sqrt(),
+                "{filter:?} {mean}"
+            );
+            assert!(
+                (square / variance - 1.0).abs().max_element() < 0.016,
+                "{filter:?} {square} instead of {variance}"
+            );
             assert!((product / variance).abs() < 0.012, "{filter:?} {product}");
             assert!(farthest <= kernel.reach() * 2f64.sqrt());
         }
@@ -148,7 +173,10 @@ mod tests {
             for u in [0.0, 1.0f64.next_down()] {
                 for v in [0.0, 1.0f64.next_down()] {
                     let offset = kernel.sample(&mut Replay::new(vec![u, v]));
-                    assert!(offset.abs().max_element() <= kernel.reach() * (1.0 + 1e-12), "{filter:?} {offset}");
+                    assert!(
+                        offset.abs().max_element() <= kernel.reach() * (1.0 + 1e-12),
+                        "{filter:?} {offset}"
+                    );
                 }
             }
         }

@@ -14,7 +14,11 @@ impl Image {
     /// An image from its pixels, row-major; `None` if their number is not `width * height`.
     #[must_use]
     pub fn new(width: u32, height: u32, pixels: Vec<Rgb>) -> Option<Self> {
-        (u64::from(width) * u64::from(height) == pixels.len() as u64).then_some(Self { width, height, pixels })
+        (u64::from(width) * u64::from(height) == pixels.len() as u64).then_some(Self {
+            width,
+            height,
+            pixels,
+        })
     }
 
     /// An image from a function of column and row.
@@ -54,7 +58,8 @@ impl Image {
     /// The pixel in column `x` and row `y`; `None` outside.
     #[must_use]
     pub fn get(&self, x: u32, y: u32) -> Option<Rgb> {
-        (x < self.width && y < self.height).then(|| self.pixels[y as usize * self.width as usize + x as usize])
+        (x < self.width && y < self.height)
+            .then(|| self.pixels[y as usize * self.width as usize + x as usize])
     }
 
     /// Mean over all pixels; black for an empty image.
@@ -63,13 +68,17 @@ impl Image {
         self.average(self.pixels.iter().copied())
     }
 
-    /// The part from column `min[0]`, row `min[1]` up to but without column `max[0]`, row `max[1]`; `None` if it is not inside.
+    /// The part from column `min[0]`, row `min[1]` up to but without column `max[0]`, row `max[1]`;
+    /// `None` if it is not inside.
     #[must_use]
     pub fn crop(&self, min: [u32; 2], max: [u32; 2]) -> Option<Self> {
-        let inside = min[0] <= max[0] && min[1] <= max[1] && max[0] <= self.width && max[1] <= self.height;
+        let inside =
+            min[0] <= max[0] && min[1] <= max[1] && max[0] <= self.width && max[1] <= self.height;
         let width = self.width as usize;
         inside.then(|| {
-            Self::from_fn(max[0] - min[0], max[1] - min[1], |x, y| self.pixels[(min[1] + y) as usize * width + (min[0] + x) as usize])
+            Self::from_fn(max[0] - min[0], max[1] - min[1], |x, y| {
+                self.pixels[(min[1] + y) as usize * width + (min[0] + x) as usize]
+            })
         })
     }
 
@@ -79,24 +88,32 @@ impl Image {
         self.compare(reference, |a, b| (a - b).powi(2))
     }
 
-    /// Relative mean squared error per channel, `(a - b)² / (b² + 0.01)` (Rousselle, Knaus and Zwicker 2011); `None` if the sizes differ.
+    /// Relative mean squared error per channel, `(a - b)² / (b² + 0.01)` (Rousselle, Knaus and
+    /// Zwicker 2011); `None` if the sizes differ.
     #[must_use]
     pub fn relative_mse(&self, reference: &Self) -> Option<Rgb> {
         self.compare(reference, |a, b| (a - b).powi(2) / (b * b + 0.01))
     }
 
-    /// 8-bit sRGB (IEC 61966-2-1), three bytes per pixel, after multiplication by 2 to the power of `exposure` (in stops). Values above 1
-    /// are clipped; what is not a number becomes 0.
+    /// 8-bit sRGB (IEC 61966-2-1), three bytes per pixel, after multiplication by 2 to the power of
+    /// `exposure` (in stops). Values above 1 are clipped; what is not a number becomes 0.
     #[must_use]
     pub fn to_srgb8(&self, exposure: f64) -> Vec<u8> {
         let gain = exposure.exp2();
-        self.pixels.iter().flat_map(|p| p.0.map(|c| (srgb_from_linear(c * gain) * 255.0).round() as u8)).collect()
+        self.pixels
+            .iter()
+            .flat_map(|p| p.0.map(|c| (srgb_from_linear(c * gain) * 255.0).round() as u8))
+            .collect()
     }
 
     fn compare(&self, reference: &Self, error: impl Fn(f64, f64) -> f64 + Copy) -> Option<Rgb> {
         let same = (self.width, self.height) == (reference.width, reference.height);
         let pairs = self.pixels.iter().zip(&reference.pixels);
-        same.then(|| self.average(pairs.map(|(a, b)| Rgb([error(a[0], b[0]), error(a[1], b[1]), error(a[2], b[2])]))))
+        same.then(|| {
+            self.average(
+                pairs.map(|(a, b)| Rgb([error(a[0], b[0]), error(a[1], b[1]), error(a[2], b[2])])),
+            )
+        })
     }
 
     fn average(&self, values: impl Iterator<Item = Rgb>) -> Rgb {
@@ -141,7 +158,8 @@ mod tests {
 
     #[test]
     fn errors_between_images() {
-        let (a, b) = (Image::from_fn(2, 2, |_, _| Rgb::splat(1.5)), Image::from_fn(2, 2, |_, _| Rgb::WHITE));
+        let (a, b) =
+            (Image::from_fn(2, 2, |_, _| Rgb::splat(1.5)), Image::from_fn(2, 2, |_, _| Rgb::WHITE));
         assert_eq!(a.mse(&b), Some(Rgb::splat(0.25)));
         assert!((a.relative_mse(&b).unwrap().r() - 0.25 / 1.01).abs() < 1e-15);
         assert_eq!(a.mse(&gradient()), None);

@@ -16,7 +16,8 @@ use crate::math::Rgb;
 use crate::sampler::{Sampler, Stream};
 use glam::{DVec2, UVec2};
 
-/// A film's resolution and the window of it that is rendered, in pixels; (0, 0) is the upper left corner.
+/// A film's resolution and the window of it that is rendered, in pixels; (0, 0) is the upper left
+/// corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FilmRegion {
     /// Full resolution.
@@ -61,7 +62,8 @@ impl FilmRegion {
         self.window_min.as_dvec2() + u * self.window_size().as_dvec2()
     }
 
-    /// Index (row-major in the window) of the pixel that contains a point of the film, `None` outside the window.
+    /// Index (row-major in the window) of the pixel that contains a point of the film, `None`
+    /// outside the window.
     #[inline]
     #[must_use]
     pub fn pixel_index(&self, raster: DVec2) -> Option<u32> {
@@ -75,9 +77,11 @@ impl FilmRegion {
 
 /// Where one sample looks.
 ///
-/// The pixel filter is the pixel's box convolved with a kernel. A sample draws an offset from that kernel and everything it does is as if the
-/// film were displaced by it: camera walks start at `raster + offset`, and what a light walk projects to a point `p` of the film is recorded
-/// at `p - offset`. For a given offset all techniques see the same box-filtered film, so their weights need not know the filter.
+/// The pixel filter is the pixel's box convolved with a kernel. A sample draws an offset from that
+/// kernel and everything it does is as if the film were displaced by it: camera walks start at
+/// `raster + offset`, and what a light walk projects to a point `p` of the film is recorded at `p -
+/// offset`. For a given offset all techniques see the same box-filtered film, so their weights need
+/// not know the filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FilmSample {
     /// Position inside the window, in pixels of the full film: decides the pixel.
@@ -87,16 +91,24 @@ pub struct FilmSample {
 }
 
 impl FilmSample {
-    /// Draws a point of a pixel, row-major in the window, and an offset from the filter's kernel: the first numbers that a sample takes.
+    /// Draws a point of a pixel, row-major in the window, and an offset from the filter's kernel:
+    /// the first numbers that a sample takes.
     #[inline]
     #[must_use]
-    pub fn draw<P: Sampler>(region: &FilmRegion, pixel: u32, kernel: &Kernel, sampler: &mut P) -> Self {
+    pub fn draw<P: Sampler>(
+        region: &FilmRegion,
+        pixel: u32,
+        kernel: &Kernel,
+        sampler: &mut P,
+    ) -> Self {
         sampler.stream(Stream::Film);
         let width = region.window_size().x.max(1);
-        let corner = region.window_min.as_dvec2() + DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
+        let corner = region.window_min.as_dvec2()
+            + DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
         // Rounding must not carry the point into the next pixel.
         let last = corner + 1.0;
-        let raster = (corner + sampler.next_2d()).min(DVec2::new(last.x.next_down(), last.y.next_down()));
+        let raster =
+            (corner + sampler.next_2d()).min(DVec2::new(last.x.next_down(), last.y.next_down()));
         Self { raster, offset: kernel.sample(sampler) }
     }
 }

@@ -18,11 +18,14 @@ use std::path::{Path, PathBuf};
 pub struct ImageFile {
     /// Linear radiance.
     pub image: Image,
-    /// The film that the image is a window of; `None` if it is all of it. Only OpenEXR files keep it.
+    /// The film that the image is a window of; `None` if it is all of it. Only OpenEXR files keep
+    /// it.
     pub region: Option<FilmRegion>,
-    /// Texts such as the seed or the integrator's name, by key. Only OpenEXR files keep them, as attributes `pathspace.key`.
+    /// Texts such as the seed or the integrator's name, by key. Only OpenEXR files keep them, as
+    /// attributes `pathspace.key`.
     pub metadata: BTreeMap<String, String>,
-    /// Exposure of PNG files in stops: radiance 2 to the power of `-exposure` becomes white. Not kept by any format.
+    /// Exposure of PNG files in stops: radiance 2 to the power of `-exposure` becomes white. Not
+    /// kept by any format.
     pub exposure: f64,
 }
 
@@ -50,9 +53,15 @@ pub enum OutputError {
 impl fmt::Display for OutputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Extension(path) => write!(f, "image file {} must end in .png, .hdr or .exr", path.display()),
-            Self::Size(path) => write!(f, "image has no pixels or is too large for {}", path.display()),
-            Self::Metadata(key) => write!(f, "metadata entry {key:?} is empty, too long or contains a NUL"),
+            Self::Extension(path) => {
+                write!(f, "image file {} must end in .png, .hdr or .exr", path.display())
+            }
+            Self::Size(path) => {
+                write!(f, "image has no pixels or is too large for {}", path.display())
+            }
+            Self::Metadata(key) => {
+                write!(f, "metadata entry {key:?} is empty, too long or contains a NUL")
+            }
             Self::Region(region) => write!(f, "window {region:?} does not fit the image"),
             Self::File { path, source } => write!(f, "image file {}: {source}", path.display()),
         }
@@ -97,10 +106,12 @@ impl From<Image> for ImageFile {
 impl ImageFile {
     /// Writes the file in the format of its extension: `.png`, `.hdr` or `.exr`.
     ///
-    /// PNG is 8-bit sRGB; HDR keeps positive values to about 1 %; OpenEXR keeps 32-bit floats, the window and the metadata.
+    /// PNG is 8-bit sRGB; HDR keeps positive values to about 1 %; OpenEXR keeps 32-bit floats, the
+    /// window and the metadata.
     ///
     /// # Errors
-    /// If the extension is unknown, the image empty, the metadata or window invalid, or the file cannot be written.
+    /// If the extension is unknown, the image empty, the metadata or window invalid, or the file
+    /// cannot be written.
     pub fn save(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
         let path = path.as_ref();
         let format = Format::of(path)?;
@@ -112,15 +123,24 @@ impl ImageFile {
         match format {
             Format::Png => {
                 let bytes = self.image.to_srgb8(self.exposure);
-                let buffer = RgbImage::from_raw(width, height, bytes).ok_or_else(|| OutputError::Size(path.to_owned()))?;
+                let buffer = RgbImage::from_raw(width, height, bytes)
+                    .ok_or_else(|| OutputError::Size(path.to_owned()))?;
                 buffer.save_with_format(path, ImageFormat::Png).map_err(|e| file_error(path, e))
             }
             Format::Hdr => {
-                // Radiance's format has no sign; written whole at the end so that errors of the disk surface.
-                let pixels: Vec<_> = self.image.pixels().iter().map(|p| image::Rgb(p.0.map(|c| to_f32(c).max(0.0)))).collect();
+                // Radiance's format has no sign; written whole at the end so that errors of the
+                // disk surface.
+                let pixels: Vec<_> = self
+                    .image
+                    .pixels()
+                    .iter()
+                    .map(|p| image::Rgb(p.0.map(|c| to_f32(c).max(0.0))))
+                    .collect();
                 let mut file = BufWriter::new(File::create(path).map_err(|e| file_error(path, e))?);
                 let encoder = image::codecs::hdr::HdrEncoder::new(&mut file);
-                encoder.encode(&pixels, width as usize, height as usize).map_err(|e| file_error(path, e))?;
+                encoder
+                    .encode(&pixels, width as usize, height as usize)
+                    .map_err(|e| file_error(path, e))?;
                 file.flush().map_err(|e| file_error(path, e))
             }
             Format::Exr => self.save_exr(path),
@@ -148,13 +168,16 @@ impl ImageFile {
             ImageFormat::Png => pixels.map(|p| p.map(linear_from_srgb)).collect(),
             _ => pixels.collect(),
         };
-        Image::new(width, height, pixels).map(Self::from).ok_or_else(|| OutputError::Size(path.to_owned()))
+        Image::new(width, height, pixels)
+            .map(Self::from)
+            .ok_or_else(|| OutputError::Size(path.to_owned()))
     }
 
     fn save_exr(&self, path: &Path) -> Result<(), OutputError> {
         let (width, height) = (self.image.width(), self.image.height());
         let region = self.region.unwrap_or(FilmRegion::full(UVec2::new(width, height)));
-        let fits = Film::contains_window(&region) && region.window_size() == UVec2::new(width, height);
+        let fits =
+            Film::contains_window(&region) && region.window_size() == UVec2::new(width, height);
         if !fits || region.resolution.max_element() > 1 << 30 {
             return Err(OutputError::Region(region));
         }
@@ -167,14 +190,22 @@ impl ImageFile {
             if key.is_empty() || key.len() > 200 || key.contains('\0') || value.contains('\0') {
                 return Err(OutputError::Metadata(key.clone()));
             }
-            attributes.other.insert(text(&format!("{PREFIX}{key}")), openexr::AttributeValue::Text(text(value)));
+            attributes.other.insert(
+                text(&format!("{PREFIX}{key}")),
+                openexr::AttributeValue::Text(text(value)),
+            );
         }
         let pixel = |at: openexr::Vec2<usize>| {
             let [r, g, b] = self.image.pixels()[at.y() * width as usize + at.x()].0.map(to_f32);
             (r, g, b)
         };
         let channels = openexr::SpecificChannels::rgb(pixel);
-        let layer = openexr::Layer::new((width as usize, height as usize), attributes, openexr::Encoding::SMALL_LOSSLESS, channels);
+        let layer = openexr::Layer::new(
+            (width as usize, height as usize),
+            attributes,
+            openexr::Encoding::SMALL_LOSSLESS,
+            channels,
+        );
         let mut file = openexr::Image::from_layer(layer);
         let resolution = (region.resolution.x as usize, region.resolution.y as usize);
         file.attributes.display_window = openexr::IntegerBounds::from_dimensions(resolution);
@@ -205,16 +236,23 @@ fn load_exr(path: &Path) -> Result<ImageFile, OutputError> {
     let size = (u32::try_from(layer.size.width()), u32::try_from(layer.size.height()));
     let (Ok(width), Ok(height)) = size else { return Err(OutputError::Size(path.to_owned())) };
     let pixels = layer.channel_data.pixels.1;
-    let mut loaded = ImageFile::from(Image::new(width, height, pixels).ok_or_else(|| OutputError::Size(path.to_owned()))?);
+    let mut loaded = ImageFile::from(
+        Image::new(width, height, pixels).ok_or_else(|| OutputError::Size(path.to_owned()))?,
+    );
 
-    // The window in a film that starts at (0, 0). Other programs may write data outside the display window: then there is none.
+    // The window in a film that starts at (0, 0). Other programs may write data outside the display
+    // window: then there is none.
     let display = file.attributes.display_window;
     let position = layer.attributes.layer_position;
-    let min = IVec2::new(position.x().wrapping_sub(display.position.x()), position.y().wrapping_sub(display.position.y()));
+    let min = IVec2::new(
+        position.x().wrapping_sub(display.position.x()),
+        position.y().wrapping_sub(display.position.y()),
+    );
     let resolution = (u32::try_from(display.size.width()), u32::try_from(display.size.height()));
     if let (Ok(x), Ok(y), true) = (resolution.0, resolution.1, min.cmpge(IVec2::ZERO).all()) {
         let window_min = min.as_uvec2();
-        let window_max = UVec2::new(window_min.x.saturating_add(width), window_min.y.saturating_add(height));
+        let window_max =
+            UVec2::new(window_min.x.saturating_add(width), window_min.y.saturating_add(height));
         let region = FilmRegion { resolution: UVec2::new(x, y), window_min, window_max };
         let whole = region == FilmRegion::full(region.resolution);
         loaded.region = (Film::contains_window(&region) && !whole).then_some(region);
@@ -272,9 +310,17 @@ mod tests {
         let path = Temporary::new("crop.exr");
         let mut file = ImageFile::from(gradient());
         file.image.pixels_mut()[0] = Rgb::new(-1.5, 1e300, 1e-30);
-        file.region = Some(FilmRegion { resolution: UVec2::new(20, 10), window_min: UVec2::new(3, 2), window_max: UVec2::new(8, 6) });
-        for (key, value) in [("seed", "18446744073709551615"), ("integrator", "path-tracing"), ("note", "Größe ½"), ("compression", "")]
-        {
+        file.region = Some(FilmRegion {
+            resolution: UVec2::new(20, 10),
+            window_min: UVec2::new(3, 2),
+            window_max: UVec2::new(8, 6),
+        });
+        for (key, value) in [
+            ("seed", "18446744073709551615"),
+            ("integrator", "path-tracing"),
+            ("note", "Größe ½"),
+            ("compression", ""),
+        ] {
             file.metadata.insert(key.into(), value.into());
         }
         file.save(&path.0).unwrap();
@@ -306,7 +352,10 @@ mod tests {
     fn errors_name_the_reason() {
         let file = ImageFile::from(gradient());
         assert!(matches!(file.save("a.jpg"), Err(OutputError::Extension(_))));
-        assert!(matches!(ImageFile::from(Image::from_fn(0, 3, |_, _| Rgb::BLACK)).save("a.exr"), Err(OutputError::Size(_))));
+        assert!(matches!(
+            ImageFile::from(Image::from_fn(0, 3, |_, _| Rgb::BLACK)).save("a.exr"),
+            Err(OutputError::Size(_))
+        ));
         for name in ["x.png", "x.hdr", "x.exr"] {
             let missing = std::env::temp_dir().join("pathspace-no-such-directory").join(name);
             assert!(matches!(file.save(&missing), Err(OutputError::File { .. })));
@@ -317,8 +366,14 @@ mod tests {
         }
         let path = Temporary::new("bad.exr");
         let region = FilmRegion::full(UVec2::new(4, 4));
-        assert!(matches!(ImageFile { region: Some(region), ..file.clone() }.save(&path.0), Err(OutputError::Region(_))));
+        assert!(matches!(
+            ImageFile { region: Some(region), ..file.clone() }.save(&path.0),
+            Err(OutputError::Region(_))
+        ));
         let metadata = [("a\0".to_owned(), String::new())].into();
-        assert!(matches!(ImageFile { metadata, ..file }.save(&path.0), Err(OutputError::Metadata(_))));
+        assert!(matches!(
+            ImageFile { metadata, ..file }.save(&path.0),
+            Err(OutputError::Metadata(_))
+        ));
     }
 }

@@ -10,8 +10,9 @@ use std::ops::Range;
 
 /// Sums of contributions over the window of a film, in f64.
 ///
-/// Floating-point sums depend on their order. Samples are therefore grouped into chunks, each recorded by a [`ChunkFilm`], and the chunks are
-/// merged in the order of their numbers: the image is the same to the bit however many threads filled the chunks.
+/// Floating-point sums depend on their order. Samples are therefore grouped into chunks, each
+/// recorded by a [`ChunkFilm`], and the chunks are merged in the order of their numbers: the image
+/// is the same to the bit however many threads filled the chunks.
 #[derive(Clone, Debug)]
 pub struct Film {
     region: FilmRegion,
@@ -36,7 +37,11 @@ impl fmt::Display for FilmError {
             Self::TooLarge(region) => ("takes too much memory, on", region),
         };
         let FilmRegion { resolution, window_min, window_max } = region;
-        write!(f, "window {window_min} to {window_max} {reason} the film of {} × {} pixels", resolution.x, resolution.y)
+        write!(
+            f,
+            "window {window_min} to {window_max} {reason} the film of {} × {} pixels",
+            resolution.x, resolution.y
+        )
     }
 }
 
@@ -52,7 +57,8 @@ impl Film {
         if !Self::contains_window(&region) {
             return Err(FilmError::Window(region));
         }
-        let pixels = u64::from(window_max.x - window_min.x) * u64::from(window_max.y - window_min.y);
+        let pixels =
+            u64::from(window_max.x - window_min.x) * u64::from(window_max.y - window_min.y);
         let pixels = u32::try_from(pixels).map_err(|_| FilmError::TooLarge(region))? as usize;
         let mut sums = Vec::new();
         sums.try_reserve_exact(pixels).map_err(|_| FilmError::TooLarge(region))?;
@@ -62,7 +68,8 @@ impl Film {
 
     /// Whether the window has pixels and they are all inside the film.
     pub(super) fn contains_window(region: &FilmRegion) -> bool {
-        region.window_min.cmplt(region.window_max).all() && region.window_max.cmple(region.resolution).all()
+        region.window_min.cmplt(region.window_max).all()
+            && region.window_max.cmple(region.resolution).all()
     }
 
     /// The film's resolution and window.
@@ -83,7 +90,8 @@ impl Film {
         &self.non_finite
     }
 
-    /// Adds what a chunk recorded. Chunks must come in a fixed order for the sums to be reproducible.
+    /// Adds what a chunk recorded. Chunks must come in a fixed order for the sums to be
+    /// reproducible.
     pub fn merge(&mut self, chunk: &ChunkFilm) {
         for &(pixel, value) in &chunk.entries {
             if let Some(sum) = self.sums.get_mut(pixel as usize) {
@@ -93,24 +101,28 @@ impl Film {
         self.non_finite.merge(&chunk.non_finite);
     }
 
-    /// The image after `samples` samples, spread evenly over the window: the sums times pixels / samples. Black if there are no samples.
+    /// The image after `samples` samples, spread evenly over the window: the sums times pixels /
+    /// samples. Black if there are no samples.
     #[must_use]
     pub fn image(&self, samples: u64) -> Image {
         let scale = if samples == 0 { 0.0 } else { self.sums.len() as f64 / samples as f64 };
         let size = self.region.window_size();
-        Image::from_fn(size.x, size.y, |x, y| self.sums[y as usize * size.x as usize + x as usize] * scale)
+        Image::from_fn(size.x, size.y, |x, y| {
+            self.sums[y as usize * size.x as usize + x as usize] * scale
+        })
     }
 }
 
-/// Contributions that were infinite or not a number. They are never added to a film and never dropped silently.
+/// Contributions that were infinite or not a number. They are never added to a film and never
+/// dropped silently.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NonFinite {
     counts: Vec<(Technique, u64)>,
     first: Option<NonFiniteContribution>,
 }
 
-/// One infinite or undefined contribution, and the sample that made it: ask the [`SampleSource`](crate::sampler::SampleSource) for this
-/// pixel and pass to draw the path again.
+/// One infinite or undefined contribution, and the sample that made it: ask the
+/// [`SampleSource`](crate::sampler::SampleSource) for this pixel and pass to draw the path again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonFiniteContribution {
     /// Pixel of the full film that the sample belongs to.
@@ -157,12 +169,14 @@ impl NonFinite {
     }
 }
 
-/// Records the contributions of a chunk of samples to be merged into a [`Film`]. It is reused from chunk to chunk.
+/// Records the contributions of a chunk of samples to be merged into a [`Film`]. It is reused from
+/// chunk to chunk.
 #[derive(Clone, Debug)]
 pub struct ChunkFilm {
     region: FilmRegion,
     entries: Vec<(u32, Rgb)>,
-    /// The samples under way: the pixel of the first, those of the others follow, and what each added to its own pixel so far.
+    /// The samples under way: the pixel of the first, those of the others follow, and what each
+    /// added to its own pixel so far.
     first: u32,
     pass: u32,
     own: Vec<Rgb>,
@@ -173,7 +187,14 @@ impl ChunkFilm {
     /// An empty record of a region.
     #[must_use]
     pub fn new(region: FilmRegion) -> Self {
-        Self { region, entries: Vec::new(), first: 0, pass: 0, own: Vec::new(), non_finite: NonFinite::default() }
+        Self {
+            region,
+            entries: Vec::new(),
+            first: 0,
+            pass: 0,
+            own: Vec::new(),
+            non_finite: NonFinite::default(),
+        }
     }
 
     /// Forgets everything but keeps the memory.
@@ -183,7 +204,8 @@ impl ChunkFilm {
         self.non_finite = NonFinite::default();
     }
 
-    /// Says which samples the next contributions come from: number `pass` of consecutive pixels, row-major in the window.
+    /// Says which samples the next contributions come from: number `pass` of consecutive pixels,
+    /// row-major in the window.
     #[inline]
     pub fn begin_samples(&mut self, pixels: Range<u32>, pass: u32) {
         self.finish();
@@ -195,7 +217,8 @@ impl ChunkFilm {
     #[inline]
     pub fn finish(&mut self) {
         let own = self.own.drain(..).zip(self.first..);
-        self.entries.extend(own.filter(|(own, _)| !own.is_black()).map(|(own, pixel)| (pixel, own)));
+        self.entries
+            .extend(own.filter(|(own, _)| !own.is_black()).map(|(own, pixel)| (pixel, own)));
     }
 
     /// What was not recorded because it was infinite or not a number.
@@ -209,7 +232,12 @@ impl ChunkFilm {
         self.non_finite.add(contribution.technique, 1);
         let width = self.region.window_size().x.max(1);
         let pixel = self.region.window_min + UVec2::new(pixel_index % width, pixel_index / width);
-        let rejected = NonFiniteContribution { pixel, pixel_index, pass: self.pass, contribution: *contribution };
+        let rejected = NonFiniteContribution {
+            pixel,
+            pixel_index,
+            pass: self.pass,
+            contribution: *contribution,
+        };
         self.non_finite.first.get_or_insert(rejected);
     }
 }
@@ -220,7 +248,8 @@ impl BatchSink for ChunkFilm {
         let own = self.first + sample as u32;
         let value = contribution.value * contribution.weight;
         // A weight of 0 does not excuse an infinite value: the product is not a number.
-        if !(value.is_finite() && contribution.value.is_finite() && contribution.raster.is_finite()) {
+        if !(value.is_finite() && contribution.value.is_finite() && contribution.raster.is_finite())
+        {
             return self.reject(own, contribution);
         }
         if value.is_black() {
@@ -247,7 +276,12 @@ mod tests {
     }
 
     fn contribution(x: f64, y: f64, value: f64, weight: f64) -> Contribution {
-        Contribution { raster: DVec2::new(x, y), value: Rgb::splat(value), weight, technique: Technique { s: 1, t: 2 } }
+        Contribution {
+            raster: DVec2::new(x, y),
+            value: Rgb::splat(value),
+            weight,
+            technique: Technique { s: 1, t: 2 },
+        }
     }
 
     #[test]
@@ -255,7 +289,16 @@ mod tests {
         let mut film = Film::new(region([8, 8], [2, 3], [5, 5])).unwrap();
         let mut chunk = ChunkFilm::new(film.region());
         chunk.begin_samples(0..2, 0);
-        for (x, y) in [(2.0, 3.0), (4.999, 4.999), (2.5, 3.5), (5.0, 4.0), (1.999, 3.0), (2.0, 2.999), (-1e300, 4.0), (3.0, 5.0)] {
+        for (x, y) in [
+            (2.0, 3.0),
+            (4.999, 4.999),
+            (2.5, 3.5),
+            (5.0, 4.0),
+            (1.999, 3.0),
+            (2.0, 2.999),
+            (-1e300, 4.0),
+            (3.0, 5.0),
+        ] {
             chunk.add(0, &contribution(x, y, 2.0, 0.5));
         }
         chunk.add(1, &contribution(2.1, 3.1, 1.0, 0.0));
@@ -289,7 +332,10 @@ mod tests {
         chunk.finish();
         film.merge(&chunk);
         let lost = film.non_finite();
-        assert_eq!(lost.by_technique(), [(Technique { s: 0, t: 3 }, 1), (Technique { s: 1, t: 2 }, 6)]);
+        assert_eq!(
+            lost.by_technique(),
+            [(Technique { s: 0, t: 3 }, 1), (Technique { s: 1, t: 2 }, 6)]
+        );
         let first = lost.first().unwrap();
         assert_eq!((first.pixel, first.pass, first.pixel_index), (UVec2::new(3, 2), 9, 5));
         assert!(first.contribution.value.r().is_nan());
@@ -300,9 +346,12 @@ mod tests {
 
     #[test]
     fn impossible_regions_are_refused() {
-        for r in
-            [region([0, 0], [0, 0], [0, 0]), region([4, 4], [2, 2], [2, 3]), region([4, 4], [3, 0], [2, 4]), region([4, 4], [0, 0], [5, 4])]
-        {
+        for r in [
+            region([0, 0], [0, 0], [0, 0]),
+            region([4, 4], [2, 2], [2, 3]),
+            region([4, 4], [3, 0], [2, 4]),
+            region([4, 4], [0, 0], [5, 4]),
+        ] {
             assert_eq!(Film::new(r).unwrap_err(), FilmError::Window(r));
         }
         let huge = FilmRegion::full(UVec2::MAX);

@@ -14,7 +14,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Some frame around a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited", listing 3).
+    /// Some frame around a unit normal (Duff et al. 2017, "Building an Orthonormal Basis,
+    /// Revisited", listing 3).
     #[inline]
     #[must_use]
     pub fn from_normal(normal: DVec3) -> Self {
@@ -28,7 +29,8 @@ impl Frame {
         }
     }
 
-    /// The frame around a unit normal whose x axis is the given tangent, made orthogonal; some frame if they are parallel.
+    /// The frame around a unit normal whose x axis is the given tangent, made orthogonal; some
+    /// frame if they are parallel.
     #[inline]
     #[must_use]
     pub fn from_normal_and_tangent(normal: DVec3, tangent: DVec3) -> Self {

@@ -1,7 +1,8 @@
 //! Rays and where they meet shapes, in f64 and without an absolute epsilon.
 //!
-//! An [`Intersection`] carries the ray parameter, which only orders hits, and the shape's own parameters, from which
-//! [`Shape::point_at_hit`] computes a position whose error does not grow with the distance the ray has travelled.
+//! An [`Intersection`] carries the ray parameter, which only orders hits, and the shape's own
+//! parameters, from which [`Shape::point_at_hit`] computes a position whose error does not grow
+//! with the distance the ray has travelled.
 
 use super::{Disk, Quad, Shape, SurfacePoint, Triangle};
 use glam::{DVec2, DVec3};
@@ -24,13 +25,16 @@ pub struct Ray {
 pub struct Intersection {
     /// Distance along the ray in units of its direction's length, positive.
     pub t: f64,
-    /// First parameter: barycentric coordinate of a triangle's second vertex, a quad's u; 0 for other shapes.
+    /// First parameter: barycentric coordinate of a triangle's second vertex, a quad's u; 0 for
+    /// other shapes.
     pub u: f64,
-    /// Second parameter: barycentric coordinate of a triangle's third vertex, a quad's v; 0 for other shapes.
+    /// Second parameter: barycentric coordinate of a triangle's third vertex, a quad's v; 0 for
+    /// other shapes.
     pub v: f64,
 }
 
-/// Which ends of a ray are known to lie on the shape that is tested, so that these contacts are not hits.
+/// Which ends of a ray are known to lie on the shape that is tested, so that these contacts are not
+/// hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contact {
     /// Neither.
@@ -64,8 +68,8 @@ impl Ray {
         self.origin + self.direction * t
     }
 
-    /// A point in the coordinates in which the ray is the positive z axis. Depends on the point alone, so that triangles that share a
-    /// vertex see it at the same place.
+    /// A point in the coordinates in which the ray is the positive z axis. Depends on the point
+    /// alone, so that triangles that share a vertex see it at the same place.
     #[inline]
     fn sheared(&self, p: DVec3) -> DVec3 {
         self.shear(rotated(p - self.origin, self.largest))
@@ -82,8 +86,8 @@ impl Ray {
         AXES[usize::from(self.largest) % 3]
     }
 
-    /// Where the ray meets a triangle, whose corners have their coordinates along [`Self::axes`]: bit by bit what [`Triangle::intersect`]
-    /// finds, without a branch by axis.
+    /// Where the ray meets a triangle, whose corners have their coordinates along [`Self::axes`]:
+    /// bit by bit what [`Triangle::intersect`] finds, without a branch by axis.
     #[inline(always)]
     pub(crate) fn meet(&self, [a, b, c]: [DVec3; 3]) -> Option<Intersection> {
         let [i, j, k] = self.axes();
@@ -96,7 +100,8 @@ impl Ray {
 /// All axes in cyclic order, by the last one.
 const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
-/// The components in cyclic order with that of the given axis last. A branch that is the same for a whole ray is cheaper than indexing.
+/// The components in cyclic order with that of the given axis last. A branch that is the same for a
+/// whole ray is cheaper than indexing.
 #[inline]
 fn rotated(v: DVec3, last: u8) -> DVec3 {
     match last {
@@ -116,8 +121,8 @@ impl Shape {
 
     /// The nearest point in front of the ray's origin which is not a known contact.
     ///
-    /// A ray that touches a flat shape meets it nowhere else. A ray that touches a sphere meets it at one more point at most, which
-    /// follows without cancellation from the angle at the contact.
+    /// A ray that touches a flat shape meets it nowhere else. A ray that touches a sphere meets it
+    /// at one more point at most, which follows without cancellation from the angle at the contact.
     #[inline(always)]
     #[must_use]
     pub fn intersect_apart_from(&self, ray: &Ray, contact: Contact) -> Option<Intersection> {
@@ -130,10 +135,12 @@ impl Shape {
         }
     }
 
-    /// The surface point of an intersection that this shape returned for this ray; primitive and surface ids are left to the caller.
+    /// The surface point of an intersection that this shape returned for this ray; primitive and
+    /// surface ids are left to the caller.
     ///
-    /// The position is recomputed from the shape's parameters or projected onto the shape, so its error bound is that of the shape's
-    /// coordinates. The normals are those of the front side, whichever side the ray comes from.
+    /// The position is recomputed from the shape's parameters or projected onto the shape, so its
+    /// error bound is that of the shape's coordinates. The normals are those of the front side,
+    /// whichever side the ray comes from.
     #[inline]
     #[must_use]
     pub fn point_at_hit(&self, ray: &Ray, hit: &Intersection) -> SurfacePoint {
@@ -150,10 +157,12 @@ impl Shape {
     }
 }
 
-/// Watertight test (Woop, Benthin and Wald 2013): triangles that share an edge or a vertex never let a ray pass between them.
+/// Watertight test (Woop, Benthin and Wald 2013): triangles that share an edge or a vertex never
+/// let a ray pass between them.
 ///
-/// The sign of the rounded `fl(p q) - fl(r s)` is never opposite to that of `p q - r s`, since rounding is monotone: at worst it is
-/// 0, which counts as inside for both neighbours. So no extended precision is needed where an edge function vanishes.
+/// The sign of the rounded `fl(p q) - fl(r s)` is never opposite to that of `p q - r s`, since
+/// rounding is monotone: at worst it is 0, which counts as inside for both neighbours. So no
+/// extended precision is needed where an edge function vanishes.
 #[inline(always)]
 fn intersect_corners(ray: &Ray, corners: [DVec3; 3]) -> Option<Intersection> {
     // Not `map`, which does not get inlined here.
@@ -172,7 +181,11 @@ fn meet_sheared(a: DVec3, b: DVec3, c: DVec3) -> Option<Intersection> {
     let determinant = u + v + w;
     let t = (u * a.z + v * b.z + w * c.z) / determinant;
     // Also false for a triangle seen edge-on, where t is not a number or infinite.
-    (t > 0.0 && t < f64::INFINITY).then(|| Intersection { t, u: v / determinant, v: w / determinant })
+    (t > 0.0 && t < f64::INFINITY).then(|| Intersection {
+        t,
+        u: v / determinant,
+        v: w / determinant,
+    })
 }
 
 impl Triangle {
@@ -185,7 +198,8 @@ impl Triangle {
 }
 
 impl Quad {
-    /// The point in front of the ray's origin, on either side; watertight with triangles and quads that share its corners.
+    /// The point in front of the ray's origin, on either side; watertight with triangles and quads
+    /// that share its corners.
     #[inline(never)]
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<Intersection> {
@@ -209,7 +223,11 @@ impl Disk {
             return None;
         }
         let offset = from_center + ray.direction * t;
-        (offset.length_squared() <= self.radius * self.radius).then_some(Intersection { t, u: 0.0, v: 0.0 })
+        (offset.length_squared() <= self.radius * self.radius).then_some(Intersection {
+            t,
+            u: 0.0,
+            v: 0.0,
+        })
     }
 }
 
@@ -238,7 +256,11 @@ mod tests {
 
     #[test]
     fn quad_parameters_are_those_of_its_point() {
-        let q = Quad { origin: DVec3::new(1.0, 2.0, 3.0), edge_u: DVec3::new(2.0, 0.5, 0.0), edge_v: DVec3::new(0.0, 1.0, 2.0) };
+        let q = Quad {
+            origin: DVec3::new(1.0, 2.0, 3.0),
+            edge_u: DVec3::new(2.0, 0.5, 0.0),
+            edge_v: DVec3::new(0.0, 1.0, 2.0),
+        };
         for (u, v) in [(0.1, 0.7), (0.7, 0.1), (0.5, 0.5), (0.9, 0.95)] {
             let p = q.point_at(u, v);
             let ray = ray([4.0, -3.0, 2.0], p.position.into());
@@ -247,13 +269,21 @@ mod tests {
             assert_relative_eq!(hit.v, v, max_relative = 1e-14);
             assert_relative_eq!(ray.at(hit.t), p.position, max_relative = 1e-14);
         }
-        assert!(q.intersect(&ray([4.0, -3.0, 2.0], q.point_at(1.1, 0.5).position.into())).is_none());
-        assert!(q.intersect(&ray([4.0, -3.0, 2.0], q.point_at(0.5, -0.1).position.into())).is_none());
+        assert!(
+            q.intersect(&ray([4.0, -3.0, 2.0], q.point_at(1.1, 0.5).position.into())).is_none()
+        );
+        assert!(
+            q.intersect(&ray([4.0, -3.0, 2.0], q.point_at(0.5, -0.1).position.into())).is_none()
+        );
     }
 
     #[test]
     fn disk_hits_end_at_its_rim_and_lie_in_its_plane() {
-        let d = Disk { center: DVec3::new(1.0, 2.0, 3.0), normal: DVec3::new(1.0, 2.0, 2.0) / 3.0, radius: 0.5 };
+        let d = Disk {
+            center: DVec3::new(1.0, 2.0, 3.0),
+            normal: DVec3::new(1.0, 2.0, 2.0) / 3.0,
+            radius: 0.5,
+        };
         let frame = crate::geometry::Frame::from_normal(d.normal);
         let origin = [9.0, 7.0, -3.0];
         for (r, hits) in [(0.0, true), (0.499, true), (0.501, false)] {
@@ -264,8 +294,15 @@ mod tests {
             if let Some(hit) = hit {
                 let p = Shape::Disk(d).point_at_hit(&ray, &hit);
                 assert_relative_eq!(p.position, target, epsilon = 1e-14);
-                assert!((p.position - d.center).dot(d.normal).abs() <= p.error * d.normal.abs().element_sum());
-                assert_relative_eq!(p.uv, DVec2::new(0.6 * r + 0.5, 0.8 * r + 0.5), epsilon = 1e-13);
+                assert!(
+                    (p.position - d.center).dot(d.normal).abs()
+                        <= p.error * d.normal.abs().element_sum()
+                );
+                assert_relative_eq!(
+                    p.uv,
+                    DVec2::new(0.6 * r + 0.5, 0.8 * r + 0.5),
+                    epsilon = 1e-13
+                );
             }
         }
     }
@@ -273,13 +310,28 @@ mod tests {
     #[test]
     fn rays_without_direction_hit_nothing() {
         let shapes = [
-            Shape::Triangle(Triangle { vertices: [DVec3::new(-1.0, -1.0, 1.0), DVec3::new(1.0, -1.0, 1.0), DVec3::new(0.0, 1.0, 1.0)] }),
+            Shape::Triangle(Triangle {
+                vertices: [
+                    DVec3::new(-1.0, -1.0, 1.0),
+                    DVec3::new(1.0, -1.0, 1.0),
+                    DVec3::new(0.0, 1.0, 1.0),
+                ],
+            }),
             Shape::Sphere(crate::geometry::Sphere::new(DVec3::ZERO, 1.0)),
             Shape::Disk(Disk { center: DVec3::Z, normal: DVec3::Z, radius: 1.0 }),
-            Shape::Quad(Quad { origin: DVec3::new(-1.0, -1.0, 1.0), edge_u: DVec3::X * 2.0, edge_v: DVec3::Y * 2.0 }),
+            Shape::Quad(Quad {
+                origin: DVec3::new(-1.0, -1.0, 1.0),
+                edge_u: DVec3::X * 2.0,
+                edge_v: DVec3::Y * 2.0,
+            }),
         ];
         for shape in shapes {
-            for (o, d) in [(DVec3::ZERO, DVec3::ZERO), (DVec3::NAN, DVec3::Z), (DVec3::ZERO, DVec3::NAN), (DVec3::INFINITY, DVec3::Z)] {
+            for (o, d) in [
+                (DVec3::ZERO, DVec3::ZERO),
+                (DVec3::NAN, DVec3::Z),
+                (DVec3::ZERO, DVec3::NAN),
+                (DVec3::INFINITY, DVec3::Z),
+            ] {
                 assert_eq!(shape.intersect(&Ray::new(o, d)), None, "{shape:?} {o} {d}");
             }
         }

@@ -35,17 +35,22 @@ impl Sphere {
                 let [near, far] = self.roots(from_center, d, length_squared)?;
                 accept(near).or_else(|| accept(far))
             }
-            // One root is the contact itself; the chord to the other one follows from the angle there.
+            // One root is the contact itself; the chord to the other one follows from the angle
+            // there.
             Contact::Origin => accept(-2.0 * from_center.dot(d) / length_squared),
-            Contact::End(end) => accept(end - 2.0 * (from_center + d * end).dot(d) / length_squared).filter(|hit| hit.t < end),
+            Contact::End(end) => {
+                accept(end - 2.0 * (from_center + d * end).dot(d) / length_squared)
+                    .filter(|hit| hit.t < end)
+            }
             Contact::Both => None,
         }
     }
 
     /// Both roots of `|f + t d|² = r²` in order.
     ///
-    /// The discriminant is taken from the distance between centre and ray rather than from `b² - c`, and the root that would suffer
-    /// from cancellation is computed as `c / q` (Haines et al. 2019, "Precision Improvements for Ray/Sphere Intersection").
+    /// The discriminant is taken from the distance between centre and ray rather than from `b² -
+    /// c`, and the root that would suffer from cancellation is computed as `c / q` (Haines et al.
+    /// 2019, "Precision Improvements for Ray/Sphere Intersection").
     #[inline]
     fn roots(&self, f: DVec3, d: DVec3, length_squared: f64) -> Option<[f64; 2]> {
         let b = -f.dot(d);
@@ -94,8 +99,15 @@ mod tests {
             assert_eq!(hit.is_some(), chord > 0.0);
             if let Some(hit) = hit {
                 assert_relative_eq!(hit.t, chord, max_relative = 1e-12, epsilon = 1e-14);
-                let back = s.intersect_apart_from(&Ray::new(x.position + d * (hit.t + 1.0), -d), Contact::End(hit.t + 1.0));
-                assert_relative_eq!(back.expect("the far side blocks").t, 1.0, max_relative = 1e-12);
+                let back = s.intersect_apart_from(
+                    &Ray::new(x.position + d * (hit.t + 1.0), -d),
+                    Contact::End(hit.t + 1.0),
+                );
+                assert_relative_eq!(
+                    back.expect("the far side blocks").t,
+                    1.0,
+                    max_relative = 1e-12
+                );
             }
         }
     }

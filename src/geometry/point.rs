@@ -9,31 +9,38 @@ pub enum Place {
     Area,
     /// A single point without a surface: a pinhole, a point light. No cosine.
     Dirac,
-    /// Infinitely far away in the direction opposite to its normal's: environment, directional light, orthographic camera.
+    /// Infinitely far away in the direction opposite to its normal's: environment, directional
+    /// light, orthographic camera.
     Infinite,
 }
 
-/// A point on a surface, at a Dirac position, or at infinity. Plain data, without lifetime or generics.
+/// A point on a surface, at a Dirac position, or at infinity. Plain data, without lifetime or
+/// generics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// World position. At infinity: where the segment to test for visibility ends, or where the ray starts.
+    /// World position. At infinity: where the segment to test for visibility ends, or where the ray
+    /// starts.
     pub position: DVec3,
     /// Bound on the rounding error of `position` along any axis, in world units.
     pub error: f64,
-    /// Unit normal of the true surface; emission and sidedness follow it. At infinity: the direction *into* the scene,
-    /// in which a light there emits. Without meaning at a Dirac position.
+    /// Unit normal of the true surface; emission and sidedness follow it. At infinity: the
+    /// direction *into* the scene, in which a light there emits. Without meaning at a Dirac
+    /// position.
     pub geometric_normal: DVec3,
     /// Unit normal that scattering uses; equal to the geometric one on flat surfaces.
     pub shading_normal: DVec3,
-    /// Direction of growing u, not necessarily orthogonal to the shading normal; zero if the surface has no preferred direction.
+    /// Direction of growing u, not necessarily orthogonal to the shading normal; zero if the
+    /// surface has no preferred direction.
     pub tangent: DVec3,
     /// Surface parameters.
     pub uv: DVec2,
     /// What kind of point it is.
     pub place: Place,
-    /// The primitive that the point lies on, as numbered by the scene; [`SurfacePoint::NONE`] if there is none.
+    /// The primitive that the point lies on, as numbered by the scene; [`SurfacePoint::NONE`] if
+    /// there is none.
     pub primitive: u32,
-    /// The surface (object, material slot …) as numbered by the scene; [`SurfacePoint::NONE`] if there is none.
+    /// The surface (object, material slot …) as numbered by the scene; [`SurfacePoint::NONE`] if
+    /// there is none.
     pub surface: u32,
 }
 
@@ -77,7 +84,8 @@ impl SurfacePoint {
         self.shading_normal == self.geometric_normal
     }
 
-    /// The cosine that enters the geometry term for a unit direction `w` at this point: `|n_g · w|` on a surface, 1 elsewhere.
+    /// The cosine that enters the geometry term for a unit direction `w` at this point: `|n_g · w|`
+    /// on a surface, 1 elsewhere.
     #[inline]
     #[must_use]
     pub fn cosine(&self, w: DVec3) -> f64 {
@@ -87,8 +95,9 @@ impl SurfacePoint {
         }
     }
 
-    /// The origin of a ray that leaves the surface into direction `w`: moved along the geometric normal to that side, just beyond the
-    /// error bound of the position (Wächter 2008; Pharr, Jakob and Humphreys 2016, section 3.9). Scale-free: no absolute epsilon.
+    /// The origin of a ray that leaves the surface into direction `w`: moved along the geometric
+    /// normal to that side, just beyond the error bound of the position (Wächter 2008; Pharr, Jakob
+    /// and Humphreys 2016, section 3.9). Scale-free: no absolute epsilon.
     #[inline]
     #[must_use]
     pub fn origin_towards(&self, w: DVec3) -> DVec3 {

@@ -8,7 +8,8 @@ use std::f64::consts::PI;
 /// Relative rounding error of one operation, 2⁻⁵³.
 const UNIT_ROUNDOFF: f64 = 0.5 * f64::EPSILON;
 
-/// Bound on the relative error of n operations in a row, γ_n = n ε / (1 - n ε) (Higham 2002, section 3.1).
+/// Bound on the relative error of n operations in a row, γ_n = n ε / (1 - n ε) (Higham 2002,
+/// section 3.1).
 #[inline]
 #[must_use]
 pub(crate) const fn gamma(n: u32) -> f64 {
@@ -32,7 +33,8 @@ pub struct Sphere {
     pub radius: f64,
     /// Unit vector from the centre to the pole.
     pub axis: DVec3,
-    /// Only points with `cos_min <= n · axis <= cos_max` belong to the shape, n the outward normal; -1 and 1 for the whole sphere.
+    /// Only points with `cos_min <= n · axis <= cos_max` belong to the shape, n the outward normal;
+    /// -1 and 1 for the whole sphere.
     pub cos_min: f64,
     /// See `cos_min`.
     pub cos_max: f64,
@@ -40,7 +42,8 @@ pub struct Sphere {
     pub inward: bool,
 }
 
-/// A parallelogram `origin + u edge_u + v edge_v`, u and v in [0, 1]; its normal is `edge_u × edge_v`.
+/// A parallelogram `origin + u edge_u + v edge_v`, u and v in [0, 1]; its normal is `edge_u ×
+/// edge_v`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quad {
     /// Corner.
@@ -75,7 +78,8 @@ pub enum Shape {
     Disk(Disk),
 }
 
-/// Texture coordinates at the barycentric coordinates `1 - u - v, u, v` of a triangle, from those of its corners.
+/// Texture coordinates at the barycentric coordinates `1 - u - v, u, v` of a triangle, from those
+/// of its corners.
 #[must_use]
 pub(crate) fn interpolated(corners: [DVec2; 3], barycentric: DVec2) -> DVec2 {
     let [a, b, c] = corners;
@@ -83,7 +87,8 @@ pub(crate) fn interpolated(corners: [DVec2; 3], barycentric: DVec2) -> DVec2 {
 }
 
 impl Triangle {
-    /// Twice the area times the unit normal, from the two shortest edges: their cross product cancels least.
+    /// Twice the area times the unit normal, from the two shortest edges: their cross product
+    /// cancels least.
     #[inline]
     #[must_use]
     pub fn cross(&self) -> DVec3 {
@@ -108,7 +113,11 @@ impl Triangle {
         let (pa, pb, pc) = (a * w, b * u, c * v);
         let error = gamma(7) * (pa.abs() + pb.abs() + pc.abs()).max_element();
         let normal = self.cross().normalize();
-        SurfacePoint { uv: DVec2::new(u, v), tangent: b - a, ..SurfacePoint::on_surface(pa + pb + pc, error, normal) }
+        SurfacePoint {
+            uv: DVec2::new(u, v),
+            tangent: b - a,
+            ..SurfacePoint::on_surface(pa + pb + pc, error, normal)
+        }
     }
 }
 
@@ -125,16 +134,23 @@ impl Sphere {
         self.cos_min <= -1.0 && self.cos_max >= 1.0
     }
 
-    /// The point of the surface in direction `outward` (unit) from the centre, with its error bound; uv = (longitude / 2π, angle
-    /// from the axis / π).
+    /// The point of the surface in direction `outward` (unit) from the centre, with its error
+    /// bound; uv = (longitude / 2π, angle from the axis / π).
     #[must_use]
     pub fn point_at(&self, outward: DVec3) -> SurfacePoint {
         let position = self.center + outward * self.radius;
         let error = gamma(6) * (self.center.abs() + DVec3::splat(self.radius)).max_element();
         let normal = if self.inward { -outward } else { outward };
         let local = super::Frame::from_normal(self.axis).to_local(outward);
-        let uv = DVec2::new(angle::turn(local.y, local.x), angle::atan2(local.truncate().length(), local.z) / PI);
-        SurfacePoint { uv, tangent: self.axis.cross(outward), ..SurfacePoint::on_surface(position, error, normal) }
+        let uv = DVec2::new(
+            angle::turn(local.y, local.x),
+            angle::atan2(local.truncate().length(), local.z) / PI,
+        );
+        SurfacePoint {
+            uv,
+            tangent: self.axis.cross(outward),
+            ..SurfacePoint::on_surface(position, error, normal)
+        }
     }
 }
 
@@ -160,20 +176,29 @@ impl Quad {
         let (pu, pv) = (self.edge_u * u, self.edge_v * v);
         let error = gamma(5) * (self.origin.abs() + pu.abs() + pv.abs()).max_element();
         let normal = self.cross().normalize();
-        SurfacePoint { uv: DVec2::new(u, v), tangent: self.edge_u, ..SurfacePoint::on_surface(self.origin + pu + pv, error, normal) }
+        SurfacePoint {
+            uv: DVec2::new(u, v),
+            tangent: self.edge_u,
+            ..SurfacePoint::on_surface(self.origin + pu + pv, error, normal)
+        }
     }
 }
 
 impl Disk {
-    /// The point with these coordinates in the plane of the disk (world units, axes of [`Frame::from_normal`](super::Frame)), with its
-    /// error bound; uv maps the square around the disk to the unit square.
+    /// The point with these coordinates in the plane of the disk (world units, axes of
+    /// [`Frame::from_normal`](super::Frame)), with its error bound; uv maps the square around the
+    /// disk to the unit square.
     #[must_use]
     pub fn point_at(&self, p: DVec2) -> SurfacePoint {
         let frame = super::Frame::from_normal(self.normal);
         let offset = frame.x * p.x + frame.y * p.y;
         let error = gamma(6) * (self.center.abs() + offset.abs()).max_element();
         let uv = 0.5 + p * (0.5 / self.radius);
-        SurfacePoint { uv, tangent: frame.x, ..SurfacePoint::on_surface(self.center + offset, error, self.normal) }
+        SurfacePoint {
+            uv,
+            tangent: frame.x,
+            ..SurfacePoint::on_surface(self.center + offset, error, self.normal)
+        }
     }
 }
 
@@ -196,7 +221,8 @@ impl Shape {
         }
     }
 
-    /// The point that the unit square's `u` maps to, uniform by area; primitive and surface ids are left to the caller.
+    /// The point that the unit square's `u` maps to, uniform by area; primitive and surface ids are
+    /// left to the caller.
     #[inline(always)]
     #[must_use]
     pub fn sample_area(&self, u: DVec2) -> SurfacePoint {
@@ -217,8 +243,8 @@ impl Shape {
         }
     }
 
-    /// An axis-aligned box that contains the shape (the whole sphere for a masked one), the smallest one up to rounding, which is
-    /// outwards.
+    /// An axis-aligned box that contains the shape (the whole sphere for a masked one), the
+    /// smallest one up to rounding, which is outwards.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
         let around = |center: DVec3, extent: DVec3| {
@@ -235,7 +261,10 @@ impl Shape {
             Self::Quad(q) => Bounds::of_points(q.corners()),
             Self::Disk(d) => {
                 let n = d.normal;
-                around(d.center, DVec3::new(n.y.hypot(n.z), n.x.hypot(n.z), n.x.hypot(n.y)) * d.radius)
+                around(
+                    d.center,
+                    DVec3::new(n.y.hypot(n.z), n.x.hypot(n.z), n.x.hypot(n.y)) * d.radius,
+                )
             }
         }
     }

@@ -22,16 +22,28 @@ pub(crate) struct Files {
 impl Files {
     /// For the scene in a file.
     pub fn new(scene: &Path, limits: &Limits) -> Result<Self, Error> {
-        let directory = scene.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned();
+        let directory = scene
+            .parent()
+            .filter(|parent| !parent.as_os_str().is_empty())
+            .unwrap_or(Path::new("."))
+            .to_owned();
         let at = || Location { file: scene.to_owned(), ..Location::default() };
         let root = directory.canonicalize().map_err(|error| Error::caused(at(), error))?;
-        Ok(Self { directories: vec![directory], root, outside_files: limits.outside_files, bytes_left: limits.bytes })
+        Ok(Self {
+            directories: vec![directory],
+            root,
+            outside_files: limits.outside_files,
+            bytes_left: limits.bytes,
+        })
     }
 
     /// Adds a directory where relative paths are looked for, after the others.
     pub fn add_directory(&mut self, path: &str, location: Location) -> Result<(), Error> {
         if self.directories.len() >= MOST_DIRECTORIES {
-            return Err(Error::new(location, format!("files are looked for in more than {MOST_DIRECTORIES} directories")));
+            return Err(Error::new(
+                location,
+                format!("files are looked for in more than {MOST_DIRECTORIES} directories"),
+            ));
         }
         let directory = self.allowed(path, &location)?;
         self.directories.push(directory);
@@ -77,7 +89,9 @@ impl Files {
     /// Counts bytes that have been read or decompressed.
     pub fn spend(&mut self, bytes: u64, location: Location) -> Result<(), Error> {
         let left = self.bytes_left.checked_sub(bytes);
-        self.bytes_left = left.ok_or_else(|| Error::new(location, "the files of the scene have more bytes than the limit admits"))?;
+        self.bytes_left = left.ok_or_else(|| {
+            Error::new(location, "the files of the scene have more bytes than the limit admits")
+        })?;
         Ok(())
     }
 
@@ -87,17 +101,28 @@ impl Files {
         if name.is_empty() || name.contains('\0') {
             return refuse("the name of the file is empty or has a NUL in it".to_owned());
         }
-        let plain = Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        let plain = Path::new(name)
+            .components()
+            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
         if !plain && !self.outside_files {
-            return refuse(format!("{name} may lie outside of the scene's directory; set `outside_files` to allow it"));
+            return refuse(format!(
+                "{name} may lie outside of the scene's directory; set `outside_files` to allow it"
+            ));
         }
-        let Some(path) = self.directories.iter().map(|directory| directory.join(name)).find(|path| path.exists()) else {
+        let Some(path) = self
+            .directories
+            .iter()
+            .map(|directory| directory.join(name))
+            .find(|path| path.exists())
+        else {
             return refuse(format!("there is no file {name}"));
         };
         // A symbolic link may lead out, too.
         let inside = path.canonicalize().is_ok_and(|path| path.starts_with(&self.root));
         if !inside && !self.outside_files {
-            return refuse(format!("{name} is a link out of the scene's directory; set `outside_files` to allow it"));
+            return refuse(format!(
+                "{name} is a link out of the scene's directory; set `outside_files` to allow it"
+            ));
         }
         Ok(path)
     }

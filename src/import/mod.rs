@@ -1,7 +1,9 @@
 //! Scenes from files, one module per format.
 //!
-//! What a file asks for and the crate lacks is never replaced silently: it is a [`Warning`], or an [`Error`] where nothing sensible is left to render; [strict](Options)
-//! readers make every warning an error. Files are not trusted: their size, the number of what they hold, and where they refer to are [limited](Limits).
+//! What a file asks for and the crate lacks is never replaced silently: it is a [`Warning`], or an
+//! [`Error`] where nothing sensible is left to render; [strict](Options) readers make every warning
+//! an error. Files are not trusted: their size, the number of what they hold, and where they refer
+//! to are [limited](Limits).
 
 #[cfg_attr(not(feature = "mitsuba"), allow(dead_code, reason = "one format uses all of it"))]
 mod files;
@@ -43,7 +45,10 @@ pub struct ImportedView {
 
 impl fmt::Debug for ImportedView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("ImportedView").field("name", &self.name).field("film", &self.camera.film()).finish_non_exhaustive()
+        f.debug_struct("ImportedView")
+            .field("name", &self.name)
+            .field("film", &self.camera.film())
+            .finish_non_exhaustive()
     }
 }
 
@@ -72,8 +77,10 @@ pub struct Options {
 
 /// How much a file may ask for, before it is refused.
 ///
-/// The defaults admit large scenes on a desktop computer. All of them together keep a reader below about 15 GB: a triangle takes about 0.6 kB while its world is
-/// built, a pixel of an image 24 bytes, an element of a glTF file up to 5 kB, and files are read whole. Who reads files of strangers on a smaller machine lowers them.
+/// The defaults admit large scenes on a desktop computer. All of them together keep a reader below
+/// about 15 GB: a triangle takes about 0.6 kB while its world is built, a pixel of an image 24
+/// bytes, an element of a glTF file up to 5 kB, and files are read whole. Who reads files of
+/// strangers on a smaller machine lowers them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Limits {
@@ -168,7 +175,10 @@ impl Error {
     }
 
     /// An error that another one has caused; its message becomes part of the reason.
-    pub(crate) fn caused(location: Location, source: impl std::error::Error + Send + Sync + 'static) -> Self {
+    pub(crate) fn caused(
+        location: Location,
+        source: impl std::error::Error + Send + Sync + 'static,
+    ) -> Self {
         Self { location, reason: source.to_string(), source: Some(Box::new(source)) }
     }
 }

@@ -1,14 +1,15 @@
-//! Bidirectional path tracing: one walk from the camera and one from a light, and every way to join a part of the one to a part of the
-//! other (Lafortune and Willems 1993; Veach and Guibas 1994). Restricted to a set of techniques it is any of the incremental integrators:
-//! the general kernel that the dedicated ones are tested against.
+//! Bidirectional path tracing: one walk from the camera and one from a light, and every way to join
+//! a part of the one to a part of the other (Lafortune and Willems 1993; Veach and Guibas 1994).
+//! Restricted to a set of techniques it is any of the incremental integrators: the general kernel
+//! that the dedicated ones are tested against.
 
 use super::{Alone, Depth, Integrator, LightTracer};
 use crate::endpoint::{Camera, Endpoint};
 use crate::film::{BatchSample, BatchSink, Contribution, FilmRegion, FilmSample, Sink, Technique};
 use crate::math::Rgb;
 use crate::path::{
-    Counters, End, GrowingPath, Heuristic, Path, RandomWalk, Roulette, Scratch, Segments, TechniqueSet, Vertex, Walks, Weighting,
-    sample_emitter, sample_lens,
+    Counters, End, GrowingPath, Heuristic, Path, RandomWalk, Roulette, Scratch, Segments,
+    TechniqueSet, Vertex, Walks, Weighting, sample_emitter, sample_lens,
 };
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{Needs, Scene};
@@ -45,8 +46,9 @@ impl Bidirectional {
         Self { depth: Depth::up_to(max_bounces), ..Self::default() }
     }
 
-    /// Draws one sample and shows every path with a nonzero contribution, with its weight, to `visit`. The integrator itself is this
-    /// with a sink; an audit or an experiment looks at the paths.
+    /// Draws one sample and shows every path with a nonzero contribution, with its weight, to
+    /// `visit`. The integrator itself is this with a sink; an audit or an experiment looks at the
+    /// paths.
     pub fn for_each_path<'s, S, C, P>(
         &self,
         scene: &'s S,
@@ -78,8 +80,8 @@ impl Bidirectional {
     }
 }
 
-/// What does not change from sample to sample, and the steps of one. What is drawn is offered with its place on the film and its value before
-/// it is known to be visible.
+/// What does not change from sample to sample, and the steps of one. What is drawn is offered with
+/// its place on the film and its value before it is known to be visible.
 pub(super) struct Kernel<'a, 's, S: ?Sized, C: ?Sized> {
     scene: &'s S,
     camera: &'a C,
@@ -124,15 +126,31 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         })
     }
 
-    pub fn walk_from_camera<P: Sampler>(&self, sample: &mut BatchSample<P>, scratch: &mut Scratch<'s, S>) {
+    pub fn walk_from_camera<P: Sampler>(
+        &self,
+        sample: &mut BatchSample<P>,
+        scratch: &mut Scratch<'s, S>,
+    ) {
         let Scratch { counters, camera: vertices, .. } = scratch;
         if let Some(walk) = self.start_from_camera(sample, vertices) {
-            walk.record_while(vertices, self.camera_limit(), &self.roulette, &mut sample.sampler, counters, |first| self.goes_on(first));
+            walk.record_while(
+                vertices,
+                self.camera_limit(),
+                &self.roulette,
+                &mut sample.sampler,
+                counters,
+                |first| self.goes_on(first),
+            );
         }
         self.finish_from_camera(vertices);
     }
 
-    pub fn walk_from_light<P: Sampler>(&self, sampler: &mut P, vertices: &mut Vec<Vertex<S::Bsdf<'s>>>, counters: &mut Counters) {
+    pub fn walk_from_light<P: Sampler>(
+        &self,
+        sampler: &mut P,
+        vertices: &mut Vec<Vertex<S::Bsdf<'s>>>,
+        counters: &mut Counters,
+    ) {
         if let Some(walk) = self.start_from_light(sampler, vertices, counters) {
             walk.record(vertices, self.light_limit(), &self.roulette, sampler, counters);
         }
@@ -145,7 +163,8 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         self.depth.limit().saturating_sub(u32::from(!self.set.emitter_hits))
     }
 
-    /// Whether a camera walk goes on from its first surface: if lens sampling comes first, only where that could not.
+    /// Whether a camera walk goes on from its first surface: if lens sampling comes first, only
+    /// where that could not.
     fn goes_on(&self, first: &Vertex<S::Bsdf<'s>>) -> bool {
         !self.set.lens_first || first.dirac
     }
@@ -173,8 +192,8 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         self.weighting.complete_camera_walk(vertices);
     }
 
-    /// Scattering events of a light walk: its last vertex is connected, never hit; to the lens at the cost of one scattering event, to a camera
-    /// walk of two.
+    /// Scattering events of a light walk: its last vertex is connected, never hit; to the lens at
+    /// the cost of one scattering event, to a camera walk of two.
     fn light_limit(&self) -> u32 {
         self.depth.limit().saturating_sub(if self.set.lens_sampling { 1 } else { 2 })
     }
@@ -190,7 +209,8 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         let (walk, start) = RandomWalk::from_light(self.scene, sampler, counters)?;
         vertices.push(start);
         let walk = walk?;
-        if !self.has_finite_lobes || self.depth.limit() < if self.set.lens_sampling { 1 } else { 2 } {
+        if !self.has_finite_lobes || self.depth.limit() < if self.set.lens_sampling { 1 } else { 2 }
+        {
             walk.truncate(counters);
             return None;
         }
@@ -202,7 +222,8 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
             && let Some(id) = start.light
         {
             let light = self.scene.light(id);
-            start.start.connection = light.pdf_from(&first.point, &start.point) * self.scene.pick_pmf(id);
+            start.start.connection =
+                light.pdf_from(&first.point, &start.point) * self.scene.pick_pmf(id);
             self.weighting.complete_light_walk(vertices, light);
         }
     }
@@ -252,7 +273,8 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
     ) {
         let technique = Technique { s: s as u16, t: t as u16 };
         let left_to_lens = self.set.lens_first && t == 2 && s > 0;
-        if !self.depth.contains((s + t - 2) as u32) || !self.set.contains(technique) || left_to_lens {
+        if !self.depth.contains((s + t - 2) as u32) || !self.set.contains(technique) || left_to_lens
+        {
             return;
         }
         let (scene, camera) = (self.scene, self.camera);
@@ -280,19 +302,42 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         let from_camera = &camera_walk[..t];
         let raster = film.raster;
         if s == 0 {
-            return self.offer(Path::hit(scene, camera, from_camera), raster, 1.0, sampler, counters, offer);
+            return self.offer(
+                Path::hit(scene, camera, from_camera),
+                raster,
+                1.0,
+                sampler,
+                counters,
+                offer,
+            );
         }
         if !from_camera[t - 1].is_connectible() {
             return;
         }
         if s == 1 {
             sampler.stream(Stream::EmitterSampling(t as u32 - 1));
-            let Some(emitter) = sample_emitter(scene, &from_camera[t - 1].point, sampler) else { return };
+            let Some(emitter) = sample_emitter(scene, &from_camera[t - 1].point, sampler) else {
+                return;
+            };
             counters.connections += 1;
-            self.offer(Path::connect(scene, camera, from_camera, &[emitter.vertex(scene, camera)]), raster, 1.0, sampler, counters, offer);
+            self.offer(
+                Path::connect(scene, camera, from_camera, &[emitter.vertex(scene, camera)]),
+                raster,
+                1.0,
+                sampler,
+                counters,
+                offer,
+            );
         } else {
             counters.connections += 1;
-            self.offer(Path::connect(scene, camera, from_camera, from_light), raster, self.light_share, sampler, counters, offer);
+            self.offer(
+                Path::connect(scene, camera, from_camera, from_light),
+                raster,
+                self.light_share,
+                sampler,
+                counters,
+                offer,
+            );
         }
     }
 
@@ -311,7 +356,10 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
         let mut value = path.value() * share;
         if path.joint().is_some() {
             let weight = || self.weighting.weight(&path);
-            let Some(probability) = self.roulette.test_shadow(value, weight, || sampler.next_1d()) else { return };
+            let Some(probability) = self.roulette.test_shadow(value, weight, || sampler.next_1d())
+            else {
+                return;
+            };
             value = value / probability;
         }
         offer(path, raster, value, counters);
@@ -332,7 +380,11 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
             }
             counters.shadow_rays += 1;
             let (s, t) = (usize::from(s), usize::from(t));
-            let near = if t == 1 { segments.keep(&path.vertex(0).point) } else { End::Camera(t as u32 - 1) };
+            let near = if t == 1 {
+                segments.keep(&path.vertex(0).point)
+            } else {
+                End::Camera(t as u32 - 1)
+            };
             let far = match path.facing() {
                 Some(facing) => segments.keep(&facing),
                 // Of emitter sampling the light walk knows nothing.
@@ -345,8 +397,18 @@ impl<'a, 's, S: Scene + ?Sized, C: Camera + ?Sized> Kernel<'a, 's, S, C> {
 
     /// What a path contributes that was offered, if it is visible.
     #[inline]
-    pub fn contribution(&self, path: &Path<'_, 's, S, C>, raster: DVec2, value: Rgb) -> Contribution {
-        Contribution { raster, value, weight: self.weighting.weight(path), technique: path.technique() }
+    pub fn contribution(
+        &self,
+        path: &Path<'_, 's, S, C>,
+        raster: DVec2,
+        value: Rgb,
+    ) -> Contribution {
+        Contribution {
+            raster,
+            value,
+            weight: self.weighting.weight(path),
+            technique: path.technique(),
+        }
     }
 }
 
@@ -368,7 +430,13 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
         sink: &mut K,
         scratch: &mut Scratch<'s, S>,
     ) {
-        self.sample_batch(scene, camera, &mut [BatchSample { film, sampler }], &mut Alone(sink), scratch);
+        self.sample_batch(
+            scene,
+            camera,
+            &mut [BatchSample { film, sampler }],
+            &mut Alone(sink),
+            scratch,
+        );
     }
 
     fn sample_batch<'s, C: Camera + ?Sized, P: Sampler, K: BatchSink>(
@@ -388,34 +456,60 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
             let walk = kernel.start_from_camera(sample, &mut walks[i].camera);
             wavefront.paths.extend(walk.map(|walk| GrowingPath::new(i, walk)));
         }
-        scratch.record(scene, kernel.camera_limit(), &kernel.roulette, samples, |first| kernel.goes_on(first));
+        scratch.record(scene, kernel.camera_limit(), &kernel.roulette, samples, |first| {
+            kernel.goes_on(first)
+        });
         let Scratch { counters, walks, wavefront, .. } = &mut *scratch;
         for (i, sample) in samples.iter_mut().enumerate() {
             let Walks { camera: from_camera, light_walks, .. } = &mut walks[i];
             kernel.finish_from_camera(from_camera);
-            kernel.join_camera_walk(sample, from_camera, counters, &mut kernel.postpone(i, &mut wavefront.segments, sink));
+            kernel.join_camera_walk(
+                sample,
+                from_camera,
+                counters,
+                &mut kernel.postpone(i, &mut wavefront.segments, sink),
+            );
             *light_walks = kernel.draw_light_walks(&mut sample.sampler);
         }
         wavefront.test(scene, walks, sink);
-        let rounds = walks[..samples.len()].iter().map(|walks| walks.light_walks).max().unwrap_or_default();
-        let only_to_lens = kernel.set.lens_first && kernel.set.lens_sampling && !kernel.set.connections;
+        let rounds =
+            walks[..samples.len()].iter().map(|walks| walks.light_walks).max().unwrap_or_default();
+        let only_to_lens =
+            kernel.set.lens_first && kernel.set.lens_sampling && !kernel.set.connections;
         for round in 0..rounds {
             let Scratch { counters, walks, wavefront, .. } = &mut *scratch;
             if only_to_lens {
                 // No weights: the light walks are light tracing's.
-                let (tracer, share) = (LightTracer { depth: self.depth, roulette: self.roulette }, kernel.light_share);
+                let (tracer, share) = (
+                    LightTracer { depth: self.depth, roulette: self.roulette },
+                    kernel.light_share,
+                );
                 let has_walk = |i: usize| round < walks[i].light_walks;
-                tracer.walk(scene, camera, samples, has_walk, &mut Scaled { sink, share }, counters, wavefront);
+                tracer.walk(
+                    scene,
+                    camera,
+                    samples,
+                    has_walk,
+                    &mut Scaled { sink, share },
+                    counters,
+                    wavefront,
+                );
                 continue;
             }
-            let with_walks = |(_, (_, walks)): &(usize, (&mut BatchSample<P>, &mut Walks<'s, S>))| round < walks.light_walks;
-            for (i, (sample, walks)) in samples.iter_mut().zip(walks).enumerate().filter(with_walks) {
+            let with_walks =
+                |(_, (_, walks)): &(usize, (&mut BatchSample<P>, &mut Walks<'s, S>))| {
+                    round < walks.light_walks
+                };
+            for (i, (sample, walks)) in samples.iter_mut().zip(walks).enumerate().filter(with_walks)
+            {
                 let walk = kernel.start_from_light(&mut sample.sampler, &mut walks.light, counters);
                 wavefront.paths.extend(walk.map(|walk| GrowingPath::new(i, walk)));
             }
             scratch.record(scene, kernel.light_limit(), &kernel.roulette, samples, |_| true);
             let Scratch { counters, walks, wavefront, .. } = &mut *scratch;
-            for (i, (sample, walks)) in samples.iter_mut().zip(&mut *walks).enumerate().filter(with_walks) {
+            for (i, (sample, walks)) in
+                samples.iter_mut().zip(&mut *walks).enumerate().filter(with_walks)
+            {
                 kernel.finish_from_light(&mut walks.light);
                 let offer = &mut kernel.postpone(i, &mut wavefront.segments, sink);
                 kernel.join_light_walk(sample, &walks.camera, &walks.light, counters, offer);
@@ -433,6 +527,7 @@ struct Scaled<'a, K> {
 
 impl<K: BatchSink> BatchSink for Scaled<'_, K> {
     fn add(&mut self, sample: usize, contribution: &Contribution) {
-        self.sink.add(sample, &Contribution { value: contribution.value * self.share, ..*contribution });
+        self.sink
+            .add(sample, &Contribution { value: contribution.value * self.share, ..*contribution });
     }
 }

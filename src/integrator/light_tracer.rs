@@ -1,18 +1,21 @@
-//! Light tracing: a walk from a light, every vertex of which is connected to the lens (t = 1), the reverse of path tracing.
+//! Light tracing: a walk from a light, every vertex of which is connected to the lens (t = 1), the
+//! reverse of path tracing.
 //!
 //! ```text
 //! T_s f G V We / p_lens         with T = Le / (p_light p⊥) · Π f/p⊥
 //! ```
 //!
-//! The importance We is normalised over the whole film and recorded where the connection meets it (Dutré and Willems 1994; Veach 1997,
-//! section 10.3.4). It sees caustics that path tracing cannot, and nothing that a Dirac lobe shows to the camera.
+//! The importance We is normalised over the whole film and recorded where the connection meets it
+//! (Dutré and Willems 1994; Veach 1997, section 10.3.4). It sees caustics that path tracing cannot,
+//! and nothing that a Dirac lobe shows to the camera.
 
 use super::{Alone, Depth, Integrator};
 use crate::endpoint::{Camera, Endpoint, Light};
 use crate::film::{BatchSample, BatchSink, Contribution, FilmSample, Sink, Technique};
 use crate::geometry::SurfacePoint;
 use crate::path::{
-    Counters, Edge, GrowingPath, RandomWalk, Roulette, Scattered, Scratch, TechniqueSet, Vertex, Wavefront, are_joinable, sample_lens,
+    Counters, Edge, GrowingPath, RandomWalk, Roulette, Scattered, Scratch, TechniqueSet, Vertex,
+    Wavefront, are_joinable, sample_lens,
 };
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{Needs, Scene};
@@ -33,7 +36,8 @@ impl LightTracer {
         Self { depth: Depth::up_to(max_bounces), ..Self::default() }
     }
 
-    /// One light walk for each sample that `has_walk`, with its connections: the sample or a part of it.
+    /// One light walk for each sample that `has_walk`, with its connections: the sample or a part
+    /// of it.
     #[allow(clippy::too_many_arguments)]
     pub(super) fn walk<'s, S: Scene + ?Sized, C: Camera + ?Sized, P: Sampler, K: BatchSink>(
         &self,
@@ -52,10 +56,16 @@ impl LightTracer {
         let depth = self.depth.within(&needs);
         let technique = |bounces: u32| Technique { s: bounces as u16 + 1, t: 1 };
         wavefront.paths.clear();
-        for (number, sample) in samples.iter_mut().enumerate().filter(|(number, _)| has_walk(*number)) {
-            let Some((walk, vertex)) = RandomWalk::from_light(scene, &mut sample.sampler, counters) else { continue };
+        for (number, sample) in
+            samples.iter_mut().enumerate().filter(|(number, _)| has_walk(*number))
+        {
+            let Some((walk, vertex)) = RandomWalk::from_light(scene, &mut sample.sampler, counters)
+            else {
+                continue;
+            };
             if depth.contains(0)
-                && let Some(([lens, start], contribution)) = self.connected(scene, camera, &vertex, technique(0), sample, counters)
+                && let Some(([lens, start], contribution)) =
+                    self.connected(scene, camera, &vertex, technique(0), sample, counters)
             {
                 let ends = [wavefront.segments.keep(&lens), wavefront.segments.keep(&start)];
                 wavefront.segments.push(number, ends, contribution);
@@ -73,7 +83,8 @@ impl LightTracer {
                 let sample = &mut samples[path.sample];
                 if depth.contains(bounces)
                     && vertex.is_connectible()
-                    && let Some(([lens, _], contribution)) = self.connected(scene, camera, vertex, technique(bounces), sample, counters)
+                    && let Some(([lens, _], contribution)) =
+                        self.connected(scene, camera, vertex, technique(bounces), sample, counters)
                 {
                     let lens = segments.keep(&lens);
                     segments.push(path.sample, [lens, here], contribution);
@@ -83,7 +94,10 @@ impl LightTracer {
             wavefront.test(scene, &[], sink);
             wavefront.scatter(|path, vertex| {
                 let sampler = &mut samples[path.sample].sampler;
-                matches!(path.walk.scatter(vertex, &self.roulette, sampler, counters), Scattered::On { .. })
+                matches!(
+                    path.walk.scatter(vertex, &self.roulette, sampler, counters),
+                    Scattered::On { .. }
+                )
             });
         }
         for path in &wavefront.paths {
@@ -91,7 +105,8 @@ impl LightTracer {
         }
     }
 
-    /// The connection of a vertex of the walk to the lens, with what it contributes if they see each other.
+    /// The connection of a vertex of the walk to the lens, with what it contributes if they see
+    /// each other.
     fn connected<'s, S: Scene + ?Sized, C: Camera + ?Sized, P: Sampler>(
         &self,
         scene: &'s S,
@@ -123,7 +138,8 @@ impl LightTracer {
             return None;
         }
         let importance = camera.emit(&lens.point, edge.direction);
-        let value = (vertex.throughput * light_or_f) * (edge.geometry * (importance * lens.throughput()));
+        let value =
+            (vertex.throughput * light_or_f) * (edge.geometry * (importance * lens.throughput()));
         if value.is_black() {
             return None;
         }
@@ -151,7 +167,13 @@ impl<S: Scene + ?Sized> Integrator<S> for LightTracer {
         sink: &mut K,
         scratch: &mut Scratch<'s, S>,
     ) {
-        self.sample_batch(scene, camera, &mut [BatchSample { film, sampler }], &mut Alone(sink), scratch);
+        self.sample_batch(
+            scene,
+            camera,
+            &mut [BatchSample { film, sampler }],
+            &mut Alone(sink),
+            scratch,
+        );
     }
 
     fn sample_batch<'s, C: Camera + ?Sized, P: Sampler, K: BatchSink>(

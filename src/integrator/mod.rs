@@ -28,7 +28,8 @@ use crate::path::{Counters, LeftOut, MAX_BOUNCES, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
 use crate::scene::{Needs, Scene};
 
-/// A way to estimate the image: draws paths and reports their contributions. Open for users to implement.
+/// A way to estimate the image: draws paths and reports their contributions. Open for users to
+/// implement.
 pub trait Integrator<S: Scene + ?Sized>: Sync {
     /// The name in the field's terms, such as `path-tracing`.
     fn name(&self) -> &'static str;
@@ -41,17 +42,23 @@ pub trait Integrator<S: Scene + ?Sized>: Sync {
         self.techniques(&Needs::ALL).left_out(needs)
     }
 
-    /// Looks at the scene before the first sample and says what to run instead; `None`, the default, to run what it is. The driver asks once for
-    /// each rendering.
-    fn adapt<C: Camera + ?Sized>(&self, _scene: &S, _camera: &C, _pilot: &Pilot<'_>) -> Option<Adapted<Self>>
+    /// Looks at the scene before the first sample and says what to run instead; `None`, the
+    /// default, to run what it is. The driver asks once for each rendering.
+    fn adapt<C: Camera + ?Sized>(
+        &self,
+        _scene: &S,
+        _camera: &C,
+        _pilot: &Pilot<'_>,
+    ) -> Option<Adapted<Self>>
     where
         Self: Sized,
     {
         None
     }
 
-    /// Draws one sample of the image: one camera walk, one light walk, or one of each. Every integrator normalises alike: with N
-    /// samples spread evenly over the window of P pixels, a pixel's value is `P/N` times the sum of the contributions that fall in it.
+    /// Draws one sample of the image: one camera walk, one light walk, or one of each. Every
+    /// integrator normalises alike: with N samples spread evenly over the window of P pixels, a
+    /// pixel's value is `P/N` times the sum of the contributions that fall in it.
     fn sample<'s, C: Camera + ?Sized, P: Sampler, K: Sink>(
         &self,
         scene: &'s S,
@@ -62,8 +69,9 @@ pub trait Integrator<S: Scene + ?Sized>: Sync {
         scratch: &mut Scratch<'s, S>,
     );
 
-    /// Draws several samples: the contributions of each are those of [`sample`](Self::sample), in the same order; those of different samples may mix. By
-    /// default one after the other; an integrator that lets them advance together gives the scene many rays at a time.
+    /// Draws several samples: the contributions of each are those of [`sample`](Self::sample), in
+    /// the same order; those of different samples may mix. By default one after the other; an
+    /// integrator that lets them advance together gives the scene many rays at a time.
     fn sample_batch<'s, C: Camera + ?Sized, P: Sampler, K: BatchSink>(
         &self,
         scene: &'s S,
@@ -86,7 +94,8 @@ pub struct Pilot<'a> {
     pub seed: u64,
     /// The kernel of the pixel filter.
     pub kernel: &'a Kernel,
-    /// Calls a function with every number below the given one, each once, on the rendering's threads.
+    /// Calls a function with every number below the given one, each once, on the rendering's
+    /// threads.
     pub parallel: &'a (dyn Fn(usize, Task<'_>) + Sync + 'a),
 }
 
@@ -95,7 +104,10 @@ pub type Task<'a> = &'a (dyn Fn(usize) + Sync);
 
 impl std::fmt::Debug for Pilot<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Pilot").field("samples", &self.samples).field("seed", &self.seed).finish_non_exhaustive()
+        f.debug_struct("Pilot")
+            .field("samples", &self.samples)
+            .field("seed", &self.seed)
+            .finish_non_exhaustive()
     }
 }
 
@@ -110,7 +122,8 @@ pub struct Adapted<I> {
     pub counters: Counters,
 }
 
-/// Which paths count, by their number of scattering events; 0 is light that comes straight from an emitter.
+/// Which paths count, by their number of scattering events; 0 is light that comes straight from an
+/// emitter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Depth {
     /// Paths with fewer scattering events are left out.
@@ -137,7 +150,10 @@ impl Depth {
     #[must_use]
     pub fn within(self, needs: &Needs) -> Self {
         match needs.most_bounces() {
-            Some(most) => Self { max_bounces: Some(self.max_bounces.map_or(most, |max| max.min(most))), ..self },
+            Some(most) => Self {
+                max_bounces: Some(self.max_bounces.map_or(most, |max| max.min(most))),
+                ..self
+            },
             None => self,
         }
     }

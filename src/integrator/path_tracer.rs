@@ -1,5 +1,5 @@
-//! Path tracing: a walk from the camera that collects light where it hits an emitter (s = 0) and where it connects to a point sampled
-//! on one (s = 1).
+//! Path tracing: a walk from the camera that collects light where it hits an emitter (s = 0) and
+//! where it connects to a point sampled on one (s = 1).
 //!
 //! ```text
 //! s = 0:  T_k Le                                    w = 1 / (1 + (p_connect / (p⊥ G))^β)
@@ -14,7 +14,10 @@ use crate::endpoint::{Camera, Endpoint, Light};
 use crate::film::{BatchSample, BatchSink, Contribution, FilmSample, Sink, Technique};
 use crate::geometry::SurfacePoint;
 use crate::math::Rgb;
-use crate::path::{Counters, Edge, GrowingPath, Heuristic, RandomWalk, Roulette, Scattered, Scratch, TechniqueSet, Vertex, sample_emitter};
+use crate::path::{
+    Counters, Edge, GrowingPath, Heuristic, RandomWalk, Roulette, Scattered, Scratch, TechniqueSet,
+    Vertex, sample_emitter,
+};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{Needs, Scene};
 
@@ -51,8 +54,8 @@ impl PathTracer {
     }
 }
 
-/// What does not change in the course of a batch, and the steps of a path. `bounces` is the number of scattering events of a path that ends
-/// on a light at the vertex just reached.
+/// What does not change in the course of a batch, and the steps of a path. `bounces` is the number
+/// of scattering events of a path that ends on a light at the vertex just reached.
 struct Kernel<'s, S: ?Sized> {
     scene: &'s S,
     set: TechniqueSet,
@@ -65,12 +68,23 @@ impl<'s, S: Scene + ?Sized> Kernel<'s, S> {
     fn new(tracer: &PathTracer, scene: &'s S) -> Self {
         let needs = scene.needs();
         let set = Integrator::<S>::techniques(tracer, &needs);
-        Self { scene, set, depth: tracer.depth.within(&needs), roulette: tracer.roulette, heuristic: tracer.heuristic }
+        Self {
+            scene,
+            set,
+            depth: tracer.depth.within(&needs),
+            roulette: tracer.roulette,
+            heuristic: tracer.heuristic,
+        }
     }
 
     /// The contribution of a vertex that is on a light (s = 0).
     #[inline]
-    fn emitted(&self, path: &GrowingPath<'s, S>, vertex: &Vertex<S::Bsdf<'s>>, bounces: u32) -> Option<(Rgb, f64)> {
+    fn emitted(
+        &self,
+        path: &GrowingPath<'s, S>,
+        vertex: &Vertex<S::Bsdf<'s>>,
+        bounces: u32,
+    ) -> Option<(Rgb, f64)> {
         if !(self.set.emitter_hits && self.depth.contains(bounces)) {
             return None;
         }
@@ -81,7 +95,8 @@ impl<'s, S: Scene + ?Sized> Kernel<'s, S> {
             return None;
         }
         let weight = if path.competes && light.can_be_connected() {
-            let connection = light.pdf_from(path.walk.from(), &vertex.point).value() * self.scene.pick_pmf(id);
+            let connection =
+                light.pdf_from(path.walk.from(), &vertex.point).value() * self.scene.pick_pmf(id);
             self.heuristic.weight([connection / (path.pdf_next.value() * vertex.geometry)])
         } else {
             1.0
@@ -91,7 +106,13 @@ impl<'s, S: Scene + ?Sized> Kernel<'s, S> {
 
     /// Whether the path goes on from a vertex.
     #[inline]
-    fn goes_on(&self, path: &GrowingPath<'s, S>, vertex: &Vertex<S::Bsdf<'s>>, bounces: u32, counters: &mut Counters) -> bool {
+    fn goes_on(
+        &self,
+        path: &GrowingPath<'s, S>,
+        vertex: &Vertex<S::Bsdf<'s>>,
+        bounces: u32,
+        counters: &mut Counters,
+    ) -> bool {
         let truncated = vertex.bsdf.is_some() && bounces >= self.depth.limit();
         if truncated {
             path.walk.truncate(counters);
@@ -99,7 +120,8 @@ impl<'s, S: Scene + ?Sized> Kernel<'s, S> {
         vertex.bsdf.is_some() && !truncated
     }
 
-    /// The connection of a vertex to a point sampled on a light (s = 1), with the contribution and its weight if they see each other.
+    /// The connection of a vertex to a point sampled on a light (s = 1), with the contribution and
+    /// its weight if they see each other.
     #[inline]
     fn connected<P: Sampler>(
         &self,
@@ -108,7 +130,10 @@ impl<'s, S: Scene + ?Sized> Kernel<'s, S> {
         sampler: &mut P,
         counters: &mut Counters,
     ) -> Option<(SurfacePoint, Rgb, f64)> {
-        if !(self.set.emitter_sampling && self.depth.contains(bounces + 1) && vertex.is_connectible()) {
+        if !(self.set.emitter_sampling
+            && self.depth.contains(bounces + 1)
+            && vertex.is_connectible())
+        {
             return None;
         }
         sampler.stream(Stream::EmitterSampling(bounces + 1));
@@ -117,7 +142,8 @@ impl<'s, S: Scene + ?Sized> Kernel<'s, S> {
         let bsdf = vertex.bsdf.as_ref()?;
         let edge = Edge::between(&vertex.point, &emitter.point)?;
         counters.connections += 1;
-        let incoming = edge.geometry * (light.emit(&emitter.point, -edge.direction) * emitter.throughput());
+        let incoming =
+            edge.geometry * (light.emit(&emitter.point, -edge.direction) * emitter.throughput());
         if incoming.is_black() {
             return None;
         }
@@ -126,7 +152,8 @@ impl<'s, S: Scene + ?Sized> Kernel<'s, S> {
             return None;
         }
         let weight = if self.set.emitter_hits && light.can_be_hit() {
-            let hit = bsdf.pdf(vertex.to_previous, edge.direction, Walk::Camera).value() * edge.geometry;
+            let hit =
+                bsdf.pdf(vertex.to_previous, edge.direction, Walk::Camera).value() * edge.geometry;
             self.heuristic.weight([hit / emitter.pdf.value()])
         } else {
             1.0
@@ -136,7 +163,8 @@ impl<'s, S: Scene + ?Sized> Kernel<'s, S> {
         Some((emitter.point, value / probability, weight))
     }
 
-    /// Samples where the path goes on; returns whether it does, and what roulette's constant contributes.
+    /// Samples where the path goes on; returns whether it does, and what roulette's constant
+    /// contributes.
     #[inline]
     fn scatter<P: Sampler>(
         &self,
@@ -152,7 +180,8 @@ impl<'s, S: Scene + ?Sized> Kernel<'s, S> {
             return (false, Rgb::BLACK);
         }
         let scattered = path.walk.scatter(vertex, &self.roulette, sampler, counters);
-        (path.competes, path.pdf_next) = (self.set.emitter_sampling && !vertex.dirac, vertex.pdf_next);
+        (path.competes, path.pdf_next) =
+            (self.set.emitter_sampling && !vertex.dirac, vertex.pdf_next);
         match scattered {
             Scattered::On { constant } => (true, constant),
             Scattered::Ended { constant } => (false, constant),
@@ -162,7 +191,12 @@ impl<'s, S: Scene + ?Sized> Kernel<'s, S> {
 
 /// A contribution by the technique with `s` vertices from the light.
 fn contribution(film: &FilmSample, s: u16, bounces: u32, value: Rgb, weight: f64) -> Contribution {
-    Contribution { raster: film.raster, value, weight, technique: Technique { s, t: bounces as u16 + 2 - s } }
+    Contribution {
+        raster: film.raster,
+        value,
+        weight,
+        technique: Technique { s, t: bounces as u16 + 2 - s },
+    }
 }
 
 impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
@@ -188,7 +222,13 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
         sink: &mut K,
         scratch: &mut Scratch<'s, S>,
     ) {
-        self.sample_batch(scene, camera, &mut [BatchSample { film, sampler }], &mut Alone(sink), scratch);
+        self.sample_batch(
+            scene,
+            camera,
+            &mut [BatchSample { film, sampler }],
+            &mut Alone(sink),
+            scratch,
+        );
     }
 
     fn sample_batch<'s, C: Camera + ?Sized, P: Sampler, K: BatchSink>(
@@ -203,10 +243,13 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
         counters.samples += samples.len() as u64;
         let kernel = Kernel::new(self, scene);
         wavefront.paths.clear();
-        wavefront.paths.extend(samples.iter_mut().enumerate().filter_map(|(number, BatchSample { film, sampler })| {
-            let u = camera.film().to_window(film.raster + film.offset);
-            RandomWalk::from_camera(scene, camera, u, sampler).map(|(walk, _)| GrowingPath::new(number, walk))
-        }));
+        wavefront.paths.extend(samples.iter_mut().enumerate().filter_map(
+            |(number, BatchSample { film, sampler })| {
+                let u = camera.film().to_window(film.raster + film.offset);
+                RandomWalk::from_camera(scene, camera, u, sampler)
+                    .map(|(walk, _)| GrowingPath::new(number, walk))
+            },
+        ));
         for bounces in 0.. {
             if wavefront.paths.is_empty() {
                 break;
@@ -217,7 +260,10 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
                     sink.add(path.sample, &contribution(film, 0, bounces, value, weight));
                 }
                 let goes_on = kernel.goes_on(path, vertex, bounces, counters);
-                if goes_on && let Some((end, value, weight)) = kernel.connected(vertex, bounces, sampler, counters) {
+                if goes_on
+                    && let Some((end, value, weight)) =
+                        kernel.connected(vertex, bounces, sampler, counters)
+                {
                     let contribution = contribution(film, 1, bounces + 1, value, weight);
                     let end = segments.keep(&end);
                     segments.push(path.sample, [here, end], contribution);

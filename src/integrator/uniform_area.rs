@@ -1,13 +1,15 @@
-//! Uniform-area path sampling, the lecture's estimator: behind the first surface that the camera sees, every vertex is drawn uniformly on
-//! the total area A of the scene's surfaces, and visibility is tested edge by edge,
+//! Uniform-area path sampling, the lecture's estimator: behind the first surface that the camera
+//! sees, every vertex is drawn uniformly on the total area A of the scene's surfaces, and
+//! visibility is tested edge by edge,
 //!
 //! ```text
 //! Le(x_k → x_{k-1}) · Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1}) / p_A,       p_A = 1/A.
 //! ```
 //!
-//! All path lengths share one chain of vertices. It knows neither where the light is nor how surfaces scatter, and 1/r² is in no density: the
-//! variance is infinite wherever surfaces meet in a corner. It is here because it is the definition, sampled. It cannot see Dirac lobes,
-//! Dirac lights or anything at infinity behind the first vertex.
+//! All path lengths share one chain of vertices. It knows neither where the light is nor how
+//! surfaces scatter, and 1/r² is in no density: the variance is infinite wherever surfaces meet in
+//! a corner. It is here because it is the definition, sampled. It cannot see Dirac lobes, Dirac
+//! lights or anything at infinity behind the first vertex.
 
 use super::{Depth, Integrator};
 use crate::bsdf::Walk;
@@ -65,7 +67,9 @@ impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
             sink.add(&Contribution { raster: film.raster, value, weight: 1.0, technique });
         };
         let u = camera.film().to_window(film.raster + film.offset);
-        let Some((mut walk, _)) = RandomWalk::from_camera(scene, camera, u, sampler) else { return };
+        let Some((mut walk, _)) = RandomWalk::from_camera(scene, camera, u, sampler) else {
+            return;
+        };
         let Some(first) = walk.arrive(counters) else { return };
         if let Some(light) = first.light
             && depth.contains(0)
@@ -75,7 +79,8 @@ impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
                 add(0, first.throughput * radiance);
             }
         }
-        let (mut point, mut to_camera, mut throughput) = (first.point, first.to_previous, first.throughput);
+        let (mut point, mut to_camera, mut throughput) =
+            (first.point, first.to_previous, first.throughput);
         let Some(mut bsdf) = first.bsdf else { return };
         let reference = throughput.max_component();
         let area = scene.total_area();

@@ -1,7 +1,7 @@
 //! Sines, cosines and angles from polynomials, without branches and the same on every platform.
 //!
-//! Errors are about those of the standard library. It costs more: its functions are calls that also serve huge angles, infinities and
-//! subnormal numbers.
+//! Errors are about those of the standard library. It costs more: its functions are calls that also
+//! serve huge angles, infinities and subnormal numbers.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
@@ -11,7 +11,8 @@ pub(crate) fn sin_cos_of_octant(angle: f64) -> (f64, f64) {
     const SINE: [f64; 8] = inverse_factorials(1);
     const COSINE: [f64; 8] = inverse_factorials(2);
     let y = -angle * angle;
-    let series = |coefficients: &[f64; 8]| coefficients.iter().rev().fold(0.0, |sum, c| sum * y + c);
+    let series =
+        |coefficients: &[f64; 8]| coefficients.iter().rev().fold(0.0, |sum, c| sum * y + c);
     (angle * series(&SINE), 1.0 + y * series(&COSINE))
 }
 
@@ -33,7 +34,8 @@ const fn inverse_factorials(first: u32) -> [f64; 8] {
 /// Sine and cosine of `2π turn`.
 #[inline]
 pub(crate) fn sin_cos_of_turn(turn: f64) -> (f64, f64) {
-    // Adding it leaves no bits for a fraction: the sum is rounded to an integer, which its lowest bits show.
+    // Adding it leaves no bits for a fraction: the sum is rounded to an integer, which its lowest
+    // bits show.
     const ROUNDING: f64 = 1.5 / f64::EPSILON;
     let rounded = 4.0 * turn + ROUNDING;
     let quarter = rounded.to_bits();
@@ -51,7 +53,8 @@ pub(crate) fn atan2(y: f64, x: f64) -> f64 {
     let (small, large) = if a > b { (b, a) } else { (a, b) };
     // From π/8 on the difference to π/4, whose tangent is that small too.
     let is_far = small > TAN_PI_8 * large;
-    let (numerator, denominator, base) = if is_far { (small - large, small + large, FRAC_PI_4) } else { (small, large, 0.0) };
+    let (numerator, denominator, base) =
+        if is_far { (small - large, small + large, FRAC_PI_4) } else { (small, large, 0.0) };
     let octant = base + small_arctangent(numerator / denominator.max(f64::MIN_POSITIVE));
     let quadrant = if a > b { FRAC_PI_2 - octant } else { octant };
     (if x.is_sign_negative() { PI - quadrant } else { quadrant }).copysign(y)
@@ -67,7 +70,8 @@ pub(crate) fn turn(y: f64, x: f64) -> f64 {
 /// The arctangent of a number up to tan(π/8) in size.
 #[inline]
 fn small_arctangent(t: f64) -> f64 {
-    /// `(atan(√v)/√v - 1)/v` interpolated at the Chebyshev nodes of [0, tan²(π/8)]; the arctangent's relative error is below 8e-18.
+    /// `(atan(√v)/√v - 1)/v` interpolated at the Chebyshev nodes of [0, tan²(π/8)]; the
+    /// arctangent's relative error is below 8e-18.
     const ODD: [f64; 6] = [
         -0.333_333_333_333_333_3,
         -0.142_857_142_846_665_42,
@@ -76,8 +80,13 @@ fn small_arctangent(t: f64) -> f64 {
         -0.050_854_497_379_402_6,
         -0.019_176_887_119_062_26,
     ];
-    const EVEN: [f64; 5] =
-        [0.199_999_999_999_955_2, 0.111_111_110_152_563_61, 0.076_921_831_908_270_86, 0.058_581_489_128_022_1, 0.039_231_658_295_587_19];
+    const EVEN: [f64; 5] = [
+        0.199_999_999_999_955_2,
+        0.111_111_110_152_563_61,
+        0.076_921_831_908_270_86,
+        0.058_581_489_128_022_1,
+        0.039_231_658_295_587_19,
+    ];
     let v = t * t;
     let v2 = v * v;
     // Two chains, which the processor can follow at once.
@@ -105,7 +114,10 @@ mod tests {
             assert_abs_diff_eq!(sin, expected.0, epsilon = 4e-15);
             assert_abs_diff_eq!(cos, expected.1, epsilon = 4e-15);
         }
-        assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0].map(sin_cos_of_turn), [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 1.0)]);
+        assert_eq!(
+            [0.0, 0.25, 0.5, 0.75, 1.0].map(sin_cos_of_turn),
+            [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 1.0)]
+        );
         assert!(sin_cos_of_turn(f64::NAN).0.is_nan());
     }
 
@@ -121,11 +133,29 @@ mod tests {
         }
         for exponent in -320..300 {
             let small = 10f64.powi(exponent);
-            for (y, x) in [(small, 1.0), (-small, 1.0), (small, -1.0), (-small, -1.0), (1.0, small), (1.0, -small), (-1.0, -small)] {
+            for (y, x) in [
+                (small, 1.0),
+                (-small, 1.0),
+                (small, -1.0),
+                (-small, -1.0),
+                (1.0, small),
+                (1.0, -small),
+                (-1.0, -small),
+            ] {
                 assert_relative_eq!(atan2(y, x), y.atan2(x), max_relative = 5e-16);
             }
         }
-        for (y, x) in [(0.0, 0.0), (0.0, -0.0), (-0.0, -0.0), (-0.0, 0.0), (0.0, -1.0), (-0.0, -1.0), (1.0, 0.0), (1.0, 1.0), (1.0, -1.0)] {
+        for (y, x) in [
+            (0.0, 0.0),
+            (0.0, -0.0),
+            (-0.0, -0.0),
+            (-0.0, 0.0),
+            (0.0, -1.0),
+            (-0.0, -1.0),
+            (1.0, 0.0),
+            (1.0, 1.0),
+            (1.0, -1.0),
+        ] {
             assert_eq!(atan2(y, x).to_bits(), f64::atan2(y, x).to_bits(), "{y} {x}");
         }
         assert!(atan2(f64::NAN, 1.0).is_nan() && atan2(1.0, f64::NAN).is_nan());

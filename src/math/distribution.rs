@@ -1,7 +1,9 @@
-//! Discrete and piecewise-constant distributions: choosing a light, a triangle, a pixel of an environment map.
+//! Discrete and piecewise-constant distributions: choosing a light, a triangle, a pixel of an
+//! environment map.
 //!
-//! Each keeps the numbers it samples with and answers for its own probabilities, so sample and density cannot disagree. What has zero
-//! weight is never chosen, and `u` outside `[0, 1)` is clamped.
+//! Each keeps the numbers it samples with and answers for its own probabilities, so sample and
+//! density cannot disagree. What has zero weight is never chosen, and `u` outside `[0, 1)` is
+//! clamped.
 
 use glam::DVec2;
 
@@ -21,8 +23,9 @@ fn total(weights: &[f64]) -> Option<f64> {
     (valid && sum > 0.0 && sum.is_finite()).then_some(sum)
 }
 
-/// Chooses an index in constant time with probabilities proportional to weights (Walker 1977, "An Efficient Method for Generating
-/// Discrete Random Variables with General Distributions"; construction after Vose 1991).
+/// Chooses an index in constant time with probabilities proportional to weights (Walker 1977, "An
+/// Efficient Method for Generating Discrete Random Variables with General Distributions";
+/// construction after Vose 1991).
 #[derive(Clone, Debug, PartialEq)]
 pub struct AliasTable {
     columns: Vec<Column>,
@@ -37,7 +40,8 @@ struct Column {
 }
 
 impl AliasTable {
-    /// A table for the given weights. `None` if there are none, if one is negative or not finite, or if all are zero.
+    /// A table for the given weights. `None` if there are none, if one is negative or not finite,
+    /// or if all are zero.
     #[must_use]
     pub fn new(weights: &[f64]) -> Option<Self> {
         let total = total(weights)?;
@@ -47,8 +51,10 @@ impl AliasTable {
 
         // `level` is how full each column still is; light columns are topped up from heavy ones.
         let mut level: Vec<f64> = pmf.iter().map(|p| p * f64::from(count)).collect();
-        let mut columns: Vec<Column> = (0..count).map(|alias| Column { threshold: 1.0, alias }).collect();
-        let (mut light, mut heavy): (Vec<u32>, Vec<u32>) = (0..count).partition(|i| level[*i as usize] < 1.0);
+        let mut columns: Vec<Column> =
+            (0..count).map(|alias| Column { threshold: 1.0, alias }).collect();
+        let (mut light, mut heavy): (Vec<u32>, Vec<u32>) =
+            (0..count).partition(|i| level[*i as usize] < 1.0);
         while let (Some(small), Some(large)) = (light.last().copied(), heavy.last().copied()) {
             light.pop();
             columns[small as usize] = Column { threshold: level[small as usize], alias: large };
@@ -58,7 +64,8 @@ impl AliasTable {
                 light.push(large);
             }
         }
-        // Columns left over are full but for rounding, which must not give life to an index of zero weight.
+        // Columns left over are full but for rounding, which must not give life to an index of zero
+        // weight.
         for i in light.into_iter().filter(|i| weights[*i as usize] == 0.0) {
             columns[i as usize] = Column { threshold: 0.0, alias: heaviest };
         }
@@ -73,7 +80,8 @@ impl AliasTable {
         (index, pmf)
     }
 
-    /// Like [`AliasTable::sample`]; also returns what is left of `u`, uniform in `[0, 1)` and independent of the index.
+    /// Like [`AliasTable::sample`]; also returns what is left of `u`, uniform in `[0, 1)` and
+    /// independent of the index.
     #[inline]
     #[must_use]
     pub fn sample_reuse(&self, u: f64) -> (usize, f64, f64) {
@@ -81,8 +89,11 @@ impl AliasTable {
         let index = (scaled as usize).min(self.columns.len() - 1);
         let fraction = scaled - index as f64;
         let Column { threshold, alias } = self.columns[index];
-        let (chosen, rest) =
-            if fraction < threshold { (index, fraction / threshold) } else { (alias as usize, (fraction - threshold) / (1.0 - threshold)) };
+        let (chosen, rest) = if fraction < threshold {
+            (index, fraction / threshold)
+        } else {
+            (alias as usize, (fraction - threshold) / (1.0 - threshold))
+        };
         (chosen, self.pmf[chosen], unit(rest))
     }
 
@@ -115,29 +126,33 @@ fn push_cumulative(sums: &mut Vec<f64>, weights: impl Iterator<Item = f64>) -> f
     })
 }
 
-/// The cell of running sums that contains `u` of the total, by bisection. Cells of width zero contain nothing. Monotonic in `u`.
+/// The cell of running sums that contains `u` of the total, by bisection. Cells of width zero
+/// contain nothing. Monotonic in `u`.
 fn cell_containing(sums: &[f64], u: f64) -> usize {
     let last = sums.len() - 1;
     let x = unit(u) * sums[last];
-    // The last cell that starts at or below x is the one of positive width, since the next one starts above.
+    // The last cell that starts at or below x is the one of positive width, since the next one
+    // starts above.
     sums.partition_point(|s| *s <= x).clamp(1, last) - 1
 }
 
-/// The number of equal parts of `[0, 1)` that a guide to `cells` tells apart: a power of two, so that scaling by it is exact. Eight cells
-/// of running sums share a line of memory, so more parts would only take more of the cache.
+/// The number of equal parts of `[0, 1)` that a guide to `cells` tells apart: a power of two, so
+/// that scaling by it is exact. Eight cells of running sums share a line of memory, so more parts
+/// would only take more of the cache.
 const fn guide_parts(cells: usize) -> usize {
     1 << (cells / 4 + 1).ilog2()
 }
 
-/// Appends the cells in which the parts of `[0, 1)` start, and the last cell (the cutpoints of Chen and Asau 1974, "On Generating Random
-/// Variates from an Empirical Distribution").
+/// Appends the cells in which the parts of `[0, 1)` start, and the last cell (the cutpoints of Chen
+/// and Asau 1974, "On Generating Random Variates from an Empirical Distribution").
 fn push_guide(guide: &mut Vec<u32>, sums: &[f64]) {
     let parts = guide_parts(sums.len() - 1);
     guide.extend((0..=parts).map(|part| cell_containing(sums, part as f64 / parts as f64) as u32));
 }
 
-/// Inverts running sums: the cell that contains `u` of the total, and how far into the cell it lies, in `[0, 1)`. Cells of width zero
-/// contain nothing. Monotonic in `u`, so stratified numbers stay stratified.
+/// Inverts running sums: the cell that contains `u` of the total, and how far into the cell it
+/// lies, in `[0, 1)`. Cells of width zero contain nothing. Monotonic in `u`, so stratified numbers
+/// stay stratified.
 #[inline]
 fn invert(sums: &[f64], guide: &[u32], u: f64) -> (usize, f64) {
     let u = unit(u);
@@ -165,9 +180,11 @@ pub struct GridSample {
     pub density: f64,
 }
 
-/// A density over the unit square that is constant in each cell of a grid: rows by their marginal, then columns conditional on the row.
+/// A density over the unit square that is constant in each cell of a grid: rows by their marginal,
+/// then columns conditional on the row.
 ///
-/// Takes 8 bytes a cell for running sums and 1 for a guide, by which a cell is found in constant time on average and by bisection at worst.
+/// Takes 8 bytes a cell for running sums and 1 for a guide, by which a cell is found in constant
+/// time on average and by bisection at worst.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PiecewiseConstant2d {
     width: usize,
@@ -192,8 +209,8 @@ struct Share {
 }
 
 impl PiecewiseConstant2d {
-    /// From row-major weights. `None` unless there are `width * height > 0` weights, non-negative, finite and not all zero, in less than
-    /// 2³² rows and columns.
+    /// From row-major weights. `None` unless there are `width * height > 0` weights, non-negative,
+    /// finite and not all zero, in less than 2³² rows and columns.
     #[must_use]
     pub fn new(width: usize, height: usize, weights: &[f64]) -> Option<Self> {
         if width == 0 || width.checked_mul(height) != Some(weights.len()) {
@@ -202,11 +219,16 @@ impl PiecewiseConstant2d {
         u32::try_from(width.max(height)).ok()?;
         total(weights)?;
         let mut columns = Vec::with_capacity((width + 1) * height);
-        let row_totals: Vec<f64> = weights.chunks(width).map(|row| push_cumulative(&mut columns, row.iter().copied())).collect();
+        let row_totals: Vec<f64> = weights
+            .chunks(width)
+            .map(|row| push_cumulative(&mut columns, row.iter().copied()))
+            .collect();
         let mut rows = Vec::with_capacity(height + 1);
         let all = push_cumulative(&mut rows, row_totals.iter().copied());
-        let share =
-            |(ends, total): (&[f64], &f64)| Share { pmf: (ends[1] - ends[0]) / all, total: if *total > 0.0 { *total } else { 1.0 } };
+        let share = |(ends, total): (&[f64], &f64)| Share {
+            pmf: (ends[1] - ends[0]) / all,
+            total: if *total > 0.0 { *total } else { 1.0 },
+        };
         let shares = rows.windows(2).zip(&row_totals).map(share).collect();
 
         let mut row_guide = Vec::with_capacity(guide_parts(height) + 1);
@@ -233,16 +255,27 @@ impl PiecewiseConstant2d {
     #[must_use]
     pub fn sample(&self, u: DVec2) -> GridSample {
         let (row, y) = invert(&self.rows, &self.row_guide, u.y);
-        let guide = &self.column_guides[row * (guide_parts(self.width) + 1)..][..guide_parts(self.width) + 1];
+        let guide = &self.column_guides[row * (guide_parts(self.width) + 1)..]
+            [..guide_parts(self.width) + 1];
         let (column, x) = invert(self.row_sums(row), guide, u.x);
         let within = DVec2::new(x, y);
         // Rounding must not carry the position into the next cell.
         let place = |cell: usize, offset: f64, count: usize| {
             let position = (cell as f64 + offset) / count as f64;
-            if cell_of(position, count) == cell { position } else { (cell as f64 + 0.5) / count as f64 }
+            if cell_of(position, count) == cell {
+                position
+            } else {
+                (cell as f64 + 0.5) / count as f64
+            }
         };
         let position = DVec2::new(place(column, x, self.width), place(row, y, self.height));
-        GridSample { column, row, within, position, density: self.pmf(column, row) * (self.width * self.height) as f64 }
+        GridSample {
+            column,
+            row,
+            within,
+            position,
+            density: self.pmf(column, row) * (self.width * self.height) as f64,
+        }
     }
 
     /// The density of a position of the unit square, 0 outside.
@@ -285,7 +318,14 @@ mod tests {
 
     #[test]
     fn invalid_weights_are_refused() {
-        for weights in [&[][..], &[0.0, 0.0], &[1.0, -1e-300], &[1.0, f64::NAN], &[f64::INFINITY], &[f64::MAX, f64::MAX]] {
+        for weights in [
+            &[][..],
+            &[0.0, 0.0],
+            &[1.0, -1e-300],
+            &[1.0, f64::NAN],
+            &[f64::INFINITY],
+            &[f64::MAX, f64::MAX],
+        ] {
             assert_eq!(AliasTable::new(weights), None);
             assert_eq!(PiecewiseConstant2d::new(weights.len(), 1, weights), None);
         }
@@ -297,7 +337,8 @@ mod tests {
     fn alias_columns_add_up_to_the_probabilities() {
         let (mut rng, mut worst) = (random(1), 0.0f64);
         for n in 1..200 {
-            let weights: Vec<f64> = (0..n).map(|i| if i % 3 == 1 { 0.0 } else { rng().powi(8) * 1e6 }).collect();
+            let weights: Vec<f64> =
+                (0..n).map(|i| if i % 3 == 1 { 0.0 } else { rng().powi(8) * 1e6 }).collect();
             let table = AliasTable::new(&weights).unwrap();
             let mut mass = vec![0.0; n];
             for (i, c) in table.columns.iter().enumerate() {
@@ -328,7 +369,10 @@ mod tests {
         }
         assert!((counts[1] as f64 / n as f64 - 0.125).abs() < 1e-4);
         // The mean of a regular partition is 1/2 up to the discretisation.
-        assert!((sums[1] / counts[1] as f64 - 0.5).abs() < 1e-3 && (sums[2] / counts[2] as f64 - 0.5).abs() < 1e-3);
+        assert!(
+            (sums[1] / counts[1] as f64 - 0.5).abs() < 1e-3
+                && (sums[2] / counts[2] as f64 - 0.5).abs() < 1e-3
+        );
     }
 
     #[test]
@@ -355,13 +399,29 @@ mod tests {
                     continue;
                 }
                 push_guide(&mut guide, &sums);
-                assert!(guide.len() <= count / 4 + 2 && guide.len() > count / 8 && (guide.len() - 1).is_power_of_two());
+                assert!(
+                    guide.len() <= count / 4 + 2
+                        && guide.len() > count / 8
+                        && (guide.len() - 1).is_power_of_two()
+                );
                 // Where cells and parts of the guide start, and next to it.
-                let borders = sums.iter().map(|s| s / sums[count]).chain((0..=count).map(|i| i as f64 / (guide.len() - 1) as f64));
-                let numbers: Vec<f64> = borders.flat_map(|u| [u.next_down(), u, u.next_up()]).collect();
+                let borders = sums
+                    .iter()
+                    .map(|s| s / sums[count])
+                    .chain((0..=count).map(|i| i as f64 / (guide.len() - 1) as f64));
+                let numbers: Vec<f64> =
+                    borders.flat_map(|u| [u.next_down(), u, u.next_up()]).collect();
                 let mut random = random(count as u64);
-                for u in numbers.into_iter().chain([-1.0, f64::NAN, 2.0]).chain((0..1000).map(|_| random())) {
-                    assert_eq!(invert(&sums, &guide, u).0, cell_containing(&sums, u), "{count} cells, shape {shape}, {u}");
+                for u in numbers
+                    .into_iter()
+                    .chain([-1.0, f64::NAN, 2.0])
+                    .chain((0..1000).map(|_| random()))
+                {
+                    assert_eq!(
+                        invert(&sums, &guide, u).0,
+                        cell_containing(&sums, u),
+                        "{count} cells, shape {shape}, {u}"
+                    );
                 }
             }
         }
@@ -371,8 +431,9 @@ mod tests {
     fn grid_samples_have_the_density_of_their_position() {
         let (width, height) = (7, 5);
         let mut rng = random(2);
-        let weights: Vec<f64> =
-            (0..width * height).map(|i| if i / width == 2 || i % width == 0 { 0.0 } else { 10f64.powf(6.0 * rng()) }).collect();
+        let weights: Vec<f64> = (0..width * height)
+            .map(|i| if i / width == 2 || i % width == 0 { 0.0 } else { 10f64.powf(6.0 * rng()) })
+            .collect();
         let grid = PiecewiseConstant2d::new(width, height, &weights).unwrap();
         let sum: f64 = weights.iter().sum();
         let n = 1_000_000;

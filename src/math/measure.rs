@@ -1,15 +1,17 @@
 //! Probability densities that carry their measure in their type.
 //!
-//! A density means nothing without the measure it is taken against. Three measures occur in path space
-//! (Veach 1997, chapter 8): area on the scene's surfaces, solid angle, and *projected* solid angle
-//! `dσ⊥ = |cos θ| dσ`. The crate keeps densities of directions per projected solid angle, because then
+//! A density means nothing without the measure it is taken against. Three measures occur in path
+//! space (Veach 1997, chapter 8): area on the scene's surfaces, solid angle, and *projected* solid
+//! angle `dσ⊥ = |cos θ| dσ`. The crate keeps densities of directions per projected solid angle,
+//! because then
 //!
 //! ```text
 //! p_area(y) = p⊥(x → y) · G(x, y)
 //! ```
 //!
 //! holds with the very geometry term of the path integral, and cosines and `1/r²` cancel between a
-//! measurement and the density of its sample. Conversions are the only way from one type to another.
+//! measurement and the density of its sample. Conversions are the only way from one type to
+//! another.
 
 use std::ops::Mul;
 
@@ -43,8 +45,9 @@ macro_rules! density {
 }
 
 density! {
-    /// Density of a vertex in the measure of its [`Place`](crate::geometry::Place): per unit area on a surface
-    /// (1/m²), per solid angle for a point at infinity (1/sr), and a plain probability for a Dirac position.
+    /// Density of a vertex in the measure of its [`Place`](crate::geometry::Place): per unit area
+    /// on a surface (1/m²), per solid angle for a point at infinity (1/sr), and a plain probability
+    /// for a Dirac position.
     PerArea
 }
 density! {
@@ -54,9 +57,10 @@ density! {
 density! {
     /// Density of a direction per projected solid angle, 1/sr⊥: `p⊥ = p_ω / |cos θ|`.
     ///
-    /// A Dirac lobe carries its probability here, with the Dirac distribution left out. At a Dirac position
-    /// there is no surface and hence no cosine: `p⊥ = p_ω`. At infinity the "direction" is the place where the ray
-    /// enters the scene, and the density is per area perpendicular to the ray, 1/m².
+    /// A Dirac lobe carries its probability here, with the Dirac distribution left out. At a Dirac
+    /// position there is no surface and hence no cosine: `p⊥ = p_ω`. At infinity the "direction" is
+    /// the place where the ray enters the scene, and the density is per area perpendicular to the
+    /// ray, 1/m².
     PerProjected
 }
 
@@ -72,7 +76,11 @@ impl PerSolidAngle {
     #[inline]
     #[must_use]
     pub fn per_area(self, cosine_at_new_vertex: f64, distance_squared: f64) -> PerArea {
-        PerArea(if self.0 == 0.0 { 0.0 } else { self.0 * cosine_at_new_vertex.abs() / distance_squared })
+        PerArea(if self.0 == 0.0 {
+            0.0
+        } else {
+            self.0 * cosine_at_new_vertex.abs() / distance_squared
+        })
     }
 }
 
@@ -97,7 +105,11 @@ impl PerArea {
     #[inline]
     #[must_use]
     pub fn per_solid_angle(self, cosine_at_vertex: f64, distance_squared: f64) -> PerSolidAngle {
-        PerSolidAngle(if self.0 == 0.0 { 0.0 } else { self.0 * distance_squared / cosine_at_vertex.abs() })
+        PerSolidAngle(if self.0 == 0.0 {
+            0.0
+        } else {
+            self.0 * distance_squared / cosine_at_vertex.abs()
+        })
     }
 
     /// `p⊥ = p_A / G`, the geometry term without visibility.
@@ -118,9 +130,21 @@ mod tests {
         let p = PerSolidAngle(0.7);
         let (cos_x, cos_y, r2) = (0.3f64, -0.8, 4.0);
         let g = (cos_x * cos_y / r2).abs();
-        assert_relative_eq!(p.per_projected(cos_x).per_area(g).value(), p.per_area(cos_y, r2).value(), max_relative = 1e-15);
-        assert_relative_eq!(p.per_area(cos_y, r2).per_solid_angle(cos_y, r2).value(), 0.7, max_relative = 1e-15);
-        assert_relative_eq!(PerArea(2.0).per_projected(g).per_area(g).value(), 2.0, max_relative = 1e-15);
+        assert_relative_eq!(
+            p.per_projected(cos_x).per_area(g).value(),
+            p.per_area(cos_y, r2).value(),
+            max_relative = 1e-15
+        );
+        assert_relative_eq!(
+            p.per_area(cos_y, r2).per_solid_angle(cos_y, r2).value(),
+            0.7,
+            max_relative = 1e-15
+        );
+        assert_relative_eq!(
+            PerArea(2.0).per_projected(g).per_area(g).value(),
+            2.0,
+            max_relative = 1e-15
+        );
     }
 
     #[test]

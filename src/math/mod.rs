@@ -1,4 +1,5 @@
-//! Mathematics that knows nothing of rendering: typed densities, colour, warps, distributions, statistics.
+//! Mathematics that knows nothing of rendering: typed densities, colour, warps, distributions,
+//! statistics.
 
 pub(crate) mod angle;
 pub mod distribution;

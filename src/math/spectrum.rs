@@ -4,7 +4,8 @@ use std::ops::{Add, AddAssign, Div, Index, Mul, MulAssign, Neg, Sub};
 
 /// Three linear-light components, red, green and blue with the sRGB primaries.
 ///
-/// The unit is that of what it describes: radiance (W/(m² sr)), a reflectance (1), a BSDF value (1/sr) or a throughput.
+/// The unit is that of what it describes: radiance (W/(m² sr)), a reflectance (1), a BSDF value
+/// (1/sr) or a throughput.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rgb(pub [f64; 3]);
 

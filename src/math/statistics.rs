@@ -1,11 +1,13 @@
 //! Tests of statistical hypotheses, for checking samplers, BSDFs and integrators.
 //!
-//! A p-value is the probability of a result at least as extreme as the observed one if the hypothesis holds. Whoever makes many tests
-//! lowers the significance level of each by [`sidak`], or one in twenty correct samplers fails at 5 %.
+//! A p-value is the probability of a result at least as extreme as the observed one if the
+//! hypothesis holds. Whoever makes many tests lowers the significance level of each by [`sidak`],
+//! or one in twenty correct samplers fails at 5 %.
 
 use std::f64::consts::PI;
 
-/// Running mean and variance of a sequence of numbers, in one pass and without cancellation (Welford 1962).
+/// Running mean and variance of a sequence of numbers, in one pass and without cancellation
+/// (Welford 1962).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     count: u64,
@@ -59,12 +61,16 @@ impl Estimate {
         if self.count == 0 { 0.0 } else { (self.variance() / self.count as f64).sqrt() }
     }
 
-    /// Distance of the mean from its expected value in standard errors; 0 if they are equal to rounding, infinite if they differ without any
-    /// variance.
+    /// Distance of the mean from its expected value in standard errors; 0 if they are equal to
+    /// rounding, infinite if they differ without any variance.
     #[must_use]
     pub fn z_score(&self, expected: f64) -> f64 {
         let difference = self.mean - expected;
-        if difference.abs() <= 1e-12 * expected.abs() { 0.0 } else { difference / self.standard_error() }
+        if difference.abs() <= 1e-12 * expected.abs() {
+            0.0
+        } else {
+            difference / self.standard_error()
+        }
     }
 }
 
@@ -89,23 +95,27 @@ pub struct ChiSquare {
     pub statistic: f64,
     /// Pooled cells - 1.
     pub degrees_of_freedom: u32,
-    /// Probability of a statistic at least as large if the observations do follow the expected frequencies.
+    /// Probability of a statistic at least as large if the observations do follow the expected
+    /// frequencies.
     pub p_value: f64,
 }
 
 /// χ² test of counts against expected counts with the same sum (Pearson 1900).
 ///
-/// The test needs some expected counts in each cell: those below `least_expected` (5 is the usual number) are pooled, smallest first. Cells in which
-/// nothing is expected are pooled too, so that counts there are held against the distribution. With a single pooled cell the p-value is 1.
+/// The test needs some expected counts in each cell: those below `least_expected` (5 is the usual
+/// number) are pooled, smallest first. Cells in which nothing is expected are pooled too, so that
+/// counts there are held against the distribution. With a single pooled cell the p-value is 1.
 ///
-/// Expected counts that are negative or not a number, and slices of different lengths, give the p-value 0.
+/// Expected counts that are negative or not a number, and slices of different lengths, give the
+/// p-value 0.
 #[must_use]
 pub fn chi_square(observed: &[f64], expected: &[f64], least_expected: f64) -> ChiSquare {
     let failed = ChiSquare { statistic: f64::INFINITY, degrees_of_freedom: 0, p_value: 0.0 };
     if observed.len() != expected.len() || expected.iter().any(|e| !e.is_finite() || *e < 0.0) {
         return failed;
     }
-    let mut cells: Vec<(f64, f64)> = expected.iter().copied().zip(observed.iter().copied()).collect();
+    let mut cells: Vec<(f64, f64)> =
+        expected.iter().copied().zip(observed.iter().copied()).collect();
     cells.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut pooled: Vec<(f64, f64)> = Vec::with_capacity(cells.len());
     let mut pool = (0.0, 0.0);
@@ -121,31 +131,43 @@ pub fn chi_square(observed: &[f64], expected: &[f64], least_expected: f64) -> Ch
         Some(last) => *last = (last.0 + pool.0, last.1 + pool.1),
         None => pooled.push(pool),
     }
-    let statistic = pooled.iter().filter(|cell| cell.0 > 0.0 || cell.1 > 0.0).map(|(e, o)| (o - e) * (o - e) / e).sum::<f64>();
+    let statistic = pooled
+        .iter()
+        .filter(|cell| cell.0 > 0.0 || cell.1 > 0.0)
+        .map(|(e, o)| (o - e) * (o - e) / e)
+        .sum::<f64>();
     if !statistic.is_finite() {
         return failed;
     }
     let degrees_of_freedom = (pooled.len() - 1) as u32;
-    let p_value = if degrees_of_freedom == 0 { 1.0 } else { regularized_gamma_q(0.5 * f64::from(degrees_of_freedom), 0.5 * statistic) };
+    let p_value = if degrees_of_freedom == 0 {
+        1.0
+    } else {
+        regularized_gamma_q(0.5 * f64::from(degrees_of_freedom), 0.5 * statistic)
+    };
     ChiSquare { statistic, degrees_of_freedom, p_value }
 }
 
-/// Two-sided p-value of a z-score: the probability that a normal variable is at least that far from its mean, in standard deviations.
+/// Two-sided p-value of a z-score: the probability that a normal variable is at least that far from
+/// its mean, in standard deviations.
 #[must_use]
 pub fn two_sided_p_value(z: f64) -> f64 {
     if z.is_nan() { 0.0 } else { regularized_gamma_q(0.5, 0.5 * z * z) }
 }
 
-/// The significance level for each of `tests` independent tests so that all together have the level `significance` (Šidák 1967).
+/// The significance level for each of `tests` independent tests so that all together have the level
+/// `significance` (Šidák 1967).
 #[must_use]
 pub fn sidak(significance: f64, tests: usize) -> f64 {
     // 1 - (1 - significance)^(1/tests), which would cancel
     -((-significance).ln_1p() / tests.max(1) as f64).exp_m1()
 }
 
-/// Regularised upper incomplete gamma function `Q(a, x) = Γ(a, x) / Γ(a)` for a > 0 and x ≥ 0; NaN elsewhere.
+/// Regularised upper incomplete gamma function `Q(a, x) = Γ(a, x) / Γ(a)` for a > 0 and x ≥ 0; NaN
+/// elsewhere.
 ///
-/// Series for x < a + 1, continued fraction elsewhere (Abramowitz and Stegun 1964, 6.5.29 and 6.5.31).
+/// Series for x < a + 1, continued fraction elsewhere (Abramowitz and Stegun 1964, 6.5.29 and
+/// 6.5.31).
 #[must_use]
 pub fn regularized_gamma_q(a: f64, x: f64) -> f64 {
     if !(a > 0.0 && x >= 0.0 && a.is_finite()) {
@@ -158,7 +180,11 @@ pub fn regularized_gamma_q(a: f64, x: f64) -> f64 {
         return 0.0;
     }
     let front = (a * x.ln() - x - ln_gamma(a)).exp();
-    if x < a + 1.0 { (1.0 - front * lower_series(a, x)).clamp(0.0, 1.0) } else { (front * upper_fraction(a, x)).clamp(0.0, 1.0) }
+    if x < a + 1.0 {
+        (1.0 - front * lower_series(a, x)).clamp(0.0, 1.0)
+    } else {
+        (front * upper_fraction(a, x)).clamp(0.0, 1.0)
+    }
 }
 
 /// `Σ x^n / (a (a+1) … (a+n))`
@@ -203,7 +229,8 @@ fn upper_fraction(a: f64, x: f64) -> f64 {
 /// Both expansions need about √a terms near x = a.
 const MOST_TERMS: u32 = 100_000;
 
-/// `ln Γ(x)` for x > 0 by Stirling's series (Abramowitz and Stegun 1964, 6.1.41), after moving x to where it converges.
+/// `ln Γ(x)` for x > 0 by Stirling's series (Abramowitz and Stegun 1964, 6.1.41), after moving x to
+/// where it converges.
 pub(super) fn ln_gamma(x: f64) -> f64 {
     let mut x = x;
     let mut product = 1.0;
@@ -212,7 +239,9 @@ pub(super) fn ln_gamma(x: f64) -> f64 {
         x += 1.0;
     }
     let y = 1.0 / (x * x);
-    let series = (1.0 / 12.0 + y * (-1.0 / 360.0 + y * (1.0 / 1260.0 + y * (-1.0 / 1680.0 + y * (1.0 / 1188.0))))) / x;
+    let series = (1.0 / 12.0
+        + y * (-1.0 / 360.0 + y * (1.0 / 1260.0 + y * (-1.0 / 1680.0 + y * (1.0 / 1188.0)))))
+        / x;
     (x - 0.5) * x.ln() - x + 0.5 * (2.0 * PI).ln() + series - f64::ln(product)
 }
 
@@ -225,10 +254,20 @@ mod tests {
     #[test]
     fn gamma_functions_agree_with_statrs() {
         for a in [0.1, 0.5, 1.0, 2.5, 10.0, 100.0, 1000.0] {
-            assert_relative_eq!(ln_gamma(a), gamma::ln_gamma(a), max_relative = 1e-12, epsilon = 1e-13);
+            assert_relative_eq!(
+                ln_gamma(a),
+                gamma::ln_gamma(a),
+                max_relative = 1e-12,
+                epsilon = 1e-13
+            );
             for factor in [0.01, 0.5, 0.9, 1.0, 1.1, 2.0] {
                 let x = a * factor;
-                assert_relative_eq!(regularized_gamma_q(a, x), gamma::gamma_ur(a, x), max_relative = 1e-9, epsilon = 1e-13);
+                assert_relative_eq!(
+                    regularized_gamma_q(a, x),
+                    gamma::gamma_ur(a, x),
+                    max_relative = 1e-9,
+                    epsilon = 1e-13
+                );
             }
         }
         for z in [0.0, 0.1, 1.0, -3.0, 8.0] {
@@ -250,7 +289,11 @@ mod tests {
         merged.merge(&Estimate::default());
         assert_eq!(merged.count(), 1000);
         assert_relative_eq!(merged.variance(), whole.variance(), max_relative = 1e-9);
-        assert_relative_eq!(whole.z_score(whole.mean() + 2.0 * whole.standard_error()), -2.0, max_relative = 1e-6);
+        assert_relative_eq!(
+            whole.z_score(whole.mean() + 2.0 * whole.standard_error()),
+            -2.0,
+            max_relative = 1e-6
+        );
         assert_eq!([1.0, 1.0].into_iter().collect::<Estimate>().z_score(1.0), 0.0);
         assert_eq!([1.0, 1.0].into_iter().collect::<Estimate>().z_score(0.5), f64::INFINITY);
     }
@@ -258,7 +301,8 @@ mod tests {
     #[test]
     fn chi_square_by_hand() {
         let test = chi_square(&[10.0, 20.0, 30.0, 2.0, 1.0], &[15.0, 20.0, 25.0, 1.5, 1.5], 5.0);
-        // the two small cells (3 expected) join with the next larger one: (18, 20, 25) against (13, 20, 30)
+        // the two small cells (3 expected) join with the next larger one: (18, 20, 25) against (13,
+        // 20, 30)
         assert_eq!(test.degrees_of_freedom, 2);
         assert_relative_eq!(test.statistic, 25.0 / 18.0 + 1.0, max_relative = 1e-14);
         assert_relative_eq!(test.p_value, (-0.5 * test.statistic).exp(), max_relative = 1e-12);

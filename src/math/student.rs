@@ -2,8 +2,9 @@
 
 use super::statistics::{Estimate, ln_gamma};
 
-/// Two-sided p-value of a t statistic: the probability that a variable with `freedom` degrees of freedom is at least that far from 0.
-/// Infinite degrees of freedom are the normal distribution; NaN gives 0.
+/// Two-sided p-value of a t statistic: the probability that a variable with `freedom` degrees of
+/// freedom is at least that far from 0. Infinite degrees of freedom are the normal distribution;
+/// NaN gives 0.
 #[must_use]
 pub fn student_t_p_value(t: f64, freedom: f64) -> f64 {
     if t.is_nan() || freedom.is_nan() || freedom <= 0.0 {
@@ -16,7 +17,8 @@ pub fn student_t_p_value(t: f64, freedom: f64) -> f64 {
     regularized_beta(0.5 * freedom, 0.5, x)
 }
 
-/// The distance from 0 that such a variable exceeds with probability `p` (both sides together); infinite for p ≤ 0, 0 for p ≥ 1.
+/// The distance from 0 that such a variable exceeds with probability `p` (both sides together);
+/// infinite for p ≤ 0, 0 for p ≥ 1.
 #[must_use]
 pub fn student_t_quantile(p: f64, freedom: f64) -> f64 {
     if p.is_nan() || p <= 0.0 || freedom.is_nan() || freedom <= 0.0 {
@@ -40,7 +42,8 @@ pub fn student_t_quantile(p: f64, freedom: f64) -> f64 {
     high
 }
 
-/// Half the width of the interval that contains the mean with probability `confidence`; infinite for fewer than two numbers.
+/// Half the width of the interval that contains the mean with probability `confidence`; infinite
+/// for fewer than two numbers.
 #[must_use]
 pub fn half_width(estimate: &Estimate, confidence: f64) -> f64 {
     if estimate.count() < 2 {
@@ -49,7 +52,8 @@ pub fn half_width(estimate: &Estimate, confidence: f64) -> f64 {
     student_t_quantile(1.0 - confidence, (estimate.count() - 1) as f64) * estimate.standard_error()
 }
 
-/// Regularised incomplete beta function `I_x(a, b)` by its continued fraction (Abramowitz and Stegun 1964, 26.5.8), Lentz's method.
+/// Regularised incomplete beta function `I_x(a, b)` by its continued fraction (Abramowitz and
+/// Stegun 1964, 26.5.8), Lentz's method.
 fn regularized_beta(a: f64, b: f64, x: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;
@@ -60,7 +64,8 @@ fn regularized_beta(a: f64, b: f64, x: f64) -> f64 {
     if x > (a + 1.0) / (a + b + 2.0) {
         return (1.0 - regularized_beta(b, a, 1.0 - x)).clamp(0.0, 1.0);
     }
-    let front = (ln_gamma(a + b) - ln_gamma(a) - ln_gamma(b) + a * x.ln() + b * (-x).ln_1p()).exp() / a;
+    let front =
+        (ln_gamma(a + b) - ln_gamma(a) - ln_gamma(b) + a * x.ln() + b * (-x).ln_1p()).exp() / a;
     const TINY: f64 = 1e-300;
     let keep_off_zero = |y: f64| if y.abs() < TINY { TINY } else { y };
     let mut c = 1.0;
@@ -104,8 +109,16 @@ mod tests {
 
     #[test]
     fn limits() {
-        assert_relative_eq!(student_t_quantile(0.05, f64::INFINITY), 1.959_963_984_540_054, max_relative = 1e-9);
-        assert_relative_eq!(student_t_quantile(0.05, 7.0), 2.364_624_251_592_785, max_relative = 1e-9);
+        assert_relative_eq!(
+            student_t_quantile(0.05, f64::INFINITY),
+            1.959_963_984_540_054,
+            max_relative = 1e-9
+        );
+        assert_relative_eq!(
+            student_t_quantile(0.05, 7.0),
+            2.364_624_251_592_785,
+            max_relative = 1e-9
+        );
         assert_eq!(student_t_quantile(0.0, 5.0), f64::INFINITY);
         assert_eq!(student_t_p_value(f64::NAN, 5.0), 0.0);
         assert_eq!(student_t_p_value(f64::INFINITY, 5.0), 0.0);

@@ -4,7 +4,8 @@ use super::angle::{sin_cos_of_octant, sin_cos_of_turn};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
-/// Uniform on the unit disk, without folding neighbourhoods (Shirley and Chiu 1997, concentric map).
+/// Uniform on the unit disk, without folding neighbourhoods (Shirley and Chiu 1997, concentric
+/// map).
 #[inline]
 #[must_use]
 pub fn square_to_disk(u: DVec2) -> DVec2 {
@@ -12,14 +13,16 @@ pub fn square_to_disk(u: DVec2) -> DVec2 {
     if p == DVec2::ZERO {
         return p;
     }
-    // The angle to the nearer axis. Choices between numbers, since a branch would go either way at random.
+    // The angle to the nearer axis. Choices between numbers, since a branch would go either way at
+    // random.
     let is_near_x = p.x.abs() > p.y.abs();
     let (r, across) = if is_near_x { (p.x, p.y) } else { (p.y, p.x) };
     let (sin, cos) = sin_cos_of_octant(FRAC_PI_4 * (across / r));
     r * if is_near_x { DVec2::new(cos, sin) } else { DVec2::new(sin, cos) }
 }
 
-/// On the upper hemisphere with density `cos θ / π` per solid angle, that is `1/π` per projected solid angle (Malley's method).
+/// On the upper hemisphere with density `cos θ / π` per solid angle, that is `1/π` per projected
+/// solid angle (Malley's method).
 #[inline]
 #[must_use]
 pub fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {
@@ -36,14 +39,20 @@ pub fn square_to_sphere(u: DVec2) -> DVec3 {
     DVec3::new(r * cos, r * sin, z)
 }
 
-/// Barycentric coordinates (b1, b2) of a point uniform in a triangle: reflects the half square, so it is measure preserving.
+/// Barycentric coordinates (b1, b2) of a point uniform in a triangle: reflects the half square, so
+/// it is measure preserving.
 #[must_use]
 pub fn square_to_triangle(u: DVec2) -> DVec2 {
     // Heitz 2019, "A Low-Distortion Map Between Triangle and Square".
-    if u.y > u.x { DVec2::new(0.5 * u.x, u.y - 0.5 * u.x) } else { DVec2::new(u.x - 0.5 * u.y, 0.5 * u.y) }
+    if u.y > u.x {
+        DVec2::new(0.5 * u.x, u.y - 0.5 * u.x)
+    } else {
+        DVec2::new(u.x - 0.5 * u.y, 0.5 * u.y)
+    }
 }
 
-/// A point of [0, 1] whose density is linear, in proportion to `start` at 0 and to `end` at 1, neither negative, from `u` in [0, 1]. Monotonic.
+/// A point of [0, 1] whose density is linear, in proportion to `start` at 0 and to `end` at 1,
+/// neither negative, from `u` in [0, 1]. Monotonic.
 #[must_use]
 pub fn unit_to_linear(u: f64, start: f64, end: f64) -> f64 {
     // The root of (end - start) x² / 2 + start x = u (start + end) / 2 without the difference.
@@ -59,8 +68,9 @@ pub fn one_minus_cosine(sine: f64) -> f64 {
     s2 / (1.0 + (1.0 - s2).max(0.0).sqrt())
 }
 
-/// Uniform on the cone of directions with `1 - cos θ <= one_minus_cosine_max` around +z, density `1/(2π one_minus_cosine_max)` per solid
-/// angle. Taking `1 - cos` instead of `cos` keeps narrow cones exact.
+/// Uniform on the cone of directions with `1 - cos θ <= one_minus_cosine_max` around +z, density
+/// `1/(2π one_minus_cosine_max)` per solid angle. Taking `1 - cos` instead of `cos` keeps narrow
+/// cones exact.
 #[must_use]
 pub fn square_to_cone(u: DVec2, one_minus_cosine_max: f64) -> DVec3 {
     direction_from_one_minus_cosine(u.x * one_minus_cosine_max, u.y)
@@ -75,10 +85,12 @@ pub fn direction_from_one_minus_cosine(v: f64, turn: f64) -> DVec3 {
     DVec3::new(r * cos, r * sin, 1.0 - v)
 }
 
-/// Inverts the integral of the smoothstep function `3t² - 2t³`: a number in [0, 1] with density `2 (3t² - 2t³)`.
+/// Inverts the integral of the smoothstep function `3t² - 2t³`: a number in [0, 1] with density `2
+/// (3t² - 2t³)`.
 #[must_use]
 pub fn square_to_smoothstep(u: f64) -> f64 {
-    // Solves t³ (2 - t) = u. The left side is convex on [0, 1] and at least t³, so Newton's method descends from ∛u to the root.
+    // Solves t³ (2 - t) = u. The left side is convex on [0, 1] and at least t³, so Newton's method
+    // descends from ∛u to the root.
     let mut t = u.cbrt();
     for _ in 0..20 {
         let slope = t * t * (6.0 - 4.0 * t);
@@ -116,7 +128,12 @@ mod tests {
         for (x, y) in CORNERS.iter().flat_map(|x| CORNERS.iter().map(move |y| (*x, *y))) {
             let u = DVec2::new(x, y);
             assert!(square_to_disk(u).length() <= 1.0 + 1e-15);
-            for w in [square_to_cosine_hemisphere(u), square_to_sphere(u), square_to_cone(u, 0.3), square_to_cone(u, 2.0)] {
+            for w in [
+                square_to_cosine_hemisphere(u),
+                square_to_sphere(u),
+                square_to_cone(u, 0.3),
+                square_to_cone(u, 2.0),
+            ] {
                 assert_abs_diff_eq!(w.length(), 1.0, epsilon = 1e-14);
             }
             let b = square_to_triangle(u);
@@ -127,7 +144,9 @@ mod tests {
 
     #[test]
     fn linear_density_is_inverted() {
-        for (start, end) in [(1.0, 1.0), (0.0, 3.0), (2.0, 0.0), (1e-9, 1.0), (0.7, 0.2), (1e150, 1e-150)] {
+        for (start, end) in
+            [(1.0, 1.0), (0.0, 3.0), (2.0, 0.0), (1e-9, 1.0), (0.7, 0.2), (1e150, 1e-150)]
+        {
             let mut before = 0.0;
             for u in (0..=1000).map(|i| f64::from(i) / 1000.0) {
                 let x = unit_to_linear(u, start, end);
@@ -144,7 +163,8 @@ mod tests {
     fn means_are_those_of_the_uniform_distributions() {
         let mut rng = random(7);
         let n = 200_000;
-        let (mut disk, mut cosine, mut sphere, mut cone, mut triangle) = (0.0, 0.0, 0.0, 0.0, DVec2::ZERO);
+        let (mut disk, mut cosine, mut sphere, mut cone, mut triangle) =
+            (0.0, 0.0, 0.0, 0.0, DVec2::ZERO);
         for _ in 0..n {
             let u = DVec2::new(rng(), rng());
             disk += square_to_disk(u).length_squared();

@@ -1,4 +1,5 @@
-//! Points sampled on an endpoint for the sake of a given vertex: next event estimation and light tracing.
+//! Points sampled on an endpoint for the sake of a given vertex: next event estimation and light
+//! tracing.
 
 use super::{StartDensity, Vertex};
 use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
@@ -20,7 +21,8 @@ pub struct SampledEndpoint {
 }
 
 impl SampledEndpoint {
-    /// What was sampled on an endpoint that was chosen with probability `pmf`. Borrowed, because points are large and copied only where they stay.
+    /// What was sampled on an endpoint that was chosen with probability `pmf`. Borrowed, because
+    /// points are large and copied only where they stay.
     #[inline(always)]
     fn new(sample: &Option<PointSample>, light: Option<LightId>, pmf: f64) -> Option<Self> {
         let PointSample { point, pdf } = sample.as_ref()?;
@@ -38,13 +40,20 @@ impl SampledEndpoint {
     /// As a vertex of a path.
     #[inline]
     #[must_use]
-    pub fn vertex<'s, S: Scene + ?Sized, C: Camera + ?Sized>(&self, scene: &'s S, camera: &C) -> Vertex<S::Bsdf<'s>> {
+    pub fn vertex<'s, S: Scene + ?Sized, C: Camera + ?Sized>(
+        &self,
+        scene: &'s S,
+        camera: &C,
+    ) -> Vertex<S::Bsdf<'s>> {
         let walk = match self.light {
             Some(id) => scene.light(id).point_pdf(&self.point) * scene.pick_pmf(id),
             None => camera.point_pdf(&self.point),
         };
         let start = StartDensity { walk, connection: self.pdf };
-        Vertex { throughput: Rgb::splat(self.throughput()), ..Vertex::endpoint(self.point, self.light, start) }
+        Vertex {
+            throughput: Rgb::splat(self.throughput()),
+            ..Vertex::endpoint(self.point, self.light, start)
+        }
     }
 }
 
@@ -52,7 +61,11 @@ impl SampledEndpoint {
 ///
 /// `None` if there is no light, or if the one chosen has nothing to offer to the receiver.
 #[inline(always)]
-pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(scene: &S, receiver: &SurfacePoint, sampler: &mut P) -> Option<SampledEndpoint> {
+pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(
+    scene: &S,
+    receiver: &SurfacePoint,
+    sampler: &mut P,
+) -> Option<SampledEndpoint> {
     // All numbers are drawn first, so that later dimensions do not depend on the outcome.
     let (u0, u1, u2) = (sampler.next_1d(), sampler.next_1d(), sampler.next_2d());
     let (id, pmf) = scene.pick_light(u0)?;
@@ -66,7 +79,10 @@ pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(scene: &S, receiver: &Surfa
 
 /// The numbers that a point on the lens is sampled with; a lens that is a point needs none.
 #[inline]
-pub(super) fn lens_numbers<C: Camera + ?Sized, P: Sampler>(camera: &C, sampler: &mut P) -> (f64, DVec2) {
+pub(super) fn lens_numbers<C: Camera + ?Sized, P: Sampler>(
+    camera: &C,
+    sampler: &mut P,
+) -> (f64, DVec2) {
     if camera.place() == Place::Dirac {
         sampler.skip_1d();
         sampler.skip_2d();
@@ -77,7 +93,11 @@ pub(super) fn lens_numbers<C: Camera + ?Sized, P: Sampler>(camera: &C, sampler: 
 
 /// Samples a point on the lens to connect `receiver` to.
 #[inline(always)]
-pub fn sample_lens<C: Camera + ?Sized, P: Sampler>(camera: &C, receiver: &SurfacePoint, sampler: &mut P) -> Option<SampledEndpoint> {
+pub fn sample_lens<C: Camera + ?Sized, P: Sampler>(
+    camera: &C,
+    receiver: &SurfacePoint,
+    sampler: &mut P,
+) -> Option<SampledEndpoint> {
     let (u1, u2) = lens_numbers(camera, sampler);
     let sample = Endpoint::sample_from(camera, receiver, u1, u2);
     SampledEndpoint::new(&sample, None, 1.0)

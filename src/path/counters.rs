@@ -3,7 +3,8 @@
 use crate::math::Rgb;
 use std::ops::AddAssign;
 
-/// Where the flux of the light walks went. In expectation, emitted = absorbed + escaped + truncated + rejected.
+/// Where the flux of the light walks went. In expectation, emitted = absorbed + escaped + truncated
+/// + rejected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
     /// Flux that light walks started with.
@@ -41,7 +42,8 @@ pub struct Counters {
     pub shadow_rays: u64,
     /// Scattering vertices sampled.
     pub scattered: u64,
-    /// Pairs of vertices that were to be connected: scattering or emission was evaluated at one of them at least.
+    /// Pairs of vertices that were to be connected: scattering or emission was evaluated at one of
+    /// them at least.
     pub connections: u64,
     /// Contributions that were infinite or not a number; they were not added to the film.
     pub non_finite: u64,
@@ -52,11 +54,13 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Cost in units of a ray that is traced for its nearest hit: counts times constants, so that it is the same on every machine and in every run.
-    /// The constants were fitted to processor times of all integrators on the gallery (docs/leave-out.md).
+    /// Cost in units of a ray that is traced for its nearest hit: counts times constants, so that
+    /// it is the same on every machine and in every run. The constants were fitted to processor
+    /// times of all integrators on the gallery (docs/leave-out.md).
     #[must_use]
     pub fn cost(&self) -> f64 {
-        (self.closest_rays + self.shadow_rays + self.connections + self.scattered) as f64 + 1.5 * self.light_walks as f64
+        (self.closest_rays + self.shadow_rays + self.connections + self.scattered) as f64
+            + 1.5 * self.light_walks as f64
     }
 
     /// All rays.

@@ -4,13 +4,15 @@
 //! G(a, b) = |cos θ_a cos θ_b| / |a - b|²        (Veach 1997, equation 8.2)
 //! ```
 //!
-//! with geometric normals. Generalised to every [`Place`]: a Dirac position has no surface and no cosine; a point at infinity has neither
-//! cosine nor distance, because its density is per solid angle and its "direction" density per area perpendicular to the ray.
+//! with geometric normals. Generalised to every [`Place`]: a Dirac position has no surface and no
+//! cosine; a point at infinity has neither cosine nor distance, because its density is per solid
+//! angle and its "direction" density per area perpendicular to the ray.
 
 use crate::geometry::{Place, SurfacePoint};
 use glam::DVec3;
 
-/// Above it squares have lost nothing to underflow, not even those of components that are a millionth of the largest.
+/// Above it squares have lost nothing to underflow, not even those of components that are a
+/// millionth of the largest.
 const LEAST_SQUARE: f64 = 1e-270;
 
 /// The straight line between two vertices.
@@ -18,12 +20,14 @@ const LEAST_SQUARE: f64 = 1e-270;
 pub struct Edge {
     /// Unit direction from the first vertex to the second.
     pub direction: DVec3,
-    /// The geometry term without visibility, in the product of the inverse measures of the two vertices' places.
+    /// The geometry term without visibility, in the product of the inverse measures of the two
+    /// vertices' places.
     pub geometry: f64,
 }
 
 impl Edge {
-    /// The edge between two points; `None` if they coincide or both are at infinity, where no direction exists.
+    /// The edge between two points; `None` if they coincide or both are at infinity, where no
+    /// direction exists.
     #[inline]
     #[must_use]
     pub fn between(a: &SurfacePoint, b: &SurfacePoint) -> Option<Self> {
@@ -37,7 +41,8 @@ impl Edge {
                 if square > LEAST_SQUARE && square.is_finite() {
                     difference / square.sqrt()
                 } else {
-                    // Scaled by the largest component, so that the square neither overflows nor underflows.
+                    // Scaled by the largest component, so that the square neither overflows nor
+                    // underflows.
                     let scale = difference.abs().max_element();
                     if !(scale > 0.0 && scale.is_finite()) {
                         return None;
@@ -59,8 +64,13 @@ impl Edge {
         } else {
             let distance = (b.position - a.position).dot(direction);
             let square = distance * distance;
-            // Else two divisions: the square of a distance can leave the range of f64 where the quotient does not.
-            if square > LEAST_SQUARE && square.is_finite() { cosines / square } else { cosines / distance / distance }
+            // Else two divisions: the square of a distance can leave the range of f64 where the
+            // quotient does not.
+            if square > LEAST_SQUARE && square.is_finite() {
+                cosines / square
+            } else {
+                cosines / distance / distance
+            }
         };
         Self { direction, geometry }
     }
@@ -89,8 +99,13 @@ mod tests {
     fn dirac_positions_have_no_cosine_and_infinity_no_distance() {
         let surface = point(0.0, 0.0, 0.0, DVec3::Z);
         let dirac = SurfacePoint::dirac(DVec3::new(3.0, 0.0, 4.0));
-        assert_relative_eq!(Edge::between(&surface, &dirac).unwrap().geometry, 0.8 / 25.0, max_relative = 1e-15);
-        let infinite = SurfacePoint::infinite(DVec3::new(0.0, 0.0, 1e9), DVec3::new(0.6, 0.0, -0.8));
+        assert_relative_eq!(
+            Edge::between(&surface, &dirac).unwrap().geometry,
+            0.8 / 25.0,
+            max_relative = 1e-15
+        );
+        let infinite =
+            SurfacePoint::infinite(DVec3::new(0.0, 0.0, 1e9), DVec3::new(0.6, 0.0, -0.8));
         let edge = Edge::between(&surface, &infinite).unwrap();
         assert_eq!(edge.direction, DVec3::new(-0.6, 0.0, 0.8));
         assert_relative_eq!(edge.geometry, 0.8, max_relative = 1e-15);

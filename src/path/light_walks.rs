@@ -2,7 +2,8 @@
 
 /// Walks from the light per walk from the camera: a power of two, 1 unless said otherwise.
 ///
-/// Of 2ⁿ ≥ 1 walks each is connected to the one camera walk and to the lens. With 2ⁿ < 1 a sample has a light walk with that probability.
+/// Of 2ⁿ ≥ 1 walks each is connected to the one camera walk and to the lens. With 2ⁿ < 1 a sample
+/// has a light walk with that probability.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LightWalks(i8);
 
@@ -15,7 +16,11 @@ impl LightWalks {
     /// `2^exponent` walks; `None` if that is not between 2⁻¹⁶ and 2¹⁶.
     #[must_use]
     pub const fn power_of_two(exponent: i8) -> Option<Self> {
-        if exponent.unsigned_abs() <= Self::LARGEST_EXPONENT.unsigned_abs() { Some(Self(exponent)) } else { None }
+        if exponent.unsigned_abs() <= Self::LARGEST_EXPONENT.unsigned_abs() {
+            Some(Self(exponent))
+        } else {
+            None
+        }
     }
 
     /// The expected number.
@@ -44,14 +49,22 @@ mod tests {
             let walks = LightWalks::power_of_two(exponent).unwrap();
             assert_eq!(walks.count(), 2f64.powi(i32::from(exponent)));
             if exponent >= 0 {
-                assert_eq!(f64::from(walks.draw(|| unreachable!("nothing is random"))), walks.count());
+                assert_eq!(
+                    f64::from(walks.draw(|| unreachable!("nothing is random"))),
+                    walks.count()
+                );
             } else {
-                assert_eq!((walks.draw(|| walks.count()), walks.draw(|| 0.99 * walks.count())), (0, 1));
+                assert_eq!(
+                    (walks.draw(|| walks.count()), walks.draw(|| 0.99 * walks.count())),
+                    (0, 1)
+                );
             }
         }
         assert_eq!(LightWalks::default().count(), 1.0);
         assert!(
-            LightWalks::power_of_two(17).is_none() && LightWalks::power_of_two(-17).is_none() && LightWalks::power_of_two(-128).is_none()
+            LightWalks::power_of_two(17).is_none()
+                && LightWalks::power_of_two(-17).is_none()
+                && LightWalks::power_of_two(-128).is_none()
         );
     }
 }

@@ -1,7 +1,8 @@
 //! The core: vertices, the one random walk, paths, techniques and their weights.
 //!
-//! A pixel is an integral over paths `x_0 … x_k` from the lens to a light, `∫ We · T · Le dμ`, with the throughput `T = Π f Π G`. A technique
-//! (s, t) draws s of the k + 1 vertices from the light and t from the camera. Everything an integrator does is made of these bricks:
+//! A pixel is an integral over paths `x_0 … x_k` from the lens to a light, `∫ We · T · Le dμ`, with
+//! the throughput `T = Π f Π G`. A technique (s, t) draws s of the k + 1 vertices from the light
+//! and t from the camera. Everything an integrator does is made of these bricks:
 //!
 //! | what | where |
 //! |---|---|

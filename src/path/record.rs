@@ -1,4 +1,5 @@
-//! A path evaluated from the definitions alone: what an audit compares an integrator's numbers with, and what a teacher writes on the board.
+//! A path evaluated from the definitions alone: what an audit compares an integrator's numbers
+//! with, and what a teacher writes on the board.
 
 use super::view::are_joinable;
 use super::walk::emission_density;
@@ -11,14 +12,16 @@ use crate::geometry::{Place, SurfacePoint};
 use crate::math::Rgb;
 use crate::scene::Scene;
 
-/// Every factor of a path's contribution and of the densities of all techniques. Index i belongs to vertex x_i, or to the edge x_i x_{i+1}.
+/// Every factor of a path's contribution and of the densities of all techniques. Index i belongs to
+/// vertex x_i, or to the edge x_i x_{i+1}.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathRecord {
     /// The vertices x_0 … x_k.
     pub points: Vec<SurfacePoint>,
     /// Whether the path takes a Dirac lobe at a vertex.
     pub dirac: Vec<bool>,
-    /// Importance We at x_0, the BSDF f (Dirac: its coefficient) at x_1 … x_{k-1}, radiance Le at x_k.
+    /// Importance We at x_0, the BSDF f (Dirac: its coefficient) at x_1 … x_{k-1}, radiance Le at
+    /// x_k.
     pub factors: Vec<Rgb>,
     /// G of each edge.
     pub geometry_terms: Vec<f64>,
@@ -31,8 +34,8 @@ pub struct PathRecord {
 }
 
 impl PathRecord {
-    /// Evaluates f, G and all densities at the given points, k ≥ 1. `dirac[i]` selects the Dirac part of the BSDF at x_i. Edges between
-    /// coinciding points have G = 0.
+    /// Evaluates f, G and all densities at the given points, k ≥ 1. `dirac[i]` selects the Dirac
+    /// part of the BSDF at x_i. Edges between coinciding points have G = 0.
     #[must_use]
     pub fn evaluate<S: Scene + ?Sized, C: Camera + ?Sized>(
         scene: &S,
@@ -44,7 +47,8 @@ impl PathRecord {
         let k = points.len() - 1;
         let none = Edge { direction: glam::DVec3::ZERO, geometry: 0.0 };
         let edge = |a: &SurfacePoint, b: &SurfacePoint| match (a.place, b.place) {
-            // A lens at infinity that sees an environment directly: parallel lines have no direction between their ends, but the lens has one.
+            // A lens at infinity that sees an environment directly: parallel lines have no
+            // direction between their ends, but the lens has one.
             (Place::Infinite, Place::Infinite) => Edge::along(a, b, a.geometric_normal),
             _ => Edge::between(a, b).unwrap_or(none),
         };
@@ -106,20 +110,24 @@ impl PathRecord {
         self.factors[0] * self.geometry_terms[0] * self.throughput() * self.factors[self.edges()]
     }
 
-    /// The density of the path, in the product measure of its places, under the technique with t vertices from the camera; 0 if that
-    /// technique cannot draw it. Long paths can leave the range of f64 here; weights never form this product.
+    /// The density of the path, in the product measure of its places, under the technique with t
+    /// vertices from the camera; 0 if that technique cannot draw it. Long paths can leave the range
+    /// of f64 here; weights never form this product.
     #[must_use]
     pub fn density(&self, t: usize) -> f64 {
         if !self.is_admissible(t) {
             return 0.0;
         }
         let k = self.edges();
-        let camera: f64 = (0..t - 1).map(|i| self.towards_light[i] * self.geometry_terms[i]).product();
-        let light: f64 = (t + 1..=k).map(|i| self.towards_camera[i] * self.geometry_terms[i - 1]).product();
+        let camera: f64 =
+            (0..t - 1).map(|i| self.towards_light[i] * self.geometry_terms[i]).product();
+        let light: f64 =
+            (t + 1..=k).map(|i| self.towards_camera[i] * self.geometry_terms[i - 1]).product();
         self.end_density(t) * camera * light
     }
 
-    /// `f/p` under the technique with t vertices from the camera, multiplied up edge by edge so that it stays in range.
+    /// `f/p` under the technique with t vertices from the camera, multiplied up edge by edge so
+    /// that it stays in range.
     #[must_use]
     pub fn estimate(&self, t: usize) -> Rgb {
         let k = self.edges();
@@ -163,7 +171,8 @@ impl PathDensities for PathRecord {
 /// How far an integrator's numbers for a path are from the definitions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verification {
-    /// Relative difference of the unweighted estimate f/p, Russian roulette taken out; infinite if one of the two is not finite.
+    /// Relative difference of the unweighted estimate f/p, Russian roulette taken out; infinite if
+    /// one of the two is not finite.
     pub value_error: f64,
     /// Difference of the weight.
     pub weight_error: f64,
@@ -177,7 +186,11 @@ impl Verification {
     pub fn worst(&self) -> f64 {
         let errors = [self.value_error, self.weight_error, self.weight_sum_error];
         // `max` alone would ignore what is not a number.
-        if errors.iter().any(|error| error.is_nan()) { f64::INFINITY } else { errors.into_iter().fold(0.0, f64::max) }
+        if errors.iter().any(|error| error.is_nan()) {
+            f64::INFINITY
+        } else {
+            errors.into_iter().fold(0.0, f64::max)
+        }
     }
 }
 
@@ -191,7 +204,11 @@ impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'_, 's, S, C> {
         let exact = record.estimate(t);
         let scale = exact.map(f64::abs).max_component().max(f64::MIN_POSITIVE);
         let sum: f64 = (1..=record.edges() + 1)
-            .filter(|&t| set.contains(record.technique(t)) && record.is_admissible(t) && record.density_is_nonzero(t))
+            .filter(|&t| {
+                set.contains(record.technique(t))
+                    && record.is_admissible(t)
+                    && record.density_is_nonzero(t)
+            })
             .map(|t| record.weight(t, set, heuristic))
             .sum();
         Verification {
@@ -211,7 +228,8 @@ impl PathRecord {
     fn density_is_nonzero(&self, t: usize) -> bool {
         self.end_density(t) > 0.0
             && (0..t - 1).all(|i| self.towards_light[i] * self.geometry_terms[i] > 0.0)
-            && (t + 1..=self.edges()).all(|i| self.towards_camera[i] * self.geometry_terms[i - 1] > 0.0)
+            && (t + 1..=self.edges())
+                .all(|i| self.towards_camera[i] * self.geometry_terms[i - 1] > 0.0)
     }
 }
 
@@ -221,7 +239,8 @@ mod tests {
 
     #[test]
     fn what_is_not_a_number_is_not_a_small_error() {
-        let verification = Verification { value_error: 0.5, weight_error: 0.25, weight_sum_error: 0.0 };
+        let verification =
+            Verification { value_error: 0.5, weight_error: 0.25, weight_sum_error: 0.0 };
         assert_eq!(verification.worst(), 0.5);
         assert_eq!(Verification { weight_error: f64::NAN, ..verification }.worst(), f64::INFINITY);
     }

@@ -1,4 +1,5 @@
-//! Weights in constant time: each vertex of a walk keeps what the techniques have in the sum that would have ended its walk before it.
+//! Weights in constant time: each vertex of a walk keeps what the techniques have in the sum that
+//! would have ended its walk before it.
 //!
 //! Number the vertices of a walk v_1 … v_n from its start and let
 //!
@@ -7,24 +8,27 @@
 //! c_j = p⊥(v_j → v_{j-1})                      with which the other walk would go on from v_j.
 //! ```
 //!
-//! Seen from a technique that ends this walk at v_m and samples v_m from there with density x by the other walk, the techniques that end it
-//! at v_{m-1}, v_{m-2}, … have relative densities
+//! Seen from a technique that ends this walk at v_m and samples v_m from there with density x by
+//! the other walk, the techniques that end it at v_{m-1}, v_{m-2}, … have relative densities
 //!
 //! ```text
 //! x / d_m,    x / d_m · c_m G_m / d_{m-1},    x / d_m · c_m G_m / d_{m-1} · c_{m-1} G_{m-1} / d_{m-2},    …
 //! ```
 //!
-//! Of these only x and c_m depend on the connection. With r the power of the heuristic and n_j the share of the technique that ends at v_j
-//! (r of its number of samples, 0 if it is not in the set or cannot draw the path) their sum is, by Horner's rule,
+//! Of these only x and c_m depend on the connection. With r the power of the heuristic and n_j the
+//! share of the technique that ends at v_j (r of its number of samples, 0 if it is not in the set
+//! or cannot draw the path) their sum is, by Horner's rule,
 //!
 //! ```text
 //! r(x / d_m) (n_{m-1} + r(c_m G_m / d_{m-1}) R_{m-1}),        R_j = n_{j-1} + r(c_j G_j / d_{j-1}) R_{j-1},
 //! ```
 //!
-//! where R_1 is n_0 for a walk from a light, which a camera walk can hit, and 0 for one from the lens. The walk's start may be drawn
-//! differently for a connection to it: n_1 has the ratio of the two densities.
+//! where R_1 is n_0 for a walk from a light, which a camera walk can hit, and 0 for one from the
+//! lens. The walk's start may be drawn differently for a connection to it: n_1 has the ratio of the
+//! two densities.
 //!
-//! Sources: weights by recursion are of van Antwerpen 2011 and Georgiev 2012; this one, of ratios as in [`super::weight`], is derived here.
+//! Sources: weights by recursion are of van Antwerpen 2011 and Georgiev 2012; this one, of ratios
+//! as in [`super::weight`], is derived here.
 
 use super::{Heuristic, Path, TechniqueSet, Vertex};
 use crate::endpoint::{Camera, Light};
@@ -74,7 +78,11 @@ impl Weighting {
                 [_] => hitting,
                 up_to => {
                     let vertex = &up_to[m];
-                    let nearest = if vertex.dirac { 0.0 } else { self.share(up_to, [to_start, self.connections]) };
+                    let nearest = if vertex.dirac {
+                        0.0
+                    } else {
+                        self.share(up_to, [to_start, self.connections])
+                    };
                     nearest + self.farther(up_to, 1.0, vertex.pdf_back.value())
                 }
             };
@@ -96,34 +104,55 @@ impl Weighting {
                 let (walk, connection) = (start.walk.value(), start.connection.value());
                 let x = if camera.len() == 2 { walk } else { connection };
                 let to_lens = if path.ends_are_joinable() { self.lens_sampling } else { 0.0 };
-                self.side(camera, [x, walk], joint.towards_camera, [to_lens, self.sampling(emitter)])
+                self.side(
+                    camera,
+                    [x, walk],
+                    joint.towards_camera,
+                    [to_lens, self.sampling(emitter)],
+                )
             }
             (Some(edge), [start, ..]) => {
                 let is_to_lens = camera.len() == 1;
-                let x = joint.towards_light * edge.geometry * if is_to_lens { 1.0 / camera[0].start.bias() } else { 1.0 };
+                let x = joint.towards_light
+                    * edge.geometry
+                    * if is_to_lens { 1.0 / camera[0].start.bias() } else { 1.0 };
                 let by_camera = if light.len() > 1 {
-                    self.side(light, [x; 2], joint.behind, [self.sampling(emitter), self.connections])
+                    self.side(
+                        light,
+                        [x; 2],
+                        joint.behind,
+                        [self.sampling(emitter), self.connections],
+                    )
                 } else {
-                    let density = if is_to_lens { start.start.walk } else { start.start.connection };
+                    let density =
+                        if is_to_lens { start.start.walk } else { start.start.connection };
                     product(self.heuristic.raise(x / density.value()), self.hitting(emitter))
                 };
-                let x = joint.towards_camera * edge.geometry * if light.len() == 1 { 1.0 / start.start.bias() } else { 1.0 };
-                let by_light =
-                    if is_to_lens { 0.0 } else { self.side(camera, [x; 2], joint.before, [self.lens_sampling, self.connections]) };
+                let x = joint.towards_camera
+                    * edge.geometry
+                    * if light.len() == 1 { 1.0 / start.start.bias() } else { 1.0 };
+                let by_light = if is_to_lens {
+                    0.0
+                } else {
+                    self.side(camera, [x; 2], joint.before, [self.lens_sampling, self.connections])
+                };
                 (by_camera + by_light) / self.heuristic.raise(self.set.count(path.technique()))
             }
         };
         1.0 / (1.0 + rivals)
     }
 
-    /// What the techniques have in the sum that end a walk before its last vertex, which the other walk would sample from there with density x:
-    /// one x of the technique that ends the walk one vertex earlier, and one of all others.
+    /// What the techniques have in the sum that end a walk before its last vertex, which the other
+    /// walk would sample from there with density x: one x of the technique that ends the walk one
+    /// vertex earlier, and one of all others.
     fn side<B>(&self, walk: &[Vertex<B>], x: [f64; 2], onwards: f64, shares: [f64; 2]) -> f64 {
         let [nearest, farther] = x.map(|x| x / density(walk));
-        product(self.heuristic.raise(nearest), self.share(walk, shares)) + self.farther(walk, farther, onwards)
+        product(self.heuristic.raise(nearest), self.share(walk, shares))
+            + self.farther(walk, farther, onwards)
     }
 
-    /// n of the technique that ends a walk one vertex earlier, given the shares of connections to the start and to others.
+    /// n of the technique that ends a walk one vertex earlier, given the shares of connections to
+    /// the start and to others.
     fn share<B>(&self, walk: &[Vertex<B>], [to_start, to_others]: [f64; 2]) -> f64 {
         match walk {
             [start, _] => product(to_start, self.heuristic.raise(start.start.bias())),
@@ -132,11 +161,15 @@ impl Weighting {
         }
     }
 
-    /// The sum over the techniques that end a walk two or more vertices earlier, if the one that ends it one earlier has density `ratio`.
+    /// The sum over the techniques that end a walk two or more vertices earlier, if the one that
+    /// ends it one earlier has density `ratio`.
     fn farther<B>(&self, walk: &[Vertex<B>], ratio: f64, onwards: f64) -> f64 {
         let [before @ .., last] = walk else { return 0.0 };
         let Some(previous) = before.last() else { return 0.0 };
-        product(self.heuristic.raise(ratio * onwards * last.geometry / density(before)), previous.rivals)
+        product(
+            self.heuristic.raise(ratio * onwards * last.geometry / density(before)),
+            previous.rivals,
+        )
     }
 
     fn hitting(&self, light: &(impl Light + ?Sized)) -> f64 {

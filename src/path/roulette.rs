@@ -5,10 +5,12 @@
 //!      c                     with probability q,
 //! ```
 //!
-//! which has the same mean for every q in [0, 1) and every constant c, and the variance `V/(1-q) + q/(1-q) (E[F] - c)²`. With c = 0 it is the
-//! usual rule; c near the mean of F takes the added variance away.
+//! which has the same mean for every q in [0, 1) and every constant c, and the variance `V/(1-q) +
+//! q/(1-q) (E[F] - c)²`. With c = 0 it is the usual rule; c near the mean of F takes the added
+//! variance away.
 //!
-//! There is no cap on survival below 1: a walk that loses 1 % of its energy per bounce but is killed with 5 % has infinite variance.
+//! There is no cap on survival below 1: a walk that loses 1 % of its energy per bounce but is
+//! killed with 5 % has infinite variance.
 
 use crate::bsdf::Walk;
 use crate::math::Rgb;
@@ -18,7 +20,8 @@ use crate::math::Rgb;
 pub enum Survival {
     /// min(1, largest component of the throughput relative to the walk's start).
     Throughput,
-    /// The same at every vertex; must be above the square of the albedo, or the variance is infinite.
+    /// The same at every vertex; must be above the square of the albedo, or the variance is
+    /// infinite.
     Fixed(f64),
     /// Never terminate.
     Always,
@@ -31,17 +34,23 @@ pub struct Roulette {
     pub start: u32,
     /// The probability of survival.
     pub survival: Survival,
-    /// The constant c, radiance. Only camera walks use it, whose remaining estimate F is the radiance that comes in along the walk; the remaining
-    /// estimate of a light walk is an image.
+    /// The constant c, radiance. Only camera walks use it, whose remaining estimate F is the
+    /// radiance that comes in along the walk; the remaining estimate of a light walk is an image.
     pub constant: Rgb,
-    /// Connections whose weighted contribution is below this radiance (largest component) are tested for visibility with the probability
-    /// contribution / threshold only, and count that much more. 0 tests all of them.
+    /// Connections whose weighted contribution is below this radiance (largest component) are
+    /// tested for visibility with the probability contribution / threshold only, and count that
+    /// much more. 0 tests all of them.
     pub shadow_threshold: f64,
 }
 
 impl Default for Roulette {
     fn default() -> Self {
-        Self { start: 3, survival: Survival::Throughput, constant: Rgb::BLACK, shadow_threshold: 0.0 }
+        Self {
+            start: 3,
+            survival: Survival::Throughput,
+            constant: Rgb::BLACK,
+            shadow_threshold: 0.0,
+        }
     }
 }
 
@@ -61,9 +70,15 @@ pub enum Termination {
 
 impl Roulette {
     /// No roulette: walks end by absorption or by a limit on bounces only.
-    pub const NEVER: Self = Self { start: u32::MAX, survival: Survival::Always, constant: Rgb::BLACK, shadow_threshold: 0.0 };
+    pub const NEVER: Self = Self {
+        start: u32::MAX,
+        survival: Survival::Always,
+        constant: Rgb::BLACK,
+        shadow_threshold: 0.0,
+    };
 
-    /// Decides after the given number of scattering events; `relative` is the throughput relative to the start of the walk.
+    /// Decides after the given number of scattering events; `relative` is the throughput relative
+    /// to the start of the walk.
     #[inline]
     pub fn decide(&self, bounces: u32, relative: f64, xi: impl FnOnce() -> f64) -> Termination {
         if bounces <= self.start {
@@ -74,13 +89,22 @@ impl Roulette {
             Survival::Fixed(survival) => 1.0 - survival,
             Survival::Always => return Termination::Continue,
         };
-        if q > 0.0 { if xi() < q { Termination::Terminated } else { Termination::Survived { q } } } else { Termination::Continue }
+        if q > 0.0 {
+            if xi() < q { Termination::Terminated } else { Termination::Survived { q } }
+        } else {
+            Termination::Continue
+        }
     }
 
-    /// Decides whether the visibility of a connection is worth a ray: the probability with which it was decided so, `None` if it is not. The weight
-    /// is asked for only if it matters.
+    /// Decides whether the visibility of a connection is worth a ray: the probability with which it
+    /// was decided so, `None` if it is not. The weight is asked for only if it matters.
     #[inline]
-    pub fn test_shadow(&self, value: Rgb, weight: impl FnOnce() -> f64, xi: impl FnOnce() -> f64) -> Option<f64> {
+    pub fn test_shadow(
+        &self,
+        value: Rgb,
+        weight: impl FnOnce() -> f64,
+        xi: impl FnOnce() -> f64,
+    ) -> Option<f64> {
         if self.shadow_threshold <= 0.0 {
             return Some(1.0);
         }
@@ -117,7 +141,11 @@ mod tests {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
         let (q, mean, variance) = (0.4, 0.5, 0.04f64);
         let half_width = (3.0 * variance).sqrt();
-        for (c, expected) in [(0.3, 0.093_333_333_333_333_34), (0.0, 0.233_333_333_333_333_34), (0.5, 0.066_666_666_666_666_67)] {
+        for (c, expected) in [
+            (0.3, 0.093_333_333_333_333_34),
+            (0.0, 0.233_333_333_333_333_34),
+            (0.5, 0.066_666_666_666_666_67),
+        ] {
             let n = 1_000_000;
             let (mut sum, mut squares) = (0.0, 0.0);
             for _ in 0..n {
@@ -129,8 +157,14 @@ mod tests {
             let measured_mean = sum / f64::from(n);
             let measured_variance = squares / f64::from(n) - measured_mean * measured_mean;
             let standard_error = (expected / f64::from(n)).sqrt();
-            assert!((measured_mean - mean).abs() < 4.0 * standard_error, "c = {c}: {measured_mean}");
-            assert!((measured_variance / expected - 1.0).abs() < 0.01, "c = {c}: {measured_variance}");
+            assert!(
+                (measured_mean - mean).abs() < 4.0 * standard_error,
+                "c = {c}: {measured_mean}"
+            );
+            assert!(
+                (measured_variance / expected - 1.0).abs() < 0.01,
+                "c = {c}: {measured_variance}"
+            );
         }
     }
 
@@ -141,8 +175,14 @@ mod tests {
         assert_eq!(roulette.test_shadow(value, || 0.5, || 0.09), Some(0.1));
         assert_eq!(roulette.test_shadow(value, || 0.5, || 0.11), None);
         assert_eq!(roulette.test_shadow(value * 20.0, || 0.5, || unreachable!()), Some(1.0));
-        assert_eq!(roulette.test_shadow(Rgb::splat(f64::NAN), || 0.5, || unreachable!()), Some(1.0));
-        assert_eq!(Roulette::default().test_shadow(value, || unreachable!(), || unreachable!()), Some(1.0));
+        assert_eq!(
+            roulette.test_shadow(Rgb::splat(f64::NAN), || 0.5, || unreachable!()),
+            Some(1.0)
+        );
+        assert_eq!(
+            Roulette::default().test_shadow(value, || unreachable!(), || unreachable!()),
+            Some(1.0)
+        );
     }
 
     #[test]

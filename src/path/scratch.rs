@@ -4,7 +4,8 @@ use super::{Counters, Vertex, Walks, Wavefront};
 use crate::scene::Scene;
 use std::fmt;
 
-/// Buffers and counters of one thread; reused, so that nothing is allocated per sample once they have grown.
+/// Buffers and counters of one thread; reused, so that nothing is allocated per sample once they
+/// have grown.
 pub struct Scratch<'s, S: Scene + ?Sized + 's> {
     /// What was done so far.
     pub counters: Counters,
@@ -20,7 +21,13 @@ pub struct Scratch<'s, S: Scene + ?Sized + 's> {
 // Written by hand: derives would ask for bounds on `S`.
 impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
     fn default() -> Self {
-        Self { counters: Counters::default(), camera: Vec::new(), light: Vec::new(), walks: Vec::new(), wavefront: Wavefront::default() }
+        Self {
+            counters: Counters::default(),
+            camera: Vec::new(),
+            light: Vec::new(),
+            walks: Vec::new(),
+            wavefront: Wavefront::default(),
+        }
     }
 }
 

@@ -6,25 +6,30 @@ use crate::geometry::Place;
 use crate::scene::Needs;
 use std::fmt;
 
-/// The set of techniques that an integrator runs on a scene, and how many samples each has per sample of the image.
+/// The set of techniques that an integrator runs on a scene, and how many samples each has per
+/// sample of the image.
 ///
-/// A path with k edges can be drawn by the techniques (s, t) with s + t = k + 1 and t ≥ 1: the lens is never hit by chance. A
-/// set is a union of the four families that need different code, less what the scene rules out.
+/// A path with k edges can be drawn by the techniques (s, t) with s + t = k + 1 and t ≥ 1: the lens
+/// is never hit by chance. A set is a union of the four families that need different code, less
+/// what the scene rules out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct TechniqueSet {
     /// s = 0: a camera walk hits a light.
     pub emitter_hits: bool,
-    /// s = 1, t ≥ 2: a vertex of a camera walk connects to a point sampled on a light (next event estimation).
+    /// s = 1, t ≥ 2: a vertex of a camera walk connects to a point sampled on a light (next event
+    /// estimation).
     pub emitter_sampling: bool,
     /// s ≥ 2, t ≥ 2: a vertex of a camera walk connects to one of a light walk.
     pub connections: bool,
     /// t = 1, s ≥ 1: a vertex of a light walk connects to the lens.
     pub lens_sampling: bool,
-    /// Every vertex after the first surface uniform by area, the last one on a light: the lecture's estimator, no (s, t) technique.
+    /// Every vertex after the first surface uniform by area, the last one on a light: the lecture's
+    /// estimator, no (s, t) technique.
     pub uniform_area: bool,
     /// How many samples connections and lens sampling have; the others have one.
     pub light_walks: LightWalks,
-    /// Paths that lens sampling can draw are left to it alone; a camera walk goes on only if its first surface is met by a Dirac lobe.
+    /// Paths that lens sampling can draw are left to it alone; a camera walk goes on only if its
+    /// first surface is met by a Dirac lobe.
     pub lens_first: bool,
     /// If given, this technique alone.
     pub only: Option<Technique>,
@@ -49,7 +54,13 @@ pub enum Family {
 
 impl Family {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::UniformArea, Self::EmitterHits, Self::EmitterSampling, Self::Connections, Self::LensSampling];
+    pub const ALL: [Self; 5] = [
+        Self::UniformArea,
+        Self::EmitterHits,
+        Self::EmitterSampling,
+        Self::Connections,
+        Self::LensSampling,
+    ];
 
     /// The family of a technique (s, t) with t ≥ 1.
     #[inline]
@@ -86,7 +97,8 @@ pub enum Reason {
     NoHittableLight,
     /// It would contribute nothing: no light can be connected to.
     NoConnectibleLight,
-    /// It would contribute nothing: every surface is black or has Dirac lobes alone, which no connection meets.
+    /// It would contribute nothing: every surface is black or has Dirac lobes alone, which no
+    /// connection meets.
     NoFiniteLobe,
     /// It would contribute nothing: no light reaches a surface.
     NoIllumination,
@@ -102,7 +114,9 @@ impl fmt::Display for Reason {
             Self::NoConnectibleLight => "no light can be connected to",
             Self::NoFiniteLobe => "no surface has a lobe to connect to",
             Self::NoIllumination => "no light reaches a surface",
-            Self::Redundant => "only light that is seen directly would be left to it, and s = 0 draws that",
+            Self::Redundant => {
+                "only light that is seen directly would be left to it, and s = 0 draws that"
+            }
         })
     }
 }
@@ -117,10 +131,14 @@ pub struct LeftOut {
 impl LeftOut {
     /// The families, each with its reason.
     pub fn families(&self) -> impl Iterator<Item = (Family, Reason)> {
-        Family::ALL.into_iter().zip(self.reasons).filter_map(|(family, reason)| Some((family, reason?)))
+        Family::ALL
+            .into_iter()
+            .zip(self.reasons)
+            .filter_map(|(family, reason)| Some((family, reason?)))
     }
 
-    /// The number of scattering events after which no path carries light, if the scene has such a bound.
+    /// The number of scattering events after which no path carries light, if the scene has such a
+    /// bound.
     #[must_use]
     pub fn most_bounces(&self) -> Option<u32> {
         self.most_bounces
@@ -130,10 +148,18 @@ impl LeftOut {
     pub fn items(&self) -> impl Iterator<Item = (String, String)> {
         let bound = self.most_bounces.map(|n| match n {
             0 => ("scattering".to_owned(), "no light reaches a surface".to_owned()),
-            1 => ("more than one scattering event".to_owned(), "no light gets from one surface to another".to_owned()),
-            n => (format!("more than {n} scattering events"), "no light scatters more often".to_owned()),
+            1 => (
+                "more than one scattering event".to_owned(),
+                "no light gets from one surface to another".to_owned(),
+            ),
+            n => (
+                format!("more than {n} scattering events"),
+                "no light scatters more often".to_owned(),
+            ),
         });
-        self.families().map(|(family, reason)| (family.to_string(), reason.to_string())).chain(bound)
+        self.families()
+            .map(|(family, reason)| (family.to_string(), reason.to_string()))
+            .chain(bound)
     }
 
     /// Whether nothing is left out.
@@ -165,11 +191,16 @@ impl TechniqueSet {
         without: None,
     };
     /// Every technique (s, t) with t ≥ 1.
-    pub const BIDIRECTIONAL: Self =
-        Self { emitter_hits: true, emitter_sampling: true, connections: true, lens_sampling: true, ..Self::NONE };
+    pub const BIDIRECTIONAL: Self = Self {
+        emitter_hits: true,
+        emitter_sampling: true,
+        connections: true,
+        lens_sampling: true,
+        ..Self::NONE
+    };
 
-    /// Leaves out what a scene cannot use; exactly, since what is left out would contribute nothing or, if it is redundant, is drawn by another
-    /// technique of the set.
+    /// Leaves out what a scene cannot use; exactly, since what is left out would contribute nothing
+    /// or, if it is redundant, is drawn by another technique of the set.
     #[inline]
     #[must_use]
     pub fn pruned(mut self, needs: &Needs) -> Self {
@@ -186,9 +217,13 @@ impl TechniqueSet {
     /// What [`pruned`](Self::pruned) leaves out, and why.
     #[must_use]
     pub fn left_out(&self, needs: &Needs) -> LeftOut {
-        let reason = |family: Family| if self.has(family) { self.reason(family, needs) } else { None };
+        let reason =
+            |family: Family| if self.has(family) { self.reason(family, needs) } else { None };
         let runs = Family::ALL.into_iter().any(|family| self.pruned(needs).has(family));
-        LeftOut { reasons: Family::ALL.map(reason), most_bounces: needs.most_bounces().filter(|_| runs) }
+        LeftOut {
+            reasons: Family::ALL.map(reason),
+            most_bounces: needs.most_bounces().filter(|_| runs),
+        }
     }
 
     /// The one place that decides what a scene rules out.
@@ -203,10 +238,16 @@ impl TechniqueSet {
             None
         };
         match family {
-            Family::EmitterHits | Family::UniformArea => (!hittable).then_some(Reason::NoHittableLight),
-            Family::EmitterSampling if !needs.contains(Needs::CONNECTIBLE_LIGHTS) => Some(Reason::NoConnectibleLight),
+            Family::EmitterHits | Family::UniformArea => {
+                (!hittable).then_some(Reason::NoHittableLight)
+            }
+            Family::EmitterSampling if !needs.contains(Needs::CONNECTIBLE_LIGHTS) => {
+                Some(Reason::NoConnectibleLight)
+            }
             Family::EmitterSampling | Family::Connections => no_scattering,
-            Family::LensSampling if !hittable && !needs.contains(Needs::DIRAC_LIGHTS) => Some(Reason::NoLight),
+            Family::LensSampling if !hittable && !needs.contains(Needs::DIRAC_LIGHTS) => {
+                Some(Reason::NoLight)
+            }
             Family::LensSampling => {
                 let direct = self.emitter_hits && !needs.contains(Needs::DIRAC_LIGHTS);
                 let all = self.only.is_none() && self.without.is_none();
@@ -246,27 +287,35 @@ impl TechniqueSet {
         }
     }
 
-    /// Whether the set draws every path that the set of all techniques draws, on any scene with these needs and through a lens at such a
-    /// place. Decided from the needs alone, so "no" may mean "not on every such scene".
+    /// Whether the set draws every path that the set of all techniques draws, on any scene with
+    /// these needs and through a lens at such a place. Decided from the needs alone, so "no" may
+    /// mean "not on every such scene".
     #[must_use]
     pub fn is_complete(&self, needs: &Needs, lens: Place) -> bool {
         let may_have = |need| needs.contains(need);
         if self.only.is_some() || self.without.is_some() {
             return false;
         }
-        // Every vertex that the camera sees can be connected to the lens, and every light that it sees.
-        let lens_alone = self.lens_sampling && !may_have(Needs::DIRAC_LOBES) && may_have(Needs::ILLUMINATION);
+        // Every vertex that the camera sees can be connected to the lens, and every light that it
+        // sees.
+        let lens_alone =
+            self.lens_sampling && !may_have(Needs::DIRAC_LOBES) && may_have(Needs::ILLUMINATION);
         let both_infinite = lens == Place::Infinite && may_have(Needs::ENVIRONMENT);
-        let hittable = !may_have(Needs::HITTABLE_LIGHTS) || self.emitter_hits || (lens_alone && !both_infinite);
+        let hittable = !may_have(Needs::HITTABLE_LIGHTS)
+            || self.emitter_hits
+            || (lens_alone && !both_infinite);
         // A Dirac light that a lens of finite area sees directly is drawn by (1, 1) alone.
-        let sampled =
-            self.emitter_sampling && !may_have(Needs::DIRAC_LOBES) && !may_have(Needs::UNCONNECTIBLE_LIGHTS) && lens != Place::Area;
+        let sampled = self.emitter_sampling
+            && !may_have(Needs::DIRAC_LOBES)
+            && !may_have(Needs::UNCONNECTIBLE_LIGHTS)
+            && lens != Place::Area;
         let all = self.emitter_sampling && self.connections && self.lens_sampling;
         hittable && (!may_have(Needs::DIRAC_LIGHTS) || all || lens_alone || sampled)
     }
 
-    /// The set without walks from the light if the scene has no caustics that would need them: no lobe is Dirac or glossy, and without
-    /// them no path is missing. A choice, not a gain for certain: light walks may pay where nothing needs them.
+    /// The set without walks from the light if the scene has no caustics that would need them: no
+    /// lobe is Dirac or glossy, and without them no path is missing. A choice, not a gain for
+    /// certain: light walks may pay where nothing needs them.
     #[must_use]
     pub fn without_needless_light_walks(self, needs: &Needs, lens: Place) -> Self {
         let sparing = Self { connections: false, lens_sampling: false, ..self };
@@ -274,8 +323,9 @@ impl TechniqueSet {
         if !caustics && sparing.is_complete(needs, lens) { sparing } else { self }
     }
 
-    /// What the kernel that runs the set costs over the general one with the same [`Counters::cost`](super::Counters::cost): the dedicated ones, and lens sampling that
-    /// comes first, have few weights or none. Fitted like the constants there.
+    /// What the kernel that runs the set costs over the general one with the same
+    /// [`Counters::cost`](super::Counters::cost): the dedicated ones, and lens sampling that comes
+    /// first, have few weights or none. Fitted like the constants there.
     #[must_use]
     pub fn kernel_cost(&self) -> f64 {
         let dedicated = self.lens_first || !(self.has_camera_walk() && self.has_light_walk());
@@ -299,7 +349,11 @@ impl TechniqueSet {
 
 impl fmt::Display for TechniqueSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<String> = Family::ALL.into_iter().filter(|family| self.has(*family)).map(|family| family.to_string()).collect();
+        let names: Vec<String> = Family::ALL
+            .into_iter()
+            .filter(|family| self.has(*family))
+            .map(|family| family.to_string())
+            .collect();
         if names.is_empty() {
             return f.write_str("none");
         }
@@ -330,7 +384,8 @@ mod tests {
         .without(Needs::DIRAC_LIGHTS)
         .without(Needs::UNCONNECTIBLE_LIGHTS)
         .without(Needs::ENVIRONMENT);
-    const PATH: TechniqueSet = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+    const PATH: TechniqueSet =
+        TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
     const LIGHT: TechniqueSet = TechniqueSet { lens_sampling: true, ..TechniqueSet::NONE };
 
     #[test]
@@ -343,7 +398,11 @@ mod tests {
                 let (pruned, left_out) = (set.pruned(&needs), set.left_out(&needs));
                 for family in Family::ALL {
                     let reason = left_out.families().find(|(f, _)| *f == family);
-                    assert_eq!(reason.is_some(), set.has(family) && !pruned.has(family), "{needs} {left_out}");
+                    assert_eq!(
+                        reason.is_some(),
+                        set.has(family) && !pruned.has(family),
+                        "{needs} {left_out}"
+                    );
                 }
                 assert_eq!(pruned.pruned(&needs), pruned);
             }
@@ -354,12 +413,19 @@ mod tests {
 
     #[test]
     fn a_purely_specular_room_takes_emission_alone() {
-        let mirrors =
-            Needs::HITTABLE_LIGHTS | Needs::CONNECTIBLE_LIGHTS | Needs::DIRAC_LOBES | Needs::ILLUMINATION | Needs::INTERREFLECTION;
+        let mirrors = Needs::HITTABLE_LIGHTS
+            | Needs::CONNECTIBLE_LIGHTS
+            | Needs::DIRAC_LOBES
+            | Needs::ILLUMINATION
+            | Needs::INTERREFLECTION;
         let set = TechniqueSet::BIDIRECTIONAL;
         assert_eq!(set.pruned(&mirrors), TechniqueSet { emitter_hits: true, ..TechniqueSet::NONE });
         let text = set.left_out(&mirrors).to_string();
-        assert!(text.contains("s = 1 (emitter sampling): no surface has a lobe") && text.contains("t = 1 (lens sampling): only"), "{text}");
+        assert!(
+            text.contains("s = 1 (emitter sampling): no surface has a lobe")
+                && text.contains("t = 1 (lens sampling): only"),
+            "{text}"
+        );
         // A point light that a lens of finite area sees is drawn by (1, 1) alone.
         assert!(set.pruned(&(mirrors | Needs::DIRAC_LIGHTS)).lens_sampling);
         assert!(LIGHT.pruned(&mirrors).lens_sampling);
@@ -377,7 +443,8 @@ mod tests {
             assert_eq!(PATH.is_complete(&(PLAIN | Needs::DIRAC_LIGHTS), lens), lens != Area);
             assert_eq!(LIGHT.is_complete(&(PLAIN | Needs::ENVIRONMENT), lens), lens != Infinite);
         }
-        let sparing = |needs: Needs| TechniqueSet::BIDIRECTIONAL.without_needless_light_walks(&needs, Dirac);
+        let sparing =
+            |needs: Needs| TechniqueSet::BIDIRECTIONAL.without_needless_light_walks(&needs, Dirac);
         assert_eq!(sparing(PLAIN), PATH);
         assert_eq!(sparing(PLAIN | Needs::GLOSSY_LOBES), TechniqueSet::BIDIRECTIONAL);
     }

@@ -16,15 +16,19 @@ pub struct Vertex<B> {
     pub bsdf: Option<ShadedBsdf<B>>,
     /// The light that the point belongs to, if it emits.
     pub light: Option<LightId>,
-    /// Estimate `f/p` of the walk up to here: everything before this vertex's own scattering or emission.
+    /// Estimate `f/p` of the walk up to here: everything before this vertex's own scattering or
+    /// emission.
     pub throughput: Rgb,
-    /// Product of the probabilities of surviving Russian roulette on the way here; `throughput` contains its inverse.
+    /// Product of the probabilities of surviving Russian roulette on the way here; `throughput`
+    /// contains its inverse.
     pub survival: f64,
     /// Unit direction to the previous vertex; zero at the start.
     pub to_previous: DVec3,
-    /// Density of the direction to the next vertex, given the previous one; of an endpoint, given its point.
+    /// Density of the direction to the next vertex, given the previous one; of an endpoint, given
+    /// its point.
     pub pdf_next: PerProjected,
-    /// Density with which the opposite walk would choose the direction to the previous vertex, given the next one.
+    /// Density with which the opposite walk would choose the direction to the previous vertex,
+    /// given the next one.
     pub pdf_back: PerProjected,
     /// Geometry term of the edge to the previous vertex.
     pub geometry: f64,
@@ -41,7 +45,8 @@ pub struct Vertex<B> {
 pub struct StartDensity {
     /// As the start of a walk, probability of choosing the light included.
     pub walk: PerArea,
-    /// As the point that the neighbouring vertex connects to, probability of choosing the light included.
+    /// As the point that the neighbouring vertex connects to, probability of choosing the light
+    /// included.
     pub connection: PerArea,
 }
 
@@ -54,7 +59,8 @@ impl StartDensity {
 }
 
 impl<B: Bsdf> Vertex<B> {
-    /// The start of a walk. Everything that the walk has yet to find out is zero, the throughput one.
+    /// The start of a walk. Everything that the walk has yet to find out is zero, the throughput
+    /// one.
     #[must_use]
     pub fn endpoint(point: SurfacePoint, light: Option<LightId>, start: StartDensity) -> Self {
         Self {

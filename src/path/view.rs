@@ -11,7 +11,8 @@ use crate::math::Rgb;
 use crate::scene::Scene;
 use std::fmt;
 
-/// A complete path `x_0 … x_k`: the first t vertices from the camera, the last s from the light. Copies nothing.
+/// A complete path `x_0 … x_k`: the first t vertices from the camera, the last s from the light.
+/// Copies nothing.
 pub struct Path<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> {
     pub(super) scene: &'s S,
     camera: &'v C,
@@ -33,15 +34,23 @@ impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> Copy for Path<'_, 's, S, C>
 
 impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> fmt::Debug for Path<'_, 's, S, C> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Path").field("technique", &self.technique()).field("value", &self.value).finish()
+        f.debug_struct("Path")
+            .field("technique", &self.technique())
+            .field("value", &self.value)
+            .finish()
     }
 }
 
 impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
-    /// The path of a camera walk whose last vertex is on a light (s = 0). `None` if it is not, or emits nothing this way.
+    /// The path of a camera walk whose last vertex is on a light (s = 0). `None` if it is not, or
+    /// emits nothing this way.
     #[inline]
     #[must_use]
-    pub fn hit(scene: &'s S, camera: &'v C, camera_part: &'v [Vertex<S::Bsdf<'s>>]) -> Option<Self> {
+    pub fn hit(
+        scene: &'s S,
+        camera: &'v C,
+        camera_part: &'v [Vertex<S::Bsdf<'s>>],
+    ) -> Option<Self> {
         let end = camera_part.last()?;
         let light = end.light?;
         let radiance = scene.light(light).emit(&end.point, end.to_previous);
@@ -52,8 +61,9 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
         Some(Self { scene, camera, camera_part, light_part: &[], light, joint: None, value })
     }
 
-    /// The path that joins the last vertices of a camera part and a light part, neither of them empty. Everything but visibility is evaluated;
-    /// `None` if that is already zero, or if the connection is of a kind that cannot carry light.
+    /// The path that joins the last vertices of a camera part and a light part, neither of them
+    /// empty. Everything but visibility is evaluated; `None` if that is already zero, or if the
+    /// connection is of a kind that cannot carry light.
     #[inline]
     #[must_use]
     pub fn connect(
@@ -135,7 +145,9 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
     #[inline]
     #[must_use]
     pub fn is_visible(&self, counters: &mut Counters) -> bool {
-        let (Some(y), Some(z)) = (self.camera_part.last(), self.light_part.last()) else { return true };
+        let (Some(y), Some(z)) = (self.camera_part.last(), self.light_part.last()) else {
+            return true;
+        };
         counters.shadow_rays += 1;
         match self.facing() {
             Some(facing) => self.scene.visible(&y.point, &facing),
@@ -147,23 +159,28 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
     #[inline]
     pub(crate) fn facing(&self) -> Option<SurfacePoint> {
         let (y, z) = (self.camera_part.last()?, self.light_part.last()?);
-        (y.bsdf.is_none() && z.bsdf.is_none()).then(|| self.scene.light(self.light).facing(&z.point, &y.point))
+        (y.bsdf.is_none() && z.bsdf.is_none())
+            .then(|| self.scene.light(self.light).facing(&z.point, &y.point))
     }
 
-    /// The multiple importance sampling weight of the technique that drew the path, within a set that contains it; by a sweep over all techniques.
+    /// The multiple importance sampling weight of the technique that drew the path, within a set
+    /// that contains it; by a sweep over all techniques.
     #[inline]
     #[must_use]
     pub fn weight(&self, set: &TechniqueSet, heuristic: Heuristic) -> f64 {
         self.densities().weight(self.camera_part.len(), set, heuristic)
     }
 
-    /// Product of the probabilities 1 - q with which the walks survived Russian roulette; `value` contains its inverse.
+    /// Product of the probabilities 1 - q with which the walks survived Russian roulette; `value`
+    /// contains its inverse.
     #[must_use]
     pub fn survival(&self) -> f64 {
-        self.camera_part.last().map_or(1.0, |v| v.survival) * self.light_part.last().map_or(1.0, |v| v.survival)
+        self.camera_part.last().map_or(1.0, |v| v.survival)
+            * self.light_part.last().map_or(1.0, |v| v.survival)
     }
 
-    /// The densities along the path, from what the walks cached and what only the connection decides.
+    /// The densities along the path, from what the walks cached and what only the connection
+    /// decides.
     #[must_use]
     pub fn densities(&self) -> impl PathDensities {
         CachedDensities { path: self, joint: self.joint_densities(), ends: self.ends() }
@@ -183,7 +200,9 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
     pub(super) fn light_start(&self) -> StartDensity {
         match (self.light_part, self.camera_part) {
             ([start, ..], _) => start.start,
-            ([], [.., receiver, end]) => emission_density(self.scene, self.light, &receiver.point, &end.point),
+            ([], [.., receiver, end]) => {
+                emission_density(self.scene, self.light, &receiver.point, &end.point)
+            }
             _ => StartDensity::default(),
         }
     }
@@ -216,12 +235,15 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
         let mut joint = JointDensities::default();
         let Some(y) = self.camera_part.last() else { return joint };
         let Some(edge) = &self.joint else {
-            joint.towards_camera = self.scene.light(self.light).direction_pdf(&y.point, y.to_previous).value();
+            joint.towards_camera =
+                self.scene.light(self.light).direction_pdf(&y.point, y.to_previous).value();
             return joint;
         };
         let z = self.vertex(self.camera_part.len());
         match &y.bsdf {
-            None => joint.towards_light = self.camera.direction_pdf(&y.point, edge.direction).value(),
+            None => {
+                joint.towards_light = self.camera.direction_pdf(&y.point, edge.direction).value()
+            }
             Some(bsdf) => {
                 joint.towards_light = bsdf.pdf(y.to_previous, edge.direction, Walk::Camera).value();
                 joint.before = bsdf.pdf(edge.direction, y.to_previous, Walk::Light).value();
@@ -229,10 +251,12 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
         }
         match &z.bsdf {
             None => {
-                joint.towards_camera = self.scene.light(self.light).direction_pdf(&z.point, -edge.direction).value();
+                joint.towards_camera =
+                    self.scene.light(self.light).direction_pdf(&z.point, -edge.direction).value();
             }
             Some(bsdf) => {
-                joint.towards_camera = bsdf.pdf(z.to_previous, -edge.direction, Walk::Light).value();
+                joint.towards_camera =
+                    bsdf.pdf(z.to_previous, -edge.direction, Walk::Light).value();
                 joint.behind = bsdf.pdf(-edge.direction, z.to_previous, Walk::Camera).value();
             }
         }
@@ -240,8 +264,8 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
     }
 }
 
-/// Whether lens and light can be connected to each other: a Dirac lens would see a Dirac light as a Dirac distribution on the film, and
-/// two points at infinity have no line between them.
+/// Whether lens and light can be connected to each other: a Dirac lens would see a Dirac light as a
+/// Dirac distribution on the film, and two points at infinity have no line between them.
 pub(crate) fn are_joinable(lens: Place, light: Place, hittable: bool) -> bool {
     (lens == Place::Area || hittable) && !(lens == Place::Infinite && light == Place::Infinite)
 }
@@ -265,7 +289,9 @@ struct CachedDensities<'p, 'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> {
     ends: Ends,
 }
 
-impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> PathDensities for CachedDensities<'_, '_, 's, S, C> {
+impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> PathDensities
+    for CachedDensities<'_, '_, 's, S, C>
+{
     fn edges(&self) -> usize {
         self.path.edges()
     }

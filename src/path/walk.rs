@@ -1,7 +1,8 @@
 //! The one random walk of the crate: traces a ray, reports the vertex, samples the next direction.
 //!
-//! Every integrator that builds paths incrementally uses it, from the camera or from a light. The estimate that a walk carries
-//! (its throughput) is the product of `f/p⊥` over its vertices: geometry terms cancel against `p_area = p⊥ G`.
+//! Every integrator that builds paths incrementally uses it, from the camera or from a light. The
+//! estimate that a walk carries (its throughput) is the product of `f/p⊥` over its vertices:
+//! geometry terms cancel against `p_area = p⊥ G`.
 
 use super::connect::lens_numbers;
 use super::{Counters, Edge, Roulette, StartDensity, Termination, Vertex};
@@ -14,8 +15,9 @@ use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
 
-/// The largest number of scattering events of one walk, also where the depth is unbounded: a closed scene without absorption would
-/// hold a walk for ever. What is cut off is reported in [`Counters`].
+/// The largest number of scattering events of one walk, also where the depth is unbounded: a closed
+/// scene without absorption would hold a walk for ever. What is cut off is reported in
+/// [`Counters`].
 pub const MAX_BOUNCES: u32 = 32_000;
 
 /// A walk through the scene.
@@ -27,7 +29,8 @@ pub struct RandomWalk<'s, S: Scene + ?Sized + 's> {
     direction: DVec3,
     /// Throughput at the vertex that comes next.
     throughput: Rgb,
-    /// What Russian roulette compares the throughput with: its largest component at the start, times refraction's n² on the way.
+    /// What Russian roulette compares the throughput with: its largest component at the start,
+    /// times refraction's n² on the way.
     reference: f64,
     /// Product of the probabilities 1 - q of surviving roulette so far.
     survival: f64,
@@ -51,7 +54,8 @@ pub enum Scattered {
 }
 
 impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
-    /// Starts a walk at the camera, through the point `u` of the film's window. Returns the vertex on the lens too.
+    /// Starts a walk at the camera, through the point `u` of the film's window. Returns the vertex
+    /// on the lens too.
     #[inline(always)]
     pub fn from_camera<C: Camera + ?Sized, P: Sampler>(
         scene: &'s S,
@@ -67,17 +71,23 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         Some((Self::start(scene, camera, Walk::Camera, &mut vertex, u)?, vertex))
     }
 
-    /// Starts a walk at a light chosen by the scene. The vertex on the light is returned even if no ray leaves it, because it may still be
-    /// connected to.
-    pub fn from_light<P: Sampler>(scene: &'s S, sampler: &mut P, counters: &mut Counters) -> Option<(Option<Self>, Vertex<S::Bsdf<'s>>)> {
+    /// Starts a walk at a light chosen by the scene. The vertex on the light is returned even if no
+    /// ray leaves it, because it may still be connected to.
+    pub fn from_light<P: Sampler>(
+        scene: &'s S,
+        sampler: &mut P,
+        counters: &mut Counters,
+    ) -> Option<(Option<Self>, Vertex<S::Bsdf<'s>>)> {
         sampler.stream(Stream::Emission);
-        let (u0, u1, u2, u3) = (sampler.next_1d(), sampler.next_1d(), sampler.next_2d(), sampler.next_2d());
+        let (u0, u1, u2, u3) =
+            (sampler.next_1d(), sampler.next_1d(), sampler.next_2d(), sampler.next_2d());
         counters.light_walks += 1;
         let (id, pmf) = scene.pick_light(u0)?;
         let light = scene.light(id);
         let sample = light.sample_point(u1, u2)?;
         let pdf = sample.pdf * pmf;
-        let mut vertex = Vertex::endpoint(sample.point, Some(id), StartDensity { walk: pdf, connection: pdf });
+        let mut vertex =
+            Vertex::endpoint(sample.point, Some(id), StartDensity { walk: pdf, connection: pdf });
         let walk = Self::start(scene, light, Walk::Light, &mut vertex, u3);
         if let Some(walk) = &walk {
             counters.ledger.emitted += walk.throughput;
@@ -86,7 +96,13 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     }
 
     #[inline(always)]
-    fn start<E: Endpoint + ?Sized>(scene: &'s S, endpoint: &E, walk: Walk, vertex: &mut Vertex<S::Bsdf<'s>>, u: DVec2) -> Option<Self> {
+    fn start<E: Endpoint + ?Sized>(
+        scene: &'s S,
+        endpoint: &E,
+        walk: Walk,
+        vertex: &mut Vertex<S::Bsdf<'s>>,
+        u: DVec2,
+    ) -> Option<Self> {
         vertex.throughput = Rgb::splat(1.0 / vertex.start.walk.value());
         let ray = endpoint.sample_direction(&vertex.point, u)?;
         vertex.point = ray.from;
@@ -118,7 +134,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         self.vertices
     }
 
-    /// Where the ray starts that leads to the next vertex, and after [`arrive`](Self::arrive) the one that led there.
+    /// Where the ray starts that leads to the next vertex, and after [`arrive`](Self::arrive) the
+    /// one that led there.
     #[inline]
     #[must_use]
     pub fn from(&self) -> &SurfacePoint {
@@ -138,7 +155,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         (&self.from, self.direction)
     }
 
-    /// Traces the ray. Returns the vertex that it meets: on a surface, or at infinity if a camera walk reaches an environment.
+    /// Traces the ray. Returns the vertex that it meets: on a surface, or at infinity if a camera
+    /// walk reaches an environment.
     #[inline(always)]
     pub fn arrive(&mut self, counters: &mut Counters) -> Option<Vertex<S::Bsdf<'s>>> {
         counters.closest_rays += 1;
@@ -147,12 +165,15 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         vertex
     }
 
-    /// The vertex at the point that the [ray](Self::ray) meets; if it meets none, at infinity or nowhere.
+    /// The vertex at the point that the [ray](Self::ray) meets; if it meets none, at infinity or
+    /// nowhere.
     #[inline(always)]
     pub(crate) fn vertex_at(&self, point: Option<SurfacePoint>) -> Option<Vertex<S::Bsdf<'s>>> {
         let Some(point) = point else {
-            let id = if self.walk == Walk::Camera { self.scene.environment()? } else { return None };
-            let point = SurfacePoint::infinite(self.from.position + self.direction, -self.direction);
+            let id =
+                if self.walk == Walk::Camera { self.scene.environment()? } else { return None };
+            let point =
+                SurfacePoint::infinite(self.from.position + self.direction, -self.direction);
             return Some(self.vertex(point, None, Some(id)));
         };
         let bsdf = ShadedBsdf::new(self.scene.bsdf(&point), &point);
@@ -161,7 +182,11 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
 
     /// Records what [`vertex_at`](Self::vertex_at) has found.
     #[inline(always)]
-    pub(crate) fn count_vertex(&mut self, vertex: Option<&Vertex<S::Bsdf<'s>>>, counters: &mut Counters) {
+    pub(crate) fn count_vertex(
+        &mut self,
+        vertex: Option<&Vertex<S::Bsdf<'s>>>,
+        counters: &mut Counters,
+    ) {
         if vertex.is_some_and(|vertex| vertex.bsdf.is_some()) {
             self.vertices += 1;
         } else if self.walk == Walk::Light {
@@ -170,7 +195,12 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     }
 
     #[inline(always)]
-    fn vertex(&self, point: SurfacePoint, bsdf: Option<ShadedBsdf<S::Bsdf<'s>>>, light: Option<LightId>) -> Vertex<S::Bsdf<'s>> {
+    fn vertex(
+        &self,
+        point: SurfacePoint,
+        bsdf: Option<ShadedBsdf<S::Bsdf<'s>>>,
+        light: Option<LightId>,
+    ) -> Vertex<S::Bsdf<'s>> {
         // Not by way of another vertex, which would be copied.
         Vertex {
             bsdf,
@@ -188,7 +218,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         }
     }
 
-    /// Samples the next direction at the vertex that was just reached, records it there, and plays Russian roulette.
+    /// Samples the next direction at the vertex that was just reached, records it there, and plays
+    /// Russian roulette.
     #[inline]
     pub fn scatter<P: Sampler>(
         &mut self,
@@ -230,7 +261,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         if self.walk == Walk::Light {
             counters.ledger.absorbed += before - self.throughput;
         } else {
-            // Radiance grows by n² on entering a medium; only what is left beside that says how much longer the walk is worth following.
+            // Radiance grows by n² on entering a medium; only what is left beside that says how
+            // much longer the walk is worth following.
             self.reference /= sample.relative_ior * sample.relative_ior;
         }
         if self.throughput.is_black() {
@@ -251,8 +283,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         }
     }
 
-    /// Walks until absorption, escape, roulette or `max_bounces` scattering events, and appends every vertex to `vertices`. Roulette must have
-    /// c = 0: nobody is there to add the constant.
+    /// Walks until absorption, escape, roulette or `max_bounces` scattering events, and appends
+    /// every vertex to `vertices`. Roulette must have c = 0: nobody is there to add the constant.
     pub fn record<P: Sampler>(
         self,
         vertices: &mut Vec<Vertex<S::Bsdf<'s>>>,
@@ -264,7 +296,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         self.record_while(vertices, max_bounces, roulette, sampler, counters, |_| true);
     }
 
-    /// The same, but ends at the first surface unless `go_on` is true of what was found and sampled there.
+    /// The same, but ends at the first surface unless `go_on` is true of what was found and sampled
+    /// there.
     pub(crate) fn record_while<P: Sampler>(
         mut self,
         vertices: &mut Vec<Vertex<S::Bsdf<'s>>>,
@@ -280,7 +313,10 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
                 self.truncate(counters);
                 true
             } else {
-                matches!(self.scatter(&mut vertex, roulette, sampler, counters), Scattered::Ended { .. })
+                matches!(
+                    self.scatter(&mut vertex, roulette, sampler, counters),
+                    Scattered::Ended { .. }
+                )
             };
             let is_end = ended || (self.vertices == 1 && !go_on(&vertex));
             vertices.push(vertex);
@@ -299,10 +335,18 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     }
 }
 
-/// The densities of a point of a light, as the start of a walk and as the point that `receiver` connects to, each with the probability of
-/// choosing the light.
+/// The densities of a point of a light, as the start of a walk and as the point that `receiver`
+/// connects to, each with the probability of choosing the light.
 #[must_use]
-pub(super) fn emission_density<S: Scene + ?Sized>(scene: &S, id: LightId, receiver: &SurfacePoint, point: &SurfacePoint) -> StartDensity {
+pub(super) fn emission_density<S: Scene + ?Sized>(
+    scene: &S,
+    id: LightId,
+    receiver: &SurfacePoint,
+    point: &SurfacePoint,
+) -> StartDensity {
     let (light, pmf) = (scene.light(id), scene.pick_pmf(id));
-    StartDensity { walk: light.point_pdf(point) * pmf, connection: light.pdf_from(receiver, point) * pmf }
+    StartDensity {
+        walk: light.point_pdf(point) * pmf,
+        connection: light.pdf_from(receiver, point) * pmf,
+    }
 }

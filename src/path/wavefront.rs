@@ -1,4 +1,5 @@
-//! Paths that advance together, from vertex to vertex, so that a scene gets many rays at a time (Laine, Karras and Aila 2013).
+//! Paths that advance together, from vertex to vertex, so that a scene gets many rays at a time
+//! (Laine, Karras and Aila 2013).
 
 use super::{Counters, RandomWalk, Roulette, Scattered, Scratch, Vertex};
 use crate::bsdf::Walk;
@@ -110,23 +111,33 @@ impl<'s, S: Scene + ?Sized + 's> Default for Wavefront<'s, S> {
 }
 
 impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
-    /// Traces one ray for each path and shows `visit` those that arrive somewhere, with the vertex there as it is and as the end of segments. It says
-    /// whether the path may go on.
+    /// Traces one ray for each path and shows `visit` those that arrive somewhere, with the vertex
+    /// there as it is and as the end of segments. It says whether the path may go on.
     #[inline]
     pub fn arrive(
         &mut self,
         scene: &S,
         counters: &mut Counters,
-        mut visit: impl FnMut(&GrowingPath<'s, S>, &Vertex<S::Bsdf<'s>>, End, &mut Segments, &mut Counters) -> bool,
+        mut visit: impl FnMut(
+            &GrowingPath<'s, S>,
+            &Vertex<S::Bsdf<'s>>,
+            End,
+            &mut Segments,
+            &mut Counters,
+        ) -> bool,
     ) {
         let Self { paths, vertices, segments } = self;
         counters.closest_rays += paths.len() as u64;
         vertices.clear();
         vertices.resize_with(paths.len(), || None);
-        scene.intersect_many(paths.iter().map(|path| path.walk.ray()), |i, point| vertices[i] = paths[i].walk.vertex_at(point));
+        scene.intersect_many(paths.iter().map(|path| path.walk.ray()), |i, point| {
+            vertices[i] = paths[i].walk.vertex_at(point)
+        });
         for (i, (path, vertex)) in paths.iter_mut().zip(vertices).enumerate() {
             path.walk.count_vertex(vertex.as_ref(), counters);
-            if vertex.as_ref().is_some_and(|vertex| !visit(path, vertex, End::Arrival(i as u32), segments, counters)) {
+            if vertex.as_ref().is_some_and(|vertex| {
+                !visit(path, vertex, End::Arrival(i as u32), segments, counters)
+            }) {
                 *vertex = None;
             }
         }
@@ -134,7 +145,10 @@ impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
 
     /// Keeps the paths that may go on and of which `scatter` says that they do.
     #[inline]
-    pub fn scatter(&mut self, mut scatter: impl FnMut(&mut GrowingPath<'s, S>, &mut Vertex<S::Bsdf<'s>>) -> bool) {
+    pub fn scatter(
+        &mut self,
+        mut scatter: impl FnMut(&mut GrowingPath<'s, S>, &mut Vertex<S::Bsdf<'s>>) -> bool,
+    ) {
         let Self { paths, vertices, .. } = self;
         for i in (0..paths.len()).rev() {
             if !vertices[i].as_mut().is_some_and(|vertex| scatter(&mut paths[i], vertex)) {
@@ -154,12 +168,16 @@ impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
             End::Sampled(i) => sampled.get(i as usize),
         };
         // None is missing: what segments end at stays until they are tested.
-        let ends = list.iter().filter_map(|Segment { sample, ends: [a, b], .. }| point(*sample, *a).zip(point(*sample, *b)));
+        let ends = list.iter().filter_map(|Segment { sample, ends: [a, b], .. }| {
+            point(*sample, *a).zip(point(*sample, *b))
+        });
         visible.clear();
         visible.resize(list.len(), false);
         scene.visible_many(ends, |i, answer| visible[i] = answer);
         // In their own order and not in that of the answers, which depends on the instruction set.
-        for (Segment { sample, contribution, .. }, _) in list.iter().zip(visible).filter(|(_, visible)| **visible) {
+        for (Segment { sample, contribution, .. }, _) in
+            list.iter().zip(visible).filter(|(_, visible)| **visible)
+        {
             sink.add(*sample, contribution);
         }
         list.clear();
@@ -168,8 +186,9 @@ impl<'s, S: Scene + ?Sized + 's> Wavefront<'s, S> {
 }
 
 impl<'s, S: Scene + ?Sized + 's> Scratch<'s, S> {
-    /// Lets the paths of the wavefront walk until absorption, escape, roulette or `max_bounces` scattering events, and appends the vertices to the walks of
-    /// their samples. At the first surface `goes_on` decides, too.
+    /// Lets the paths of the wavefront walk until absorption, escape, roulette or `max_bounces`
+    /// scattering events, and appends the vertices to the walks of their samples. At the first
+    /// surface `goes_on` decides, too.
     #[inline]
     pub(crate) fn record<P: Sampler>(
         &mut self,
@@ -196,8 +215,10 @@ impl<'s, S: Scene + ?Sized + 's> Scratch<'s, S> {
                         walk.truncate(counters);
                         return false;
                     }
-                    let scattered = walk.scatter(vertex, roulette, &mut samples[*sample].sampler, counters);
-                    matches!(scattered, Scattered::On { .. }) && (walk.vertices() > 1 || goes_on(vertex))
+                    let scattered =
+                        walk.scatter(vertex, roulette, &mut samples[*sample].sampler, counters);
+                    matches!(scattered, Scattered::On { .. })
+                        && (walk.vertices() > 1 || goes_on(vertex))
                 });
                 if !has_gone_on {
                     paths.swap_remove(i);

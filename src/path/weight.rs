@@ -8,26 +8,30 @@
 //! G_i = G(x_i, x_{i+1}).
 //! ```
 //!
-//! The technique with t vertices from the camera samples the edges before the connecting one from the camera and those behind it from
-//! the light, so two neighbouring techniques differ in two factors only,
+//! The technique with t vertices from the camera samples the edges before the connecting one from
+//! the camera and those behind it from the light, so two neighbouring techniques differ in two
+//! factors only,
 //!
 //! ```text
 //! p(t+1) / p(t) = a_{t-1} G_{t-1} / (b_{t+1} G_t)         p(s = 0) / p(s = 1) = a_{k-1} G_{k-1} / p(x_k),
 //! ```
 //!
-//! and the sweep multiplies outwards from the technique that drew the path. It divides only by densities with which the path was drawn, which
-//! are not zero, and it never forms a density itself, which could overflow. At a Dirac vertex a and b are coefficients of the same Dirac
+//! and the sweep multiplies outwards from the technique that drew the path. It divides only by
+//! densities with which the path was drawn, which are not zero, and it never forms a density
+//! itself, which could overflow. At a Dirac vertex a and b are coefficients of the same Dirac
 //! distribution and the geometry terms on both sides cancel in the product.
 //!
-//! Two ends have a density of their own: the point that next event estimation chooses on the light (s = 1) and the one that light
-//! tracing chooses on the lens (t = 1) may be drawn differently than the start of a walk.
+//! Two ends have a density of their own: the point that next event estimation chooses on the light
+//! (s = 1) and the one that light tracing chooses on the lens (t = 1) may be drawn differently than
+//! the start of a walk.
 //!
 //! A technique with n samples per sample of the image has the density n p in all weights.
 //!
-//! The probabilities of Russian roulette depend on the walk, not on the path alone; they are left out of all weights alike and stay in the
-//! throughput.
+//! The probabilities of Russian roulette depend on the walk, not on the path alone; they are left
+//! out of all weights alike and stay in the throughput.
 //!
-//! The sweep takes time in proportion to k; bidirectional path tracing takes constant time by [`super::rivals`], with the same result.
+//! The sweep takes time in proportion to k; bidirectional path tracing takes constant time by
+//! [`super::rivals`], with the same result.
 //!
 //! Sources: Veach 1997, sections 9.2 and 10.2; the projected form is derived here.
 
@@ -84,11 +88,13 @@ pub struct Ends {
     pub hittable: bool,
     /// Whether the light can be connected to.
     pub connectible: bool,
-    /// Whether light and lens can be connected to each other: not if the film would see a Dirac distribution.
+    /// Whether light and lens can be connected to each other: not if the film would see a Dirac
+    /// distribution.
     pub joinable: bool,
 }
 
-/// The densities along a path, whoever keeps them. Vertex 0 is on the lens, vertex `edges()` on the light.
+/// The densities along a path, whoever keeps them. Vertex 0 is on the lens, vertex `edges()` on the
+/// light.
 pub trait PathDensities {
     /// Number of edges k.
     fn edges(&self) -> usize;
@@ -229,8 +235,15 @@ mod tests {
         }
     }
 
-    const ENDS: Ends =
-        Ends { camera: 1.0, camera_connection: 1.0, light: 0.5, light_connection: 0.25, hittable: true, connectible: true, joinable: true };
+    const ENDS: Ends = Ends {
+        camera: 1.0,
+        camera_connection: 1.0,
+        light: 0.5,
+        light_connection: 0.25,
+        hittable: true,
+        connectible: true,
+        joinable: true,
+    };
 
     fn random_path(k: usize, seed: u64) -> Listed {
         use rand::{RngExt, SeedableRng};
@@ -242,7 +255,11 @@ mod tests {
     #[test]
     fn weights_sum_to_one_for_any_set_and_heuristic() {
         for k in 1..=20 {
-            for (seed, heuristic) in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(0.7)].into_iter().enumerate() {
+            for (seed, heuristic) in
+                [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(0.7)]
+                    .into_iter()
+                    .enumerate()
+            {
                 let mut path = random_path(k, seed as u64 * 100 + k as u64);
                 if k > 4 {
                     path.dirac[2] = true;
@@ -278,10 +295,12 @@ mod tests {
         }
     }
 
-    /// analytic.json F16: across a planar mirror between two Lambertian surfaces the ratio of densities is 1, whatever the distances.
+    /// analytic.json F16: across a planar mirror between two Lambertian surfaces the ratio of
+    /// densities is 1, whatever the distances.
     #[test]
     fn a_mirror_between_two_diffuse_surfaces_does_not_change_the_ratio() {
-        // x_0 lens, x_1 = a, x_2 mirror, x_3 = b, x_4 light. The mirror samples with probability 1 both ways.
+        // x_0 lens, x_1 = a, x_2 mirror, x_3 = b, x_4 light. The mirror samples with probability 1
+        // both ways.
         let p = std::f64::consts::FRAC_1_PI;
         let path = Listed {
             a: vec![0.3, p, 1.0, p, 0.0],
@@ -290,10 +309,14 @@ mod tests {
             dirac: vec![false, false, true, false, false],
             ends: ENDS,
         };
-        // From connecting (x_0, x_1) to connecting (x_3, x_4): x_1, x_3 change sides; the edge x_0 x_1 is sampled instead of x_3 x_4.
+        // From connecting (x_0, x_1) to connecting (x_3, x_4): x_1, x_3 change sides; the edge x_0
+        // x_1 is sampled instead of x_3 x_4.
         let mut ratio = 0.0;
         path.sweep(1, |t, r| {
-            assert!(t == 4 || t == 5, "techniques that connect to a mirror are not admissible: t = {t}");
+            assert!(
+                t == 4 || t == 5,
+                "techniques that connect to a mirror are not admissible: t = {t}"
+            );
             if t == 4 {
                 ratio = r;
             }

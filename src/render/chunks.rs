@@ -1,7 +1,9 @@
-//! The passes over the window: threads take chunks as they come, and what was recorded is merged in the order of their numbers.
+//! The passes over the window: threads take chunks as they come, and what was recorded is merged in
+//! the order of their numbers.
 //!
-//! The calling thread merges, and renders like the others while there is nothing to merge. At the end of a pass threads go on with the next one instead of
-//! waiting for each other; a slow chunk costs memory for those behind it, but no time.
+//! The calling thread merges, and renders like the others while there is nothing to merge. At the
+//! end of a pass threads go on with the next one instead of waiting for each other; a slow chunk
+//! costs memory for those behind it, but no time.
 
 use super::queue::{Queue, Turn};
 use super::settings::Threads;
@@ -33,7 +35,8 @@ pub(super) struct Totals {
     pub thread_time: Duration,
 }
 
-/// Samples that an integrator gets at a time: enough rays for the scene, and their paths stay in the nearest memory.
+/// Samples that an integrator gets at a time: enough rays for the scene, and their paths stay in
+/// the nearest memory.
 const BATCH: usize = 128;
 
 /// Chunks per thread that may be begun beyond the pass under way.
@@ -42,7 +45,8 @@ const AHEAD: u64 = 4;
 /// How a pass is cut into chunks.
 struct Partition {
     pixels: u32,
-    /// Pixels per chunk: a function of the window alone, because the grouping of sums depends on it.
+    /// Pixels per chunk: a function of the window alone, because the grouping of sums depends on
+    /// it.
     length: u32,
 }
 
@@ -79,10 +83,18 @@ struct Workbench<'a, P, S: Scene + ?Sized> {
     scratch: Scratch<'a, S>,
 }
 
-impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S> + ?Sized> Job<'a, N, S, C, I> {
-    /// Renders at most so many passes of one sample per pixel. `after_pass` gets to know each, and what there is after it, and says whether another one
-    /// follows.
-    pub fn run(&self, most: u32, threads: &Threads, totals: &mut Totals, mut after_pass: impl FnMut(u32, &Totals) -> ControlFlow<()>) {
+impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S> + ?Sized>
+    Job<'a, N, S, C, I>
+{
+    /// Renders at most so many passes of one sample per pixel. `after_pass` gets to know each, and
+    /// what there is after it, and says whether another one follows.
+    pub fn run(
+        &self,
+        most: u32,
+        threads: &Threads,
+        totals: &mut Totals,
+        mut after_pass: impl FnMut(u32, &Totals) -> ControlFlow<()>,
+    ) {
         let partition = Partition::new(self.region);
         let (chunks, ahead) = (partition.chunks(), AHEAD * threads.count() as u64);
         let queue = Queue::new();
@@ -102,7 +114,8 @@ impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S
             let mut next = 0;
             for pass in 1..=most {
                 let end = u64::from(pass) * chunks;
-                let missing = queue.open((end + ahead).min(u64::from(most) * chunks), threads.count() - 1);
+                let missing =
+                    queue.open((end + ahead).min(u64::from(most) * chunks), threads.count() - 1);
                 (0..missing).for_each(|_| start_worker());
                 while next < end {
                     match queue.turn(next..end) {
@@ -138,7 +151,10 @@ impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S
             samples.clear();
             samples.extend(pixels.map(|pixel| {
                 let mut sampler = self.source.sampler(pixel, pass);
-                BatchSample { film: FilmSample::draw(&self.region, pixel, &self.kernel, &mut sampler), sampler }
+                BatchSample {
+                    film: FilmSample::draw(&self.region, pixel, &self.kernel, &mut sampler),
+                    sampler,
+                }
             }));
             self.integrator.sample_batch(self.scene, self.camera, samples, &mut film, scratch);
         }

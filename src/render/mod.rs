@@ -1,8 +1,11 @@
-//! The driver: turns an integrator into an image, within a budget, on several threads, and says what it did.
+//! The driver: turns an integrator into an image, within a budget, on several threads, and says
+//! what it did.
 //!
-//! A rendering proceeds in *passes* of one sample per pixel of the window. A pass is cut into chunks of consecutive pixels whose size depends
-//! on the window alone; threads take chunks as they come, a few of the next pass too, and what chunks recorded is merged in the order of their numbers.
-//! Random numbers depend on (seed, pixel, pass). So the same settings give the same image to the bit for any number of threads, after every pass.
+//! A rendering proceeds in *passes* of one sample per pixel of the window. A pass is cut into
+//! chunks of consecutive pixels whose size depends on the window alone; threads take chunks as they
+//! come, a few of the next pass too, and what chunks recorded is merged in the order of their
+//! numbers. Random numbers depend on (seed, pixel, pass). So the same settings give the same image
+//! to the bit for any number of threads, after every pass.
 
 mod chunks;
 mod queue;
@@ -31,9 +34,11 @@ use target::Watch;
 pub struct Progress<'a> {
     /// Passes done: samples per pixel so far.
     pub passes: u32,
-    /// Part of the budget that is used, or of the way to the target error if that is nearer, 0 to 1.
+    /// Part of the budget that is used, or of the way to the target error if that is nearer, 0 to
+    /// 1.
     pub fraction: f64,
-    /// Wall-clock time spent rendering; time spent in the progress callback does not count, although other threads begin with the next pass in it.
+    /// Wall-clock time spent rendering; time spent in the progress callback does not count,
+    /// although other threads begin with the next pass in it.
     pub wall: Duration,
     /// The sums so far.
     pub film: &'a Film,
@@ -62,7 +67,8 @@ pub struct Rendering {
     pub counters: Counters,
     /// Wall-clock time spent rendering, without the progress callback.
     pub wall: Duration,
-    /// Sum over the threads of the time that they spent on samples: processor time, if no thread had to wait for a processor.
+    /// Sum over the threads of the time that they spent on samples: processor time, if no thread
+    /// had to wait for a processor.
     pub thread_time: Duration,
     /// The techniques that the integrator ran.
     pub techniques: TechniqueSet,
@@ -76,7 +82,8 @@ pub struct Rendering {
     pub filter: Filter,
     /// The sampler and the seed; `None` if the caller brought a source of their own.
     pub sampling: Option<(SamplerKind, u64)>,
-    /// Estimated relMSE of the image, if the settings have a target for it and there were enough passes.
+    /// Estimated relMSE of the image, if the settings have a target for it and there were enough
+    /// passes.
     pub estimated_error: Option<f64>,
     /// Whether the progress callback stopped the rendering. The image is valid all the same.
     pub stopped: bool,
@@ -89,7 +96,8 @@ impl Rendering {
         self.film.non_finite()
     }
 
-    /// The image with its window and metadata (integrator, sampler, seed, filter, samples per pixel, time, rays), ready to be saved.
+    /// The image with its window and metadata (integrator, sampler, seed, filter, samples per
+    /// pixel, time, rays), ready to be saved.
     #[cfg(feature = "image")]
     #[must_use]
     pub fn to_file(&self) -> crate::film::ImageFile {
@@ -119,7 +127,8 @@ pub fn unattended(_: &Progress<'_>) -> ControlFlow<()> {
 
 /// Renders with one of the ready-made samplers.
 ///
-/// `progress` is called after each pass, on this thread, and may stop the rendering; see [`unattended`].
+/// `progress` is called after each pass, on this thread, and may stop the rendering; see
+/// [`unattended`].
 ///
 /// # Errors
 /// If the settings or the camera's film are invalid, or the threads cannot be started.
@@ -150,7 +159,9 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
     if settings.budget == Budget::Samples(0) {
         return Err(RenderError::NoSamples);
     }
-    if let Some(target) = settings.target_error.filter(|target| !(*target > 0.0 && target.is_finite())) {
+    if let Some(target) =
+        settings.target_error.filter(|target| !(*target > 0.0 && target.is_finite()))
+    {
         return Err(RenderError::TargetError(target));
     }
     let kernel = settings.filter.kernel()?;
@@ -160,7 +171,8 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
     let start = Instant::now();
     let pilot_time = AtomicU64::new(0);
     let pilot = Pilot {
-        samples: u64::from(region.pixels()) * u64::from(settings.budget.samples().unwrap_or(UNKNOWN_BUDGET)),
+        samples: u64::from(region.pixels())
+            * u64::from(settings.budget.samples().unwrap_or(UNKNOWN_BUDGET)),
         seed: settings.seed,
         kernel: &kernel,
         parallel: &|count, task| {
@@ -172,32 +184,44 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
         },
     };
     let adapted = integrator.adapt(scene, camera, &pilot);
-    let (mut wall, mut counters, decision) = (Duration::ZERO, Counters::default(), adapted.as_ref().map(|a| a.decision.clone()));
+    let (mut wall, mut counters, decision) =
+        (Duration::ZERO, Counters::default(), adapted.as_ref().map(|a| a.decision.clone()));
     if let Some(adapted) = &adapted {
         wall = start.elapsed();
         // Its samples are none of the image's, its rays are rays.
-        counters = Counters { samples: 0, truncated_walks: 0, ledger: Ledger::default(), ..adapted.counters };
+        counters = Counters {
+            samples: 0,
+            truncated_walks: 0,
+            ledger: Ledger::default(),
+            ..adapted.counters
+        };
     }
     let integrator = adapted.as_ref().map_or(integrator, |adapted| &adapted.integrator);
     let job = Job { source, scene, camera, integrator, kernel, region };
-    let mut totals = Totals { film, counters, thread_time: Duration::from_nanos(pilot_time.into_inner()) };
+    let mut totals =
+        Totals { film, counters, thread_time: Duration::from_nanos(pilot_time.into_inner()) };
     let mut watch = settings.target_error.map(Watch::new);
     let (start, before, mut paused) = (Instant::now(), wall, Duration::ZERO);
     let (mut passes, mut stopped) = (0, false);
-    job.run(settings.budget.samples().unwrap_or(u32::MAX), &threads, &mut totals, |pass, Totals { film, counters, .. }| {
-        let since = start.elapsed();
-        (passes, wall) = (pass, before + since - paused);
-        let mut fraction = settings.budget.fraction(passes, wall);
-        if let Some(watch) = &mut watch {
-            watch.look(passes, || film.image(samples(film, passes)));
-            fraction = watch.fraction(passes).max(fraction);
-        }
-        stopped = progress(&Progress { passes, fraction, wall, film, counters }).is_break();
-        let is_reached = watch.as_ref().is_some_and(|watch| watch.fraction(passes) >= 1.0);
-        let is_enough = stopped || is_reached || settings.budget.is_spent(passes, wall);
-        paused += start.elapsed() - since;
-        if is_enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
+    job.run(
+        settings.budget.samples().unwrap_or(u32::MAX),
+        &threads,
+        &mut totals,
+        |pass, Totals { film, counters, .. }| {
+            let since = start.elapsed();
+            (passes, wall) = (pass, before + since - paused);
+            let mut fraction = settings.budget.fraction(passes, wall);
+            if let Some(watch) = &mut watch {
+                watch.look(passes, || film.image(samples(film, passes)));
+                fraction = watch.fraction(passes).max(fraction);
+            }
+            stopped = progress(&Progress { passes, fraction, wall, film, counters }).is_break();
+            let is_reached = watch.as_ref().is_some_and(|watch| watch.fraction(passes) >= 1.0);
+            let is_enough = stopped || is_reached || settings.budget.is_spent(passes, wall);
+            paused += start.elapsed() - since;
+            if is_enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        },
+    );
     let Totals { film, counters, thread_time } = totals;
     Ok(Rendering {
         image: film.image(samples(&film, passes)),
@@ -225,7 +249,8 @@ fn samples(film: &Film, passes: u32) -> u64 {
     u64::from(film.region().pixels()) * u64::from(passes)
 }
 
-/// An integrator that renders scenes of type `S`, as an object: `&[&dyn Render<S>]` is a comparison. Every [`Integrator`] is one.
+/// An integrator that renders scenes of type `S`, as an object: `&[&dyn Render<S>]` is a
+/// comparison. Every [`Integrator`] is one.
 pub trait Render<S: Scene + ?Sized>: Sync {
     /// The techniques that it runs on the scene; before it has adapted itself, all that it may run.
     fn techniques(&self, scene: &S) -> TechniqueSet;

@@ -36,10 +36,20 @@ pub(super) enum Turn<T> {
 
 impl<T> Queue<T> {
     pub fn new() -> Self {
-        Self { state: Mutex::new(State { next: 0, end: 0, done: BTreeMap::new(), workers: 0, has_failed: false }), changed: Condvar::new() }
+        Self {
+            state: Mutex::new(State {
+                next: 0,
+                end: 0,
+                done: BTreeMap::new(),
+                workers: 0,
+                has_failed: false,
+            }),
+            changed: Condvar::new(),
+        }
     }
 
-    /// Lets chunks before `end` be begun, and counts in so many workers that there are `workers`; returns how many that is.
+    /// Lets chunks before `end` be begun, and counts in so many workers that there are `workers`;
+    /// returns how many that is.
     pub fn open(&self, end: u64, workers: usize) -> usize {
         let mut state = self.lock();
         state.end = end;
@@ -51,11 +61,13 @@ impl<T> Queue<T> {
         self.lock().end = 0;
     }
 
-    /// For the calling thread, which wants the chunks of a range that is not empty: waits if there is nothing else to do.
+    /// For the calling thread, which wants the chunks of a range that is not empty: waits if there
+    /// is nothing else to do.
     pub fn turn(&self, wanted: Range<u64>) -> Turn<T> {
         let mut state = self.lock();
         loop {
-            let done: Vec<T> = wanted.clone().map_while(|number| state.done.remove(&number)).collect();
+            let done: Vec<T> =
+                wanted.clone().map_while(|number| state.done.remove(&number)).collect();
             if !done.is_empty() {
                 return Turn::Take(done);
             }
@@ -69,7 +81,8 @@ impl<T> Queue<T> {
         }
     }
 
-    /// For a worker: lets it render chunks until none may be begun. It does not wait, because it may run on a thread on which another one was interrupted.
+    /// For a worker: lets it render chunks until none may be begun. It does not wait, because it
+    /// may run on a thread on which another one was interrupted.
     pub fn work(&self, mut render: impl FnMut(u64)) {
         /// Reports a panic, or the calling thread would wait for the chunk.
         struct Alarm<'q, T>(&'q Queue<T>);
@@ -122,8 +135,11 @@ mod tests {
     fn chunks_are_taken_in_their_order_up_to_the_end_of_what_is_wanted() {
         let queue = Queue::new();
         assert_eq!((queue.open(3, 2), queue.open(4, 2)), (2, 0));
-        let begun = |turn| if let Turn::Render(number) = turn { number } else { panic!("nothing to render") };
-        let taken = |turn| if let Turn::Take(chunks) = turn { chunks } else { panic!("nothing to take") };
+        let begun = |turn| {
+            if let Turn::Render(number) = turn { number } else { panic!("nothing to render") }
+        };
+        let taken =
+            |turn| if let Turn::Take(chunks) = turn { chunks } else { panic!("nothing to take") };
         assert_eq!([begun(queue.turn(0..2)), begun(queue.turn(0..2))], [0, 1]);
         queue.finish(1, "b");
         assert_eq!(begun(queue.turn(0..2)), 2);

@@ -12,8 +12,9 @@ use std::time::Duration;
 pub enum Budget {
     /// After this many samples per pixel.
     Samples(u32),
-    /// With the pass whose end is nearest to this wall-clock time, but not before the first. Progress callbacks do not count.
-    /// How many samples that makes depends on the machine, so only a budget in samples gives reproducible images.
+    /// With the pass whose end is nearest to this wall-clock time, but not before the first.
+    /// Progress callbacks do not count. How many samples that makes depends on the machine, so only
+    /// a budget in samples gives reproducible images.
     Time(Duration),
 }
 
@@ -29,8 +30,12 @@ impl Budget {
     pub(super) fn is_spent(self, passes: u32, wall: Duration) -> bool {
         match self {
             Self::Samples(samples) => passes >= samples,
-            // Another pass takes about as long as the average one: is its end nearer to the budget than now?
-            Self::Time(limit) => passes == u32::MAX || wall.as_secs_f64() * (1.0 + 0.5 / f64::from(passes)) >= limit.as_secs_f64(),
+            // Another pass takes about as long as the average one: is its end nearer to the budget
+            // than now?
+            Self::Time(limit) => {
+                passes == u32::MAX
+                    || wall.as_secs_f64() * (1.0 + 0.5 / f64::from(passes)) >= limit.as_secs_f64()
+            }
         }
     }
 
@@ -49,15 +54,18 @@ impl Budget {
 pub struct Settings {
     /// When to end at the latest. Default: 64 samples per pixel.
     pub budget: Budget,
-    /// End earlier, once the relative mean squared error of the image is estimated to be this or less: `mean (I - R)² / (R² + 0.01 mean(R)²)`.
-    /// It is estimated from how much the image changes when the number of passes is doubled, with 1/N in between, from 8 passes on; samples
-    /// must be independent (with others it comes out too large). A rare, bright contribution that has not been seen lowers both the estimate and the image, so
-    /// that an image that ends this way is a little too dark on average. Default: none.
+    /// End earlier, once the relative mean squared error of the image is estimated to be this or
+    /// less: `mean (I - R)² / (R² + 0.01 mean(R)²)`. It is estimated from how much the image
+    /// changes when the number of passes is doubled, with 1/N in between, from 8 passes on; samples
+    /// must be independent (with others it comes out too large). A rare, bright contribution that
+    /// has not been seen lowers both the estimate and the image, so that an image that ends this
+    /// way is a little too dark on average. Default: none.
     pub target_error: Option<f64>,
     /// Different seeds give independent images.
     pub seed: u64,
-    /// Number of threads; `None` leaves it to rayon: all processors, `RAYON_NUM_THREADS`, or the pool that the caller is in. It never
-    /// changes the image. At most 1024 are started. Without the feature `parallel` there is one thread.
+    /// Number of threads; `None` leaves it to rayon: all processors, `RAYON_NUM_THREADS`, or the
+    /// pool that the caller is in. It never changes the image. At most 1024 are started. Without
+    /// the feature `parallel` there is one thread.
     pub threads: Option<usize>,
     /// The pixel filter. Default: the pixel's box.
     pub filter: Filter,
@@ -79,7 +87,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Strata per pixel for stratified sampling: the samples per pixel if they are known, sets of 64 otherwise.
+    /// Strata per pixel for stratified sampling: the samples per pixel if they are known, sets of
+    /// 64 otherwise.
     pub(super) fn strata(&self) -> u32 {
         match self.budget {
             Budget::Samples(samples) => samples,
@@ -110,7 +119,9 @@ impl fmt::Display for RenderError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoSamples => write!(f, "budget is zero samples per pixel"),
-            Self::TargetError(target) => write!(f, "target error {target} is not a positive number"),
+            Self::TargetError(target) => {
+                write!(f, "target error {target} is not a positive number")
+            }
             Self::NoThreads => write!(f, "number of threads is zero"),
             Self::ThreadPool(reason) => write!(f, "threads could not be started: {reason}"),
             Self::Filter(error) => error.fmt(f),
@@ -165,7 +176,8 @@ impl Threads {
             Some(1) => Ok(Self::Caller),
             #[cfg(feature = "parallel")]
             Some(threads) => {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.min(MOST_THREADS)).build();
+                let pool =
+                    rayon::ThreadPoolBuilder::new().num_threads(threads.min(MOST_THREADS)).build();
                 pool.map(Self::Own).map_err(|e| RenderError::ThreadPool(e.to_string()))
             }
             #[cfg(feature = "parallel")]
@@ -188,7 +200,8 @@ impl Threads {
         }
     }
 
-    /// Calls `main` on this thread, with a function that calls `worker` on another one if there are several, and returns when all are done.
+    /// Calls `main` on this thread, with a function that calls `worker` on another one if there are
+    /// several, and returns when all are done.
     pub fn with_workers(&self, worker: &(dyn Fn() + Sync), main: impl FnOnce(&dyn Fn())) {
         match self {
             Self::Caller => main(worker),

@@ -1,6 +1,8 @@
-//! The estimated error of an image under way, without a reference: how much it changes when samples are added.
+//! The estimated error of an image under way, without a reference: how much it changes when samples
+//! are added.
 //!
-//! The image I_N after N passes is half of I_{N/2} and half of as many new samples, so if samples are independent,
+//! The image I_N after N passes is half of I_{N/2} and half of as many new samples, so if samples
+//! are independent,
 //!
 //! ```text
 //! E[(I_N - I_{N/2})²] = σ²/N = Var(I_N)
@@ -37,7 +39,8 @@ impl Watch {
         }
         let image = image();
         if let Some(before) = &self.before {
-            self.variance = relative_change(before, &image).map(|change| change * f64::from(passes));
+            self.variance =
+                relative_change(before, &image).map(|change| change * f64::from(passes));
         }
         self.before = Some(image);
     }
@@ -49,7 +52,8 @@ impl Watch {
 
     /// Part of the way to the target.
     pub fn fraction(&self, passes: u32) -> f64 {
-        self.error(passes).map_or(0.0, |error| if error > self.target { self.target / error } else { 1.0 })
+        self.error(passes)
+            .map_or(0.0, |error| if error > self.target { self.target / error } else { 1.0 })
     }
 }
 
@@ -57,7 +61,9 @@ impl Watch {
 fn relative_change(a: &Image, b: &Image) -> Option<f64> {
     let scale = b.mean().mean();
     let epsilon = EPSILON * scale * scale;
-    let change = |a: Rgb, b: Rgb| (0..3).map(|c| (a[c] - b[c]).powi(2) / (b[c] * b[c] + epsilon)).sum::<f64>();
+    let change = |a: Rgb, b: Rgb| {
+        (0..3).map(|c| (a[c] - b[c]).powi(2) / (b[c] * b[c] + epsilon)).sum::<f64>()
+    };
     let sum: f64 = a.pixels().iter().zip(b.pixels()).map(|(a, b)| change(*a, *b)).sum();
     (epsilon > 0.0).then(|| sum / (3.0 * b.pixels().len() as f64))
 }

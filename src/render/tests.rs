@@ -94,7 +94,8 @@ impl Camera for FilmOnly {
 enum Kind {
     /// Radiance 0.7 everywhere, by camera walks.
     Constant,
-    /// The same by light walks: points uniform on the film and a margin around it, recorded at `p - offset`.
+    /// The same by light walks: points uniform on the film and a margin around it, recorded at `p -
+    /// offset`.
     ConstantSplat { margin: f64 },
     /// A function of the position by camera walks, and splats elsewhere.
     Mixed,
@@ -129,7 +130,9 @@ impl<S: Scene + ?Sized> Integrator<S> for Arithmetic {
         sink: &mut K,
         scratch: &mut Scratch<'s, S>,
     ) {
-        let mut add = |raster, value, s, t| sink.add(&Contribution { raster, value, weight: 1.0, technique: Technique { s, t } });
+        let mut add = |raster, value, s, t| {
+            sink.add(&Contribution { raster, value, weight: 1.0, technique: Technique { s, t } })
+        };
         let region = camera.film();
         scratch.counters.samples += 1;
         sampler.stream(Stream::Emission);
@@ -137,23 +140,35 @@ impl<S: Scene + ?Sized> Integrator<S> for Arithmetic {
             Kind::Constant => add(film.raster, Rgb::splat(0.7), 0, 2),
             Kind::ConstantSplat { margin } => {
                 let size = region.window_size().as_dvec2();
-                let p = region.window_min.as_dvec2() - margin + sampler.next_2d() * (size + 2.0 * margin);
+                let p = region.window_min.as_dvec2() - margin
+                    + sampler.next_2d() * (size + 2.0 * margin);
                 let area = (size + 2.0 * margin).element_product() / size.element_product();
                 add(p - film.offset, Rgb::splat(0.7 * area), 1, 1);
             }
             Kind::Mixed => {
                 let seen = film.raster + film.offset;
-                add(film.raster, Rgb::new(seen.x.sin() + 1.1, seen.y.cos() + 1.1, sampler.next_1d()), 0, 2);
+                add(
+                    film.raster,
+                    Rgb::new(seen.x.sin() + 1.1, seen.y.cos() + 1.1, sampler.next_1d()),
+                    0,
+                    2,
+                );
                 for vertex in 0..3 {
                     sampler.stream(Stream::LightVertex(vertex));
                     let u = sampler.next_2d();
-                    add(u * region.resolution.as_dvec2() - film.offset, Rgb::splat(sampler.next_1d() / 3.0), 1, 1);
+                    add(
+                        u * region.resolution.as_dvec2() - film.offset,
+                        Rgb::splat(sampler.next_1d() / 3.0),
+                        1,
+                        1,
+                    );
                 }
                 scratch.counters.ledger.emitted += Rgb::splat(sampler.next_1d());
             }
             Kind::Noise => add(film.raster, Rgb::splat(2.0 * sampler.next_1d()), 0, 2),
             Kind::Invalid => {
-                let value = if film.raster.floor() == DVec2::new(3.0, 2.0) { f64::NAN } else { 0.7 };
+                let value =
+                    if film.raster.floor() == DVec2::new(3.0, 2.0) { f64::NAN } else { 0.7 };
                 add(film.raster, Rgb::splat(value), 0, 2);
             }
             Kind::Panic(thread) if thread == std::thread::current().id() => {
@@ -175,7 +190,11 @@ impl<S: Scene + ?Sized> Integrator<S> for Arithmetic {
 }
 
 fn window() -> FilmRegion {
-    FilmRegion { resolution: UVec2::new(80, 60), window_min: UVec2::new(3, 2), window_max: UVec2::new(70, 57) }
+    FilmRegion {
+        resolution: UVec2::new(80, 60),
+        window_min: UVec2::new(3, 2),
+        window_max: UVec2::new(70, 57),
+    }
 }
 
 fn gaussian() -> Filter {
@@ -188,19 +207,34 @@ fn run(kind: Kind, region: FilmRegion, settings: &Settings) -> Rendering {
 
 #[test]
 fn the_image_is_the_same_to_the_bit_for_any_number_of_threads() {
-    let bits = |r: &Rendering| r.image.pixels().iter().flat_map(|p| p.0.map(f64::to_bits)).collect::<Vec<_>>();
+    let bits = |r: &Rendering| {
+        r.image.pixels().iter().flat_map(|p| p.0.map(f64::to_bits)).collect::<Vec<_>>()
+    };
     for sampler in [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol] {
         for filter in [Filter::Box, Filter::Tent, gaussian()] {
-            let settings = Settings { budget: Budget::Samples(3), seed: 5, threads: Some(1), filter, sampler, ..Settings::default() };
+            let settings = Settings {
+                budget: Budget::Samples(3),
+                seed: 5,
+                threads: Some(1),
+                filter,
+                sampler,
+                ..Settings::default()
+            };
             let reference = run(Kind::Mixed, window(), &settings);
-            assert_eq!((reference.samples_per_pixel, reference.stopped, reference.integrator), (3, false, "arithmetic"));
+            assert_eq!(
+                (reference.samples_per_pixel, reference.stopped, reference.integrator),
+                (3, false, "arithmetic")
+            );
             assert_eq!(reference.counters.samples, 3 * 67 * 55);
             for threads in [Some(2), Some(7), None] {
                 let other = run(Kind::Mixed, window(), &Settings { threads, ..settings });
                 assert_eq!(bits(&other), bits(&reference), "{sampler:?} {filter:?} {threads:?}");
                 assert_eq!(other.counters, reference.counters);
             }
-            assert_ne!(bits(&run(Kind::Mixed, window(), &Settings { seed: 6, ..settings })), bits(&reference));
+            assert_ne!(
+                bits(&run(Kind::Mixed, window(), &Settings { seed: 6, ..settings })),
+                bits(&reference)
+            );
         }
     }
 }
@@ -208,28 +242,51 @@ fn the_image_is_the_same_to_the_bit_for_any_number_of_threads() {
 #[test]
 fn a_constant_image_is_constant_up_to_the_border() {
     // At large coordinates raster = pixel + u rounds most.
-    let far =
-        FilmRegion { resolution: UVec2::splat(u32::MAX), window_min: UVec2::splat(u32::MAX - 40), window_max: UVec2::splat(u32::MAX) };
-    for region in [FilmRegion::full(UVec2::new(17, 5)), window(), far, FilmRegion::full(UVec2::ONE)] {
+    let far = FilmRegion {
+        resolution: UVec2::splat(u32::MAX),
+        window_min: UVec2::splat(u32::MAX - 40),
+        window_max: UVec2::splat(u32::MAX),
+    };
+    for region in [FilmRegion::full(UVec2::new(17, 5)), window(), far, FilmRegion::full(UVec2::ONE)]
+    {
         for filter in [Filter::Box, Filter::Tent, gaussian()] {
             for sampler in [SamplerKind::Independent, SamplerKind::Sobol, SamplerKind::Stratified] {
-                let image =
-                    run(Kind::Constant, region, &Settings { budget: Budget::Samples(7), filter, sampler, ..Settings::default() }).image;
+                let image = run(
+                    Kind::Constant,
+                    region,
+                    &Settings {
+                        budget: Budget::Samples(7),
+                        filter,
+                        sampler,
+                        ..Settings::default()
+                    },
+                )
+                .image;
                 for p in image.pixels() {
-                    assert!((0..3).all(|c| (p[c] - 0.7).abs() < 1e-15), "{region:?} {filter:?} {p:?}");
+                    assert!(
+                        (0..3).all(|c| (p[c] - 0.7).abs() < 1e-15),
+                        "{region:?} {filter:?} {p:?}"
+                    );
                 }
             }
         }
     }
 }
 
-/// Light walks that land around the film too fill its border like its middle: mean over the window, over its outermost pixels, and of a film
-/// without margin and box filter. Per pixel and sample the value is Poisson-like with mean and variance about 0.7 · 0.7 · area ratio.
+/// Light walks that land around the film too fill its border like its middle: mean over the window,
+/// over its outermost pixels, and of a film without margin and box filter. Per pixel and sample the
+/// value is Poisson-like with mean and variance about 0.7 · 0.7 · area ratio.
 #[test]
 fn splats_conserve_energy_and_keep_the_border_bright() {
     let n = 256;
-    for filter in [Filter::Box, Filter::Tent, gaussian(), Filter::Gaussian { standard_deviation: 1.5 }] {
-        let region = FilmRegion { resolution: UVec2::new(40, 30), window_min: UVec2::new(5, 5), window_max: UVec2::new(25, 21) };
+    for filter in
+        [Filter::Box, Filter::Tent, gaussian(), Filter::Gaussian { standard_deviation: 1.5 }]
+    {
+        let region = FilmRegion {
+            resolution: UVec2::new(40, 30),
+            window_min: UVec2::new(5, 5),
+            window_max: UVec2::new(25, 21),
+        };
         let margin = filter.kernel().unwrap().reach();
         let settings = Settings { budget: Budget::Samples(n), filter, ..Settings::default() };
         let image = run(Kind::ConstantSplat { margin }, region, &settings).image;
@@ -240,7 +297,11 @@ fn splats_conserve_energy_and_keep_the_border_bright() {
             .collect();
         let area = (20.0 + 2.0 * margin) * (16.0 + 2.0 * margin) / 320.0;
         let error = |pixels: f64| 5.0 * 0.7 * (area / (f64::from(n) * pixels)).sqrt();
-        assert!((image.mean().g() - 0.7).abs() < error(f64::from(w * h)).max(1e-12), "{filter:?} {:?}", image.mean());
+        assert!(
+            (image.mean().g() - 0.7).abs() < error(f64::from(w * h)).max(1e-12),
+            "{filter:?} {:?}",
+            image.mean()
+        );
         let mean = border.iter().sum::<f64>() / border.len() as f64;
         assert!((mean - 0.7).abs() < error(border.len() as f64), "{filter:?} border {mean}");
     }
@@ -250,18 +311,28 @@ fn splats_conserve_energy_and_keep_the_border_bright() {
 fn progress_can_stop_and_sees_the_image() {
     let mut fractions = Vec::new();
     let settings = Settings { budget: Budget::Samples(8), ..Settings::default() };
-    let stopped = render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Constant), &settings, &mut |p: &Progress<'_>| {
-        assert!((p.image().mean().r() - 0.7).abs() < 1e-12);
-        assert_eq!(p.counters.samples, u64::from(p.passes) * u64::from(p.film.region().pixels()));
-        fractions.push(p.fraction);
-        if p.passes == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    })
+    let stopped = render(
+        &Nothing,
+        &FilmOnly(window()),
+        &Arithmetic(Kind::Constant),
+        &settings,
+        &mut |p: &Progress<'_>| {
+            assert!((p.image().mean().r() - 0.7).abs() < 1e-12);
+            assert_eq!(
+                p.counters.samples,
+                u64::from(p.passes) * u64::from(p.film.region().pixels())
+            );
+            fractions.push(p.fraction);
+            if p.passes == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        },
+    )
     .unwrap();
     assert_eq!(fractions, [0.125, 0.25, 0.375]);
     assert_eq!((stopped.stopped, stopped.samples_per_pixel), (true, 3));
     assert!((stopped.image.mean().r() - 0.7).abs() < 1e-12);
     // A prefix of a longer rendering is that shorter rendering.
-    let shorter = run(Kind::Constant, window(), &Settings { budget: Budget::Samples(3), ..settings });
+    let shorter =
+        run(Kind::Constant, window(), &Settings { budget: Budget::Samples(3), ..settings });
     assert_eq!(shorter.image, stopped.image);
 }
 
@@ -275,7 +346,9 @@ fn what_progress_sees_is_the_same_to_the_bit_for_any_number_of_threads() {
             seen.push((p.passes, p.film.sums().to_vec(), *p.counters));
             if p.passes == 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let rendering = render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Mixed), &settings, &mut look).unwrap();
+        let rendering =
+            render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Mixed), &settings, &mut look)
+                .unwrap();
         assert_eq!((rendering.film.sums(), rendering.counters), (&seen[4].1[..], seen[4].2));
         seen
     };
@@ -295,7 +368,8 @@ fn a_panic_of_another_thread_ends_the_rendering() {
     assert_eq!(ended.unwrap_err().downcast_ref(), Some(&"as it should"));
 }
 
-/// A thread that waits for a part of its own work takes up other work meanwhile, of this rendering too.
+/// A thread that waits for a part of its own work takes up other work meanwhile, of this rendering
+/// too.
 #[cfg(feature = "parallel")]
 #[test]
 fn integrators_may_share_their_work_out() {
@@ -310,19 +384,38 @@ fn integrators_may_share_their_work_out() {
 
 #[test]
 fn a_time_budget_is_kept_and_gives_at_least_one_pass() {
-    let one = run(Kind::Mixed, window(), &Settings { budget: Budget::Time(Duration::ZERO), ..Settings::default() });
+    let one = run(
+        Kind::Mixed,
+        window(),
+        &Settings { budget: Budget::Time(Duration::ZERO), ..Settings::default() },
+    );
     assert_eq!(one.samples_per_pixel, 1);
     let limit = Duration::from_millis(200);
-    let timed = run(Kind::Mixed, window(), &Settings { budget: Budget::Time(limit), ..Settings::default() });
+    let timed = run(
+        Kind::Mixed,
+        window(),
+        &Settings { budget: Budget::Time(limit), ..Settings::default() },
+    );
     let average = timed.wall / timed.samples_per_pixel;
-    // The end is a pass's end; a busy machine may make the last pass long, so only gross violations fail.
-    assert!(timed.wall + 2 * average >= limit && timed.wall < 10 * limit, "{:?} {:?}", timed.wall, average);
+    // The end is a pass's end; a busy machine may make the last pass long, so only gross violations
+    // fail.
+    assert!(
+        timed.wall + 2 * average >= limit && timed.wall < 10 * limit,
+        "{:?} {:?}",
+        timed.wall,
+        average
+    );
     assert!(timed.samples_per_pixel > 1 && timed.thread_time > Duration::ZERO);
     // The sum does not depend on why it ended.
-    let counted = run(Kind::Mixed, window(), &Settings { budget: Budget::Samples(timed.samples_per_pixel), ..Settings::default() });
+    let counted = run(
+        Kind::Mixed,
+        window(),
+        &Settings { budget: Budget::Samples(timed.samples_per_pixel), ..Settings::default() },
+    );
     assert_eq!(counted.image, timed.image);
     // Deciding: 3 s after 3 passes; a fourth would end at 4 s.
-    let spent = |limit| Budget::Time(Duration::from_secs_f64(limit)).is_spent(3, Duration::from_secs(3));
+    let spent =
+        |limit| Budget::Time(Duration::from_secs_f64(limit)).is_spent(3, Duration::from_secs(3));
     assert!(spent(3.4) && !spent(3.6));
     assert!(Budget::Time(Duration::MAX).is_spent(u32::MAX, Duration::ZERO));
 }
@@ -330,15 +423,21 @@ fn a_time_budget_is_kept_and_gives_at_least_one_pass() {
 #[test]
 fn a_target_error_is_reached_with_the_samples_that_it_takes() {
     // relMSE = 1/3 / N / 1.01, which is 0.01 for N = 33.003.
-    let settings = Settings { budget: Budget::Samples(1000), target_error: Some(0.01), ..Settings::default() };
+    let settings =
+        Settings { budget: Budget::Samples(1000), target_error: Some(0.01), ..Settings::default() };
     let rendering = run(Kind::Noise, window(), &settings);
     let samples = rendering.samples_per_pixel;
     assert!((32..=35).contains(&samples) && !rendering.stopped, "{samples}");
     let squares: f64 = rendering.image.pixels().iter().map(|p| (p.r() - 1.0).powi(2)).sum();
     let error = squares / rendering.image.pixels().len() as f64 / 1.01;
     // 3685 pixels know it to 2.3 %.
-    assert!((rendering.estimated_error.unwrap() / error - 1.0).abs() < 0.1, "{error} {:?}", rendering.estimated_error);
-    // The budget is the limit, an image without noise ends as soon as it is believed, and the callback sees how near the end is.
+    assert!(
+        (rendering.estimated_error.unwrap() / error - 1.0).abs() < 0.1,
+        "{error} {:?}",
+        rendering.estimated_error
+    );
+    // The budget is the limit, an image without noise ends as soon as it is believed, and the
+    // callback sees how near the end is.
     let short = run(Kind::Noise, window(), &Settings { budget: Budget::Samples(20), ..settings });
     assert!(short.samples_per_pixel == 20 && short.estimated_error.unwrap() > 0.01);
     assert_eq!(run(Kind::Constant, window(), &settings).samples_per_pixel, 8);
@@ -348,10 +447,23 @@ fn a_target_error_is_reached_with_the_samples_that_it_takes() {
         ControlFlow::Continue(())
     };
     render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Noise), &settings, watch).unwrap();
-    assert!(fractions.is_sorted() && fractions[6] == 0.007 && fractions[15] > 0.4 && fractions.last() == Some(&1.0), "{fractions:?}");
+    assert!(
+        fractions.is_sorted()
+            && fractions[6] == 0.007
+            && fractions[15] > 0.4
+            && fractions.last() == Some(&1.0),
+        "{fractions:?}"
+    );
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let settings = Settings { target_error: Some(bad), ..Settings::default() };
-        let error = render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Noise), &settings, &mut unattended).unwrap_err();
+        let error = render(
+            &Nothing,
+            &FilmOnly(window()),
+            &Arithmetic(Kind::Noise),
+            &settings,
+            &mut unattended,
+        )
+        .unwrap_err();
         assert!(error.to_string().contains("target error"), "{error}");
     }
 }
@@ -359,7 +471,8 @@ fn a_target_error_is_reached_with_the_samples_that_it_takes() {
 #[test]
 fn non_finite_contributions_are_reported_with_their_sample() {
     for threads in [1, 2] {
-        let settings = Settings { budget: Budget::Samples(4), threads: Some(threads), ..Settings::default() };
+        let settings =
+            Settings { budget: Budget::Samples(4), threads: Some(threads), ..Settings::default() };
         let rendering = run(Kind::Invalid, window(), &settings);
         assert_eq!(rendering.counters.non_finite, 4);
         assert_eq!(rendering.non_finite().by_technique(), [(Technique { s: 0, t: 2 }, 4)]);
@@ -373,11 +486,18 @@ fn non_finite_contributions_are_reported_with_their_sample() {
 #[test]
 fn invalid_settings_are_errors() {
     let render_film = |region, settings: Settings| {
-        render(&Nothing, &FilmOnly(region), &Arithmetic(Kind::Constant), &settings, &mut unattended).unwrap_err()
+        render(&Nothing, &FilmOnly(region), &Arithmetic(Kind::Constant), &settings, &mut unattended)
+            .unwrap_err()
     };
     let base = Settings::default();
-    assert_eq!(render_film(window(), Settings { budget: Budget::Samples(0), ..base }), RenderError::NoSamples);
-    assert_eq!(render_film(window(), Settings { threads: Some(0), ..base }), RenderError::NoThreads);
+    assert_eq!(
+        render_film(window(), Settings { budget: Budget::Samples(0), ..base }),
+        RenderError::NoSamples
+    );
+    assert_eq!(
+        render_film(window(), Settings { threads: Some(0), ..base }),
+        RenderError::NoThreads
+    );
     let filter = Filter::Gaussian { standard_deviation: 0.1 };
     assert!(matches!(render_film(window(), Settings { filter, ..base }), RenderError::Filter(_)));
     let empty = FilmRegion::full(UVec2::ZERO);
@@ -388,10 +508,19 @@ fn invalid_settings_are_errors() {
 
 #[test]
 fn integrators_are_comparable_as_objects() {
-    let integrators: [&dyn Render<Nothing>; 2] = [&Arithmetic(Kind::Constant), &Arithmetic(Kind::ConstantSplat { margin: 0.0 })];
+    let integrators: [&dyn Render<Nothing>; 2] =
+        [&Arithmetic(Kind::Constant), &Arithmetic(Kind::ConstantSplat { margin: 0.0 })];
     let settings = Settings { budget: Budget::Samples(16), ..Settings::default() };
-    let means: Vec<f64> =
-        integrators.iter().map(|i| i.render(&Nothing, &FilmOnly(window()), &settings, &mut unattended).unwrap().image.mean().r()).collect();
+    let means: Vec<f64> = integrators
+        .iter()
+        .map(|i| {
+            i.render(&Nothing, &FilmOnly(window()), &settings, &mut unattended)
+                .unwrap()
+                .image
+                .mean()
+                .r()
+        })
+        .collect();
     // Without margin and filter every splat lands in the window, so even the random mean is exact.
     assert!(means.iter().all(|m| (m - 0.7).abs() < 1e-12), "{means:?}");
 }
@@ -399,15 +528,25 @@ fn integrators_are_comparable_as_objects() {
 #[test]
 fn a_source_of_the_users_own_renders() {
     let settings = Settings { budget: Budget::Samples(2), ..Settings::default() };
-    let (source, camera, integrator) = (Independent { seed: 0 }, FilmOnly(window()), Arithmetic(Kind::Mixed));
-    let own = render_with(&source, &Nothing, &camera, &integrator, &settings, &mut unattended).unwrap();
+    let (source, camera, integrator) =
+        (Independent { seed: 0 }, FilmOnly(window()), Arithmetic(Kind::Mixed));
+    let own =
+        render_with(&source, &Nothing, &camera, &integrator, &settings, &mut unattended).unwrap();
     assert_eq!(own.image, run(Kind::Mixed, window(), &settings).image);
 }
 
 #[cfg(feature = "image")]
 #[test]
 fn a_rendering_becomes_a_file_with_its_metadata() {
-    let file = run(Kind::Constant, window(), &Settings { budget: Budget::Samples(2), ..Settings::default() }).to_file();
+    let file = run(
+        Kind::Constant,
+        window(),
+        &Settings { budget: Budget::Samples(2), ..Settings::default() },
+    )
+    .to_file();
     assert_eq!((file.region, file.metadata["samples_per_pixel"].as_str()), (Some(window()), "2"));
-    assert_eq!((file.metadata["seed"].as_str(), file.metadata["sampler"].as_str()), ("0", "Independent"));
+    assert_eq!(
+        (file.metadata["seed"].as_str(), file.metadata["sampler"].as_str()),
+        ("0", "Independent")
+    );
 }

@@ -1,14 +1,18 @@
-//! Whether integrators agree: tests of the difference of two images whose standard errors are known from batches.
+//! Whether integrators agree: tests of the difference of two images whose standard errors are known
+//! from batches.
 //!
-//! Three tests per pair, each at the same small significance. The means of the images differ by more than chance; the worst of all blocks of
-//! pixels does (Šidák's correction for their number); or all blocks together do. The statistic is Welch's t, because the variances come from
-//! few batches: with 16 of them its tails are much longer than a normal distribution's.
+//! Three tests per pair, each at the same small significance. The means of the images differ by
+//! more than chance; the worst of all blocks of pixels does (Šidák's correction for their number);
+//! or all blocks together do. The statistic is Welch's t, because the variances come from few
+//! batches: with 16 of them its tails are much longer than a normal distribution's.
 //!
-//! An integrator with long tails (rare, very bright contributions) is tested for blocks that are too bright only: a block that is too dark may
-//! just have missed them. What such a pair agrees on is the mean of the image; that no light is missing anywhere needs more samples. If not even
-//! the variance of the image is known, the same holds for its mean.
+//! An integrator with long tails (rare, very bright contributions) is tested for blocks that are
+//! too bright only: a block that is too dark may just have missed them. What such a pair agrees on
+//! is the mean of the image; that no light is missing anywhere needs more samples. If not even the
+//! variance of the image is known, the same holds for its mean.
 //!
-//! A block that an integrator rarely reaches (some of its batches saw nothing) has no usable variance. Such blocks are pooled into one.
+//! A block that an integrator rarely reaches (some of its batches saw nothing) has no usable
+//! variance. Such blocks are pooled into one.
 
 use super::analysis::Measured;
 use super::batches::{Batch, BatchMean, Layout};
@@ -19,7 +23,8 @@ use serde::{Deserialize, Serialize};
 /// Probability that one test rejects integrators that do agree.
 pub const SIGNIFICANCE: f64 = 1e-4;
 
-/// With a mean squared error that is known no better than this, the noise of an image is dominated by a handful of contributions.
+/// With a mean squared error that is known no better than this, the noise of an image is dominated
+/// by a handful of contributions.
 pub(super) const LARGEST_RELATIVE_ERROR: f64 = 0.2;
 /// Tails are long if the relative mean squared error is known no better than this.
 pub(super) const LONG_TAILS: f64 = 0.05;
@@ -46,8 +51,11 @@ impl Welch {
     pub fn test(a: &BatchMean, b: &BatchMean) -> Self {
         let difference = a.plus(*b, -1.0);
         let freedom = difference.freedom;
-        // Two constants that differ by rounding only are equal, and of an infinite variance nothing is known.
-        if difference.mean.abs() <= 1e-9 * a.mean.abs().max(b.mean.abs()) || difference.variance.is_infinite() {
+        // Two constants that differ by rounding only are equal, and of an infinite variance nothing
+        // is known.
+        if difference.mean.abs() <= 1e-9 * a.mean.abs().max(b.mean.abs())
+            || difference.variance.is_infinite()
+        {
             return Self { t: 0.0, freedom, p_value: 1.0 };
         }
         if difference.variance <= 0.0 {
@@ -67,7 +75,8 @@ pub struct Pair {
     pub mean: Welch,
     /// Test of the block with the smallest p-value.
     pub worst: Welch,
-    /// Columns and rows of that block, `[[from, to], [from, to]]`; `None` for the pool of dark blocks, or if no block was tested.
+    /// Columns and rows of that block, `[[from, to], [from, to]]`; `None` for the pool of dark
+    /// blocks, or if no block was tested.
     pub worst_block: Option<[[u32; 2]; 2]>,
     /// Its two means.
     pub worst_means: [f64; 2],
@@ -80,7 +89,8 @@ pub struct Pair {
     /// Mean of t² over the blocks, each divided by its expectation: 1 if the integrators agree.
     #[serde(with = "super::number")]
     pub mean_square: f64,
-    /// Standard error of `mean_square`; infinite for fewer than 16 blocks, which are not tested together.
+    /// Standard error of `mean_square`; infinite for fewer than 16 blocks, which are not tested
+    /// together.
     #[serde(with = "super::number")]
     pub mean_square_error: f64,
     /// Which of the two has long tails.
@@ -93,10 +103,18 @@ impl Pair {
     /// Whether the pair passes: test of the means, of the worst block, of all blocks together.
     #[must_use]
     pub fn verdicts(&self) -> [bool; 3] {
-        // Only an excess speaks against agreement; long-tailed noise makes t too small, not too large.
+        // Only an excess speaks against agreement; long-tailed noise makes t too small, not too
+        // large.
         let excess = (self.mean_square - 1.0) / self.mean_square_error;
-        let all_blocks = self.long_tails != [false; 2] || excess < 0.0 || excess.is_nan() || 0.5 * two_sided_p_value(excess) > SIGNIFICANCE;
-        [self.mean.p_value > SIGNIFICANCE || self.mean_is_open, self.worst.p_value > self.worst_limit, all_blocks]
+        let all_blocks = self.long_tails != [false; 2]
+            || excess < 0.0
+            || excess.is_nan()
+            || 0.5 * two_sided_p_value(excess) > SIGNIFICANCE;
+        [
+            self.mean.p_value > SIGNIFICANCE || self.mean_is_open,
+            self.worst.p_value > self.worst_limit,
+            all_blocks,
+        ]
     }
 
     /// Whether the pair passes all three tests.
@@ -108,15 +126,18 @@ impl Pair {
     /// The pixels of the worst block, for people.
     #[must_use]
     pub fn place(&self) -> String {
-        self.worst_block
-            .map_or_else(|| "the pool of dark blocks".to_owned(), |[x, y]| format!("pixels {}..{}, {}..{}", x[0], x[1], y[0], y[1]))
+        self.worst_block.map_or_else(
+            || "the pool of dark blocks".to_owned(),
+            |[x, y]| format!("pixels {}..{}, {}..{}", x[0], x[1], y[0], y[1]),
+        )
     }
 }
 
 /// Tests all pairs of integrators that see everything.
 pub(super) fn test_pairs(measured: &[Measured], layout: Layout) -> Vec<Pair> {
     let tested: Vec<&Measured> = measured.iter().filter(|run| run.complete).collect();
-    let pairs = tested.iter().enumerate().flat_map(|(i, a)| tested[i + 1..].iter().map(move |b| [*a, *b]));
+    let pairs =
+        tested.iter().enumerate().flat_map(|(i, a)| tested[i + 1..].iter().map(move |b| [*a, *b]));
     pairs.map(|pair| test(pair, layout)).collect()
 }
 
@@ -125,10 +146,14 @@ fn test(pair: [&Measured; 2], layout: Layout) -> Pair {
     let long_tails = pair.map(Measured::has_long_tails);
     let of_blocks = |batches: &[Batch], blocks: &[usize]| {
         let pixels: f64 = blocks.iter().map(|b| layout.pixels(*b)).sum();
-        let mean = |batch: &Batch| blocks.iter().map(|b| batch.blocks[*b] * layout.pixels(*b)).sum::<f64>() / pixels;
+        let mean = |batch: &Batch| {
+            blocks.iter().map(|b| batch.blocks[*b] * layout.pixels(*b)).sum::<f64>() / pixels
+        };
         BatchMean::of(batches.iter().map(|batch| (batch.samples, mean(batch))))
     };
-    let all = |block: usize, test: fn(f64) -> bool| batches.iter().all(|side| side.iter().all(|batch| test(batch.blocks[block])));
+    let all = |block: usize, test: fn(f64) -> bool| {
+        batches.iter().all(|side| side.iter().all(|batch| test(batch.blocks[block])))
+    };
     let (mut tests, mut pool) = (Vec::new(), Vec::new());
     for block in 0..layout.blocks() {
         if all(block, |mean| mean == 0.0) {
@@ -136,18 +161,26 @@ fn test(pair: [&Measured; 2], layout: Layout) -> Pair {
         }
         if all(block, |mean| mean != 0.0) {
             let means = batches.map(|side| of_blocks(side, &[block]));
-            tests.push((Welch::test(&means[0], &means[1]), Some(layout.bounds(block)), means.map(|m| m.mean)));
+            tests.push((
+                Welch::test(&means[0], &means[1]),
+                Some(layout.bounds(block)),
+                means.map(|m| m.mean),
+            ));
         } else {
             pool.push(block);
         }
     }
-    let (count, sum, squares) = tests.iter().filter(|(w, ..)| w.freedom > 4.0).fold((0.0, 0.0, 0.0), |(n, sum, squares), (w, ..)| {
-        let ratio = w.t.powi(2) * (w.freedom - 2.0) / w.freedom;
-        (n + 1.0, sum + ratio, squares + ratio * ratio)
-    });
+    let (count, sum, squares) = tests.iter().filter(|(w, ..)| w.freedom > 4.0).fold(
+        (0.0, 0.0, 0.0),
+        |(n, sum, squares), (w, ..)| {
+            let ratio = w.t.powi(2) * (w.freedom - 2.0) / w.freedom;
+            (n + 1.0, sum + ratio, squares + ratio * ratio)
+        },
+    );
     let mean_square: f64 = sum / f64::max(count, 1.0);
     // A few blocks do not know the error of their mean.
-    let variance = if count < FEWEST_BLOCKS { f64::INFINITY } else { squares / count - mean_square.powi(2) };
+    let variance =
+        if count < FEWEST_BLOCKS { f64::INFINITY } else { squares / count - mean_square.powi(2) };
     let mean_square_error = (variance / f64::max(count, 1.0)).sqrt();
     if !pool.is_empty() {
         let means = batches.map(|side| of_blocks(side, &pool));
@@ -159,7 +192,8 @@ fn test(pair: [&Measured; 2], layout: Layout) -> Pair {
     let means = batches.map(|side| BatchMean::of_sum(side, &weights));
     let none = (Welch { t: 0.0, freedom: f64::INFINITY, p_value: 1.0 }, None, [0.0; 2]);
     let tested_blocks = tests.len();
-    let (worst, worst_block, worst_means) = tests.into_iter().min_by(|x, y| x.0.p_value.total_cmp(&y.0.p_value)).unwrap_or(none);
+    let (worst, worst_block, worst_means) =
+        tests.into_iter().min_by(|x, y| x.0.p_value.total_cmp(&y.0.p_value)).unwrap_or(none);
     let darker = pair[usize::from(means[1].mean < means[0].mean)];
     Pair {
         names: pair.map(|m| m.name.clone()),

@@ -9,7 +9,8 @@ use super::metrics::{Errors, median_of_means};
 use super::pyramid::Pyramid;
 use super::reference::Reference;
 use super::result::{
-    Bias, Checkpoint, Cost, LedgerReport, MethodReport, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, Slope, SpeedUp, TimeToTarget,
+    Bias, Checkpoint, Cost, LedgerReport, MethodReport, ReferenceInfo, Report, SCHEMA, SceneInfo,
+    Setup, Slope, SpeedUp, TimeToTarget,
 };
 use super::runs::Mark;
 use super::study::{Plan, Snapshot};
@@ -54,15 +55,24 @@ impl Measured {
         let runs = self.finals.len() as f64;
         let correction = if runs > 1.0 { runs / (runs - 1.0) } else { f64::NAN };
         let spread = |image: &Image| {
-            let squares = image.pixels().iter().zip(self.mean.pixels()).map(|(i, m)| ((*i - *m) * (*i - *m)).mean());
+            let squares = image
+                .pixels()
+                .iter()
+                .zip(self.mean.pixels())
+                .map(|(i, m)| ((*i - *m) * (*i - *m)).mean());
             squares.sum::<f64>() / image.pixels().len().max(1) as f64
         };
-        self.finals.iter().map(|image| spread(image) * correction * f64::from(self.samples)).collect()
+        self.finals
+            .iter()
+            .map(|image| spread(image) * correction * f64::from(self.samples))
+            .collect()
     }
 
-    /// Relative standard error of an error over the runs; 0 if there is no error, infinite for a single run.
+    /// Relative standard error of an error over the runs; 0 if there is no error, infinite for a
+    /// single run.
     fn uncertainty(&self, measure: fn(&Errors) -> f64) -> f64 {
-        let runs: Estimate = self.marks.last().map_or(&[][..], |mark| &mark.errors).iter().map(measure).collect();
+        let runs: Estimate =
+            self.marks.last().map_or(&[][..], |mark| &mark.errors).iter().map(measure).collect();
         if runs.count() < 2 {
             return f64::INFINITY;
         }
@@ -74,8 +84,9 @@ impl Measured {
         self.uncertainty(|e| e.mse)
     }
 
-    /// Whether rare, large contributions make up much of the relative variance, so that even all runs together do not know it well. Then
-    /// whoever missed them in a block has too small a mean *and* too small a variance there, and no test can tell that from missing light.
+    /// Whether rare, large contributions make up much of the relative variance, so that even all
+    /// runs together do not know it well. Then whoever missed them in a block has too small a mean
+    /// *and* too small a variance there, and no test can tell that from missing light.
     pub fn has_long_tails(&self) -> bool {
         self.uncertainty(|e| e.relative_mse) > LONG_TAILS
     }
@@ -87,13 +98,24 @@ impl Measured {
     /// A sample's variance times what a sample costs, for each run.
     fn products(&self, cost: fn(&Cost) -> f64) -> Vec<f64> {
         let costs = self.marks.last().map_or(&[][..], |mark| &mark.cost);
-        self.variances().iter().zip(costs).map(|(v, c)| v * cost(c) / f64::from(self.samples)).collect()
+        self.variances()
+            .iter()
+            .zip(costs)
+            .map(|(v, c)| v * cost(c) / f64::from(self.samples))
+            .collect()
     }
 
     /// Efficiency over that of another, with runs paired by seed.
     fn speed_up(&self, over: &Self) -> Option<SpeedUp> {
         let ratio = |cost: fn(&Cost) -> f64| {
-            Interval::of_ratios(&over.products(cost).iter().zip(self.products(cost)).map(|(b, m)| b / m).collect::<Vec<_>>())
+            Interval::of_ratios(
+                &over
+                    .products(cost)
+                    .iter()
+                    .zip(self.products(cost))
+                    .map(|(b, m)| b / m)
+                    .collect::<Vec<_>>(),
+            )
         };
         let wall = ratio(|c| c.wall)?;
         Some(SpeedUp { wall, cpu: ratio(|c| c.cpu).unwrap_or(wall), rays: ratio(|c| c.rays)? })
@@ -101,7 +123,8 @@ impl Measured {
 
     /// Samples of all runs and pixels.
     fn all_samples(&self) -> f64 {
-        f64::from(self.samples) * self.finals.iter().map(|image| image.pixels().len() as f64).sum::<f64>()
+        f64::from(self.samples)
+            * self.finals.iter().map(|image| image.pixels().len() as f64).sum::<f64>()
     }
 
     fn rays_per_pixel(&self) -> Vec<f64> {
@@ -139,8 +162,12 @@ pub(super) fn setup(plan: &Plan) -> Setup {
         budget: match (plan.budget, plan.until_target) {
             (Budget::Samples(samples), false) => format!("{samples} samples per pixel"),
             (Budget::Time(time), false) => format!("{time:?}"),
-            (Budget::Samples(samples), true) => format!("what relMSE {} takes, at most {samples} samples per pixel", plan.target),
-            (Budget::Time(time), true) => format!("what relMSE {} takes, at most {time:?}", plan.target),
+            (Budget::Samples(samples), true) => {
+                format!("what relMSE {} takes, at most {samples} samples per pixel", plan.target)
+            }
+            (Budget::Time(time), true) => {
+                format!("what relMSE {} takes, at most {time:?}", plan.target)
+            }
         },
         filter: format!("{:?}", plan.settings.filter),
         sampler: format!("{:?}", plan.settings.sampler),
@@ -150,7 +177,8 @@ pub(super) fn setup(plan: &Plan) -> Setup {
         baseline: None,
         processor: model.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
         processors: std::thread::available_parallelism().map_or(1, usize::from),
-        load: read("/proc/loadavg").map(|text| text.split_whitespace().take(3).collect::<Vec<_>>().join(" ")),
+        load: read("/proc/loadavg")
+            .map(|text| text.split_whitespace().take(3).collect::<Vec<_>>().join(" ")),
         debug_build: cfg!(debug_assertions),
     }
 }
@@ -187,7 +215,10 @@ pub(super) fn report(
             own_mse: reference.own_mse(),
             own_relative_mse: reference.own_relative_mse(),
         },
-        methods: measured.iter().map(|m| method(m, baseline, reference, &weights, limit, plan.target)).collect(),
+        methods: measured
+            .iter()
+            .map(|m| method(m, baseline, reference, &weights, limit, plan.target))
+            .collect(),
         pairs: test_pairs(measured, layout),
         pyramid: pyramid.map(Pyramid::report),
         left_out,
@@ -203,10 +234,12 @@ fn method(
     limit: f64,
     target: f64,
 ) -> MethodReport {
-    let checkpoints: Vec<Checkpoint> = m.marks.iter().map(|mark| checkpoint(mark, reference)).collect();
+    let checkpoints: Vec<Checkpoint> =
+        m.marks.iter().map(|mark| checkpoint(mark, reference)).collect();
     let tail = m.probe.tail;
     let infinite_variance = m.has_infinite_variance();
-    let speed_up = baseline.filter(|_| m.complete && !infinite_variance).and_then(|base| m.speed_up(base));
+    let speed_up =
+        baseline.filter(|_| m.complete && !infinite_variance).and_then(|base| m.speed_up(base));
     let groups = (m.finals.len() / 2).max(1);
     let robust = median_of_means(&m.finals, groups);
     let mean = BatchMean::of_sum(&m.batches, &weights[0]);
@@ -235,7 +268,11 @@ fn method(
         variance_times_rays: Interval::of_positive(&m.rays_per_pixel()),
         variance_per_sample: Interval::of_positive(&m.variances()),
         speed_up,
-        time_to_target: if m.complete { time_to_target(m, target, infinite_variance) } else { None },
+        time_to_target: if m.complete {
+            time_to_target(m, target, infinite_variance)
+        } else {
+            None
+        },
         slope: if m.complete { fit_slope(&checkpoints, infinite_variance) } else { None },
         tail,
         infinite_variance,
@@ -243,9 +280,15 @@ fn method(
         non_finite_contributions: m.counters.non_finite,
         first_non_finite: first.map(|f| {
             let technique = f.contribution.technique;
-            format!("pixel ({}, {}), sample {}, technique ({}, {})", f.pixel.x, f.pixel.y, f.pass, technique.s, technique.t)
+            format!(
+                "pixel ({}, {}), sample {}, technique ({}, {})",
+                f.pixel.x, f.pixel.y, f.pass, technique.s, technique.t
+            )
         }),
-        non_finite_pixels: m.marks.last().map_or(0, |mark| mark.errors.iter().map(|e| e.non_finite_pixels).sum()),
+        non_finite_pixels: m
+            .marks
+            .last()
+            .map_or(0, |mark| mark.errors.iter().map(|e| e.non_finite_pixels).sum()),
         ledger: LedgerReport {
             emitted: per_sample(ledger.emitted),
             absorbed: per_sample(ledger.absorbed),
@@ -259,16 +302,27 @@ fn method(
 }
 
 fn checkpoint(mark: &Mark, reference: &Reference) -> Checkpoint {
-    let interval = |measure: fn(&Errors) -> f64| Interval::of_positive(&mark.errors.iter().map(measure).collect::<Vec<_>>());
+    let interval = |measure: fn(&Errors) -> f64| {
+        Interval::of_positive(&mark.errors.iter().map(measure).collect::<Vec<_>>())
+    };
     let runs = mark.errors.len() as f64;
     let average = |cost: fn(&Cost) -> f64| mark.cost.iter().map(cost).sum::<f64>() / runs;
     let deviations = mark.deviation.pixels().iter().map(|d| (*d * *d).mean()).sum::<f64>();
     let squared_mean = deviations / mark.deviation.pixels().len().max(1) as f64 / (runs * runs);
-    let variance = if runs > 1.0 { ((mark.squares - runs * squared_mean) / (runs - 1.0)).max(0.0) } else { f64::NAN };
+    let variance = if runs > 1.0 {
+        ((mark.squares - runs * squared_mean) / (runs - 1.0)).max(0.0)
+    } else {
+        f64::NAN
+    };
     let mse = interval(|e| e.mse);
     Checkpoint {
         samples: mark.samples,
-        cost: Cost { wall: average(|c| c.wall), cpu: average(|c| c.cpu), rays: average(|c| c.rays), scattered: average(|c| c.scattered) },
+        cost: Cost {
+            wall: average(|c| c.wall),
+            cpu: average(|c| c.cpu),
+            rays: average(|c| c.rays),
+            scattered: average(|c| c.scattered),
+        },
         costs: mark.cost.clone(),
         runs: mark.errors.clone(),
         mse,
@@ -284,18 +338,26 @@ fn checkpoint(mark: &Mark, reference: &Reference) -> Checkpoint {
 
 fn bias(m: &Measured, reference: &Reference, weights: &[Vec<f64>; 2], limit: f64) -> Bias {
     let [(mean, mean_p), (relative, relative_p)] = [0, 1].map(|i| {
-        let (measured, expected) = (BatchMean::of_sum(&m.batches, &weights[i]), reference.block_sum(&weights[i]));
+        let (measured, expected) =
+            (BatchMean::of_sum(&m.batches, &weights[i]), reference.block_sum(&weights[i]));
         let difference = measured.plus(expected, -1.0);
         let error = difference.standard_error();
         // Equal but for rounding.
         let negligible = difference.mean.abs() <= 1e-9 * expected.mean.abs();
-        let p = if negligible || error.is_infinite() { 1.0 } else { student_t_p_value(difference.mean / error, difference.freedom) };
+        let p = if negligible || error.is_infinite() {
+            1.0
+        } else {
+            student_t_p_value(difference.mean / error, difference.freedom)
+        };
         (difference, p)
     });
-    // Whoever missed rare, bright contributions is too dark and believes too small an error; so may a rendered reference.
+    // Whoever missed rare, bright contributions is too dark and believes too small an error; so may
+    // a rendered reference.
     let no_mean = m.mse_uncertainty() > LARGEST_RELATIVE_ERROR;
     let heavy = no_mean || m.has_long_tails() || m.has_infinite_variance();
-    let is_off = |bias: f64, p: f64, noisy: bool| p < limit && !(noisy && (bias < 0.0 || !reference.is_exact()));
+    let is_off = |bias: f64, p: f64, noisy: bool| {
+        p < limit && !(noisy && (bias < 0.0 || !reference.is_exact()))
+    };
     Bias {
         mean: mean.mean,
         mean_standard_error: mean.standard_error(),
@@ -303,18 +365,22 @@ fn bias(m: &Measured, reference: &Reference, weights: &[Vec<f64>; 2], limit: f64
         relative: relative.mean,
         relative_standard_error: relative.standard_error(),
         relative_p_value: relative_p,
-        flagged: m.complete && (is_off(mean.mean, mean_p, no_mean) || is_off(relative.mean, relative_p, heavy)),
+        flagged: m.complete
+            && (is_off(mean.mean, mean_p, no_mean) || is_off(relative.mean, relative_p, heavy)),
     }
 }
 
-/// Weighted least squares of log error over log samples for each run, and the mean of the runs' slopes: checkpoints of one run are correlated,
-/// runs are not.
+/// Weighted least squares of log error over log samples for each run, and the mean of the runs'
+/// slopes: checkpoints of one run are correlated, runs are not.
 fn fit_slope(checkpoints: &[Checkpoint], robust: bool) -> Option<Slope> {
     let measure: fn(&Errors) -> f64 = if robust { |e| e.median_squared } else { |e| e.mse };
-    let positive = |c: &&Checkpoint| !c.reference_limited && c.runs.iter().all(|e| measure(e) > 0.0 && measure(e).is_finite());
+    let positive = |c: &&Checkpoint| {
+        !c.reference_limited && c.runs.iter().all(|e| measure(e) > 0.0 && measure(e).is_finite())
+    };
     let usable: Vec<&Checkpoint> = checkpoints.iter().filter(positive).collect();
     let last = usable.last()?.samples;
-    let fitted: Vec<&Checkpoint> = usable.into_iter().filter(|c| c.samples.saturating_mul(1 << OCTAVES) >= last).collect();
+    let fitted: Vec<&Checkpoint> =
+        usable.into_iter().filter(|c| c.samples.saturating_mul(1 << OCTAVES) >= last).collect();
     let from = fitted.first().filter(|c| c.samples < last)?.samples;
     let weights: Vec<f64> = fitted
         .iter()
@@ -324,9 +390,14 @@ fn fit_slope(checkpoints: &[Checkpoint], robust: bool) -> Option<Slope> {
         })
         .collect();
     let points = |run: usize| -> Vec<[f64; 3]> {
-        fitted.iter().zip(&weights).map(|(c, w)| [f64::from(c.samples).ln(), measure(&c.runs[run]).ln(), *w]).collect()
+        fitted
+            .iter()
+            .zip(&weights)
+            .map(|(c, w)| [f64::from(c.samples).ln(), measure(&c.runs[run]).ln(), *w])
+            .collect()
     };
-    let slopes: Vec<f64> = (0..fitted[0].runs.len()).filter_map(|run| slope(&points(run))).collect();
+    let slopes: Vec<f64> =
+        (0..fitted[0].runs.len()).filter_map(|run| slope(&points(run))).collect();
     let estimate: Estimate = slopes.iter().copied().collect();
     let name = if robust { "MedSE" } else { "MSE" };
     Some(Slope {
@@ -338,16 +409,25 @@ fn fit_slope(checkpoints: &[Checkpoint], robust: bool) -> Option<Slope> {
     })
 }
 
-/// Of relMSE, for each run. Where the variance is infinite the error does not fall as 1/t, and nothing is extrapolated.
+/// Of relMSE, for each run. Where the variance is infinite the error does not fall as 1/t, and
+/// nothing is extrapolated.
 fn time_to_target(m: &Measured, target: f64, infinite_variance: bool) -> Option<TimeToTarget> {
-    let curve =
-        |run: usize| -> Vec<(f64, f64)> { m.marks.iter().map(|mark| (mark.cost[run].wall, mark.errors[run].relative_mse)).collect() };
+    let curve = |run: usize| -> Vec<(f64, f64)> {
+        m.marks.iter().map(|mark| (mark.cost[run].wall, mark.errors[run].relative_mse)).collect()
+    };
     let times: Vec<_> = (0..m.finals.len()).map(|run| time_to_error(&curve(run), target)).collect();
     let reached = times.iter().filter(|time| time.is_ok()).count();
     let extrapolated = reached < times.len();
     if times.is_empty() || extrapolated && infinite_variance {
         return None;
     }
-    let seconds = times.into_iter().map(|time| time.map_or_else(|later| later, Some)).collect::<Option<Vec<_>>>()?;
-    Some(TimeToTarget { seconds: Interval::of_positive(&seconds), reached: reached as u32, extrapolated })
+    let seconds = times
+        .into_iter()
+        .map(|time| time.map_or_else(|later| later, Some))
+        .collect::<Option<Vec<_>>>()?;
+    Some(TimeToTarget {
+        seconds: Interval::of_positive(&seconds),
+        reached: reached as u32,
+        extrapolated,
+    })
 }

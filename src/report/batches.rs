@@ -1,7 +1,9 @@
-//! Independent parts of a rendering as means over blocks of pixels: little memory, many degrees of freedom.
+//! Independent parts of a rendering as means over blocks of pixels: little memory, many degrees of
+//! freedom.
 //!
-//! Batch b has n_b samples per pixel and the mean I_b. If one sample has the variance σ², then `Σ n_b (I_b - I)² / (B - 1)` estimates σ²
-//! without bias and σ²/N is the variance of the mean over all N samples, batches of unequal size included.
+//! Batch b has n_b samples per pixel and the mean I_b. If one sample has the variance σ², then `Σ
+//! n_b (I_b - I)² / (B - 1)` estimates σ² without bias and σ²/N is the variance of the mean over
+//! all N samples, batches of unequal size included.
 
 use crate::film::Image;
 use serde::{Deserialize, Serialize};
@@ -9,7 +11,8 @@ use serde::{Deserialize, Serialize};
 /// Width and height of a block in pixels.
 pub const BLOCK: u32 = 8;
 
-/// An image as blocks of [`BLOCK`] × [`BLOCK`] pixels; those at the right and lower border may be smaller.
+/// An image as blocks of [`BLOCK`] × [`BLOCK`] pixels; those at the right and lower border may be
+/// smaller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// Width of the image.
@@ -105,7 +108,11 @@ impl BatchMean {
     /// From (samples, value) of each batch; the variance of fewer than two is infinite.
     pub fn of(batches: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let total: f64 = batches.clone().map(|(n, _)| n).sum();
-        let mean = if total > 0.0 { batches.clone().map(|(n, x)| n * x).sum::<f64>() / total } else { 0.0 };
+        let mean = if total > 0.0 {
+            batches.clone().map(|(n, x)| n * x).sum::<f64>() / total
+        } else {
+            0.0
+        };
         let freedom = batches.clone().count() as f64 - 1.0;
         let spread: f64 = batches.map(|(n, x)| n * (x - mean).powi(2)).sum();
         let variance = if freedom > 0.0 { spread / freedom / total } else { f64::INFINITY };
@@ -124,13 +131,15 @@ impl BatchMean {
         Self { mean: self.mean * factor, variance: self.variance * factor * factor, ..self }
     }
 
-    /// The sum with the sign of the other, independent, mean; degrees of freedom by Welch and Satterthwaite.
+    /// The sum with the sign of the other, independent, mean; degrees of freedom by Welch and
+    /// Satterthwaite.
     #[must_use]
     pub fn plus(self, other: Self, sign: f64) -> Self {
         let variance = self.variance + other.variance;
         let part = |m: Self| if m.variance > 0.0 { m.variance.powi(2) / m.freedom } else { 0.0 };
         let parts = part(self) + part(other);
-        let freedom = if parts > 0.0 { variance.powi(2) / parts } else { self.freedom + other.freedom };
+        let freedom =
+            if parts > 0.0 { variance.powi(2) / parts } else { self.freedom + other.freedom };
         Self { mean: self.mean + sign * other.mean, variance, freedom }
     }
 

@@ -1,7 +1,8 @@
 //! References on disk, so that a scene's is rendered once.
 //!
-//! A file is a line of JSON and then 64-bit floats: the image, its variance, and the blocks of each batch. Its name has a hash of everything that
-//! the reference depends on, the image of one sample per pixel included: a scene or a renderer that has changed is noticed.
+//! A file is a line of JSON and then 64-bit floats: the image, its variance, and the blocks of each
+//! batch. Its name has a hash of everything that the reference depends on, the image of one sample
+//! per pixel included: a scene or a renderer that has changed is noticed.
 
 use super::batches::{Batch, Layout};
 use super::error::{ReportError, file_error};
@@ -26,8 +27,9 @@ struct Header {
     halves: Vec<(f64, Vec<f64>)>,
 }
 
-/// The reference of this plan from `directory`, or rendered and put there. `key` names the scene and its depth; film, plan, integrators and an
-/// image of one sample per pixel become part of the file's name. A file that cannot be read is rendered anew.
+/// The reference of this plan from `directory`, or rendered and put there. `key` names the scene
+/// and its depth; film, plan, integrators and an image of one sample per pixel become part of the
+/// file's name. A file that cannot be read is rendered anew.
 ///
 /// # Errors
 /// As [`Reference::render`], or if the directory or the file cannot be written.
@@ -67,19 +69,31 @@ fn path_of<S: Scene + ?Sized>(
 ) -> Result<PathBuf, ReportError> {
     let mut hash = Fnv::default();
     let Settings { seed, filter, sampler, .. } = plan.settings;
-    hash.add(format!("{key} {:?} {:?} {} {seed} {filter:?} {sampler:?}", camera.film(), plan.budget, plan.runs).as_bytes());
+    hash.add(
+        format!(
+            "{key} {:?} {:?} {} {seed} {filter:?} {sampler:?}",
+            camera.film(),
+            plan.budget,
+            plan.runs
+        )
+        .as_bytes(),
+    );
     for half in halves {
         hash.add(half.name.as_bytes());
         let settings = Settings { budget: Budget::Samples(1), ..plan.settings };
         let rendering = half.method.render(scene, camera, &settings, &mut unattended);
-        let image = rendering.map_err(|source| ReportError::Render { name: half.name.clone(), source })?.image;
+        let image = rendering
+            .map_err(|source| ReportError::Render { name: half.name.clone(), source })?
+            .image;
         image.pixels().iter().flat_map(|p| p.0).for_each(|c| hash.add(&c.to_le_bytes()));
     }
-    let name: String = key.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(64).collect();
+    let name: String =
+        key.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(64).collect();
     Ok(directory.join(format!("{name}-{:016x}.reference", hash.0)))
 }
 
-/// Fowler, Noll and Vo's hash, 64 bits (FNV-1a): the same on every platform and version of the compiler.
+/// Fowler, Noll and Vo's hash, 64 bits (FNV-1a): the same on every platform and version of the
+/// compiler.
 struct Fnv(u64);
 
 impl Default for Fnv {
@@ -100,12 +114,18 @@ fn encode(reference: &Reference) -> Vec<u8> {
         width: image.width(),
         height: image.height(),
         origin: reference.origin().to_owned(),
-        halves: halves.iter().map(|(w, batches)| (*w, batches.iter().map(|b| b.samples).collect())).collect(),
+        halves: halves
+            .iter()
+            .map(|(w, batches)| (*w, batches.iter().map(|b| b.samples).collect()))
+            .collect(),
     };
     let mut bytes = serde_json::to_vec(&header).unwrap_or_default();
     bytes.push(b'\n');
-    let images = [image, reference.variance()].into_iter().flat_map(|i| i.pixels().iter().flat_map(|p| p.0));
-    let blocks = halves.iter().flat_map(|(_, batches)| batches.iter().flat_map(|b| b.blocks.iter().copied()));
+    let images =
+        [image, reference.variance()].into_iter().flat_map(|i| i.pixels().iter().flat_map(|p| p.0));
+    let blocks = halves
+        .iter()
+        .flat_map(|(_, batches)| batches.iter().flat_map(|b| b.blocks.iter().copied()));
     images.chain(blocks).for_each(|x| bytes.extend(x.to_le_bytes()));
     bytes
 }
@@ -123,15 +143,20 @@ fn decode(bytes: &[u8]) -> Option<Reference> {
         return None;
     }
     let mut image = || {
-        let pixels = (0..pixels).map(|_| Some(Rgb([numbers.next()?, numbers.next()?, numbers.next()?])));
+        let pixels =
+            (0..pixels).map(|_| Some(Rgb([numbers.next()?, numbers.next()?, numbers.next()?])));
         Image::new(header.width, header.height, pixels.collect::<Option<_>>()?)
     };
     let (mean, variance) = (image()?, image()?);
     let mut half = |(weight, samples): &(f64, Vec<f64>)| {
-        let batch = |n: &f64| Batch { samples: *n, blocks: numbers.by_ref().take(layout.blocks()).collect() };
+        let batch = |n: &f64| Batch {
+            samples: *n,
+            blocks: numbers.by_ref().take(layout.blocks()).collect(),
+        };
         (*weight, samples.iter().map(batch).collect())
     };
-    Reference::new(mean, variance, header.origin, header.halves.iter().map(&mut half).collect()).ok()
+    Reference::new(mean, variance, header.origin, header.halves.iter().map(&mut half).collect())
+        .ok()
 }
 
 #[cfg(test)]
@@ -140,12 +165,18 @@ mod tests {
 
     #[test]
     fn a_reference_survives_its_file() {
-        let image = Image::from_fn(9, 5, |x, y| Rgb::new(f64::from(x) / 3.0, f64::from(y) * 0.1, 1e-300));
+        let image =
+            Image::from_fn(9, 5, |x, y| Rgb::new(f64::from(x) / 3.0, f64::from(y) * 0.1, 1e-300));
         let batch = |n: f64| Batch { samples: n, blocks: vec![n / 7.0, 0.1] };
         let halves = vec![(0.25, vec![batch(1.0), batch(2.0)]), (0.75, vec![batch(3.0)])];
-        let reference = Reference::new(image.clone(), image, "two\nlines".to_owned(), halves).unwrap();
+        let reference =
+            Reference::new(image.clone(), image, "two\nlines".to_owned(), halves).unwrap();
         let bytes = encode(&reference);
         assert_eq!(decode(&bytes), Some(reference));
-        assert!(decode(&bytes[..bytes.len() - 1]).is_none() && decode(b"").is_none() && decode(b"{}\n").is_none());
+        assert!(
+            decode(&bytes[..bytes.len() - 1]).is_none()
+                && decode(b"").is_none()
+                && decode(b"{}\n").is_none()
+        );
     }
 }

@@ -48,14 +48,25 @@ impl fmt::Display for ReportError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Render { name, source } => write!(f, "{name}: {source}"),
-            Self::TooFewSeeds(seeds) => write!(f, "{seeds} seeds are too few: the spread of at least two says how large the error is"),
+            Self::TooFewSeeds(seeds) => write!(
+                f,
+                "{seeds} seeds are too few: the spread of at least two says how large the error is"
+            ),
             Self::Target(target) => write!(f, "target error {target} is not a positive number"),
-            Self::Everything(part) => write!(f, "part {part} of the samples is not between 0 and 1"),
+            Self::Everything(part) => {
+                write!(f, "part {part} of the samples is not between 0 and 1")
+            }
             Self::DuplicateName(name) => write!(f, "two integrators are called {name:?}"),
-            Self::ReferenceSize([a, b], [c, d]) => write!(f, "reference has {a} × {b} pixels, the film {c} × {d}"),
-            Self::ReferenceNotFinite(pixels) => write!(f, "reference has {pixels} pixels that are not finite"),
+            Self::ReferenceSize([a, b], [c, d]) => {
+                write!(f, "reference has {a} × {b} pixels, the film {c} × {d}")
+            }
+            Self::ReferenceNotFinite(pixels) => {
+                write!(f, "reference has {pixels} pixels that are not finite")
+            }
             Self::ReferenceEmpty => f.write_str("reference has no pixels"),
-            Self::ReferenceStopped => f.write_str("reference was stopped before its error could be told"),
+            Self::ReferenceStopped => {
+                f.write_str("reference was stopped before its error could be told")
+            }
             Self::Image(error) => error.fmt(f),
             Self::File { path, source } => write!(f, "{}: {source}", path.display()),
         }
@@ -80,6 +91,8 @@ impl From<OutputError> for ReportError {
 }
 
 /// For `map_err` on what is done with a file.
-pub(super) fn file_error<E: Into<Box<dyn Error + Send + Sync>>>(path: &std::path::Path) -> impl FnOnce(E) -> ReportError {
+pub(super) fn file_error<E: Into<Box<dyn Error + Send + Sync>>>(
+    path: &std::path::Path,
+) -> impl FnOnce(E) -> ReportError {
     move |source| ReportError::File { path: path.to_owned(), source: source.into() }
 }

@@ -8,8 +8,8 @@ use crate::render::{Progress, Render, RenderError, Rendering, Settings};
 use crate::scene::{Needs, WithNeeds, World};
 use std::ops::ControlFlow;
 
-/// An integrator on a [`World`] that claims to need everything: see [`WithNeeds`]. For a scene type of one's own, [`Render`] and [`Method`] are implemented
-/// like this.
+/// An integrator on a [`World`] that claims to need everything: see [`WithNeeds`]. For a scene type
+/// of one's own, [`Render`] and [`Method`] are implemented like this.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Everything<I>(pub I);
 

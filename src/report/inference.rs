@@ -30,8 +30,9 @@ impl Interval {
         Self { value: estimate.mean(), low: estimate.mean() - half, high: estimate.mean() + half }
     }
 
-    /// For positive values that scatter by a factor: the arithmetic mean, with a t-interval of the mean of logarithms around it. Errors, times
-    /// and their products are of this kind. Values that are not positive give the interval of [`of_mean`](Self::of_mean).
+    /// For positive values that scatter by a factor: the arithmetic mean, with a t-interval of the
+    /// mean of logarithms around it. Errors, times and their products are of this kind. Values that
+    /// are not positive give the interval of [`of_mean`](Self::of_mean).
     #[must_use]
     pub fn of_positive(values: &[f64]) -> Self {
         if values.iter().any(|v| !(v.is_finite() && *v > 0.0)) {
@@ -43,7 +44,8 @@ impl Interval {
         Self { value, low: value / factor, high: value * factor }
     }
 
-    /// Geometric mean of positive ratios with the t-interval of their logarithms: for paired comparisons.
+    /// Geometric mean of positive ratios with the t-interval of their logarithms: for paired
+    /// comparisons.
     #[must_use]
     pub fn of_ratios(ratios: &[f64]) -> Option<Self> {
         if ratios.is_empty() || ratios.iter().any(|v| !(v.is_finite() && *v > 0.0)) {
@@ -60,7 +62,8 @@ impl Interval {
     }
 }
 
-/// Weighted least-squares slope of y over x (points `[x, y, weight]`); `None` without two different x.
+/// Weighted least-squares slope of y over x (points `[x, y, weight]`); `None` without two different
+/// x.
 #[must_use]
 pub fn slope(points: &[[f64; 3]]) -> Option<f64> {
     let weight: f64 = points.iter().map(|p| p[2]).sum();
@@ -72,8 +75,9 @@ pub fn slope(points: &[[f64; 3]]) -> Option<f64> {
     (xx > 0.0 && slope.is_finite()).then_some(slope)
 }
 
-/// When a curve of (time, error) comes down to `target` to stay there: the crossing after which no point is above it, by interpolation in log-log.
-/// `Err` if its last point is above, with the time at which it would get there if it went on falling as 1/t.
+/// When a curve of (time, error) comes down to `target` to stay there: the crossing after which no
+/// point is above it, by interpolation in log-log. `Err` if its last point is above, with the time
+/// at which it would get there if it went on falling as 1/t.
 #[must_use = "says when the error is reached"]
 pub fn time_to_error(curve: &[(f64, f64)], target: f64) -> Result<f64, Option<f64>> {
     let Some(above) = curve.iter().rposition(|(_, error)| error.is_nan() || *error > target) else {
@@ -81,7 +85,8 @@ pub fn time_to_error(curve: &[(f64, f64)], target: f64) -> Result<f64, Option<f6
     };
     let (before, error) = curve[above];
     match curve.get(above + 1) {
-        // An error from which that of the reference was subtracted may be negative, and one of an image with a NaN is infinite.
+        // An error from which that of the reference was subtracted may be negative, and one of an
+        // image with a NaN is infinite.
         Some(&(time, reached)) if reached > 0.0 && error.is_finite() && before > 0.0 => {
             let part = (error / target).ln() / (error / reached).ln();
             Ok(before * (time / before).powf(part))
@@ -102,19 +107,21 @@ pub struct Tail {
     pub standard_error: f64,
     /// k: the number of largest values it comes from.
     pub count: u64,
-    /// The estimate from the largest quarter of these. A power law has the same index there; a range that is wide but bounded has a larger one.
+    /// The estimate from the largest quarter of these. A power law has the same index there; a
+    /// range that is wide but bounded has a larger one.
     #[serde(with = "super::number")]
     pub extreme_index: f64,
 }
 
 impl Tail {
-    /// Below this index the variance is taken for infinite. Hill's estimate comes from finite samples and is biased upwards, so the limit is
-    /// above 2.
+    /// Below this index the variance is taken for infinite. Hill's estimate comes from finite
+    /// samples and is biased upwards, so the limit is above 2.
     pub const INFINITE_VARIANCE: f64 = 2.2;
     /// Fewer values than this say nothing.
     const FEWEST: usize = 32;
 
-    /// Hill's estimate (1975) `k / Σ ln(x_i / x_{k+1})` from values in descending order; the last of them is x_{k+1}. `None` if there are too few.
+    /// Hill's estimate (1975) `k / Σ ln(x_i / x_{k+1})` from values in descending order; the last
+    /// of them is x_{k+1}. `None` if there are too few.
     #[must_use]
     pub fn hill(descending: &[f64]) -> Option<Self> {
         let (&threshold, largest) = descending.split_last()?;
@@ -128,13 +135,14 @@ impl Tail {
             largest.len() as f64 / sum.abs()
         };
         let quarter = largest.len() / 4;
-        let (all, extreme_index) = (index(largest, threshold), index(&largest[..quarter], largest[quarter]));
+        let (all, extreme_index) =
+            (index(largest, threshold), index(&largest[..quarter], largest[quarter]));
         let standard_error = all / (largest.len() as f64).sqrt();
         Some(Self { index: all, standard_error, count: largest.len() as u64, extreme_index })
     }
 
-    /// Whether the variance of a sum of such values is infinite, as far as the sample shows: the index says so, and so does that of the largest quarter
-    /// within its standard error.
+    /// Whether the variance of a sum of such values is infinite, as far as the sample shows: the
+    /// index says so, and so does that of the largest quarter within its standard error.
     #[must_use]
     pub fn is_infinite_variance(&self) -> bool {
         let lowest = self.extreme_index * (1.0 - 2.0 / (self.count as f64).sqrt());
@@ -145,7 +153,8 @@ impl Tail {
 /// Keeps the largest of many numbers.
 #[derive(Clone, Debug)]
 pub struct Largest {
-    /// A heap whose root is the smallest; numbers are positive, so their bits are ordered as they are.
+    /// A heap whose root is the smallest; numbers are positive, so their bits are ordered as they
+    /// are.
     heap: std::collections::BinaryHeap<std::cmp::Reverse<u64>>,
     capacity: usize,
     seen: u64,
@@ -174,8 +183,8 @@ impl Largest {
         }
     }
 
-    /// The tail of the largest 0.1 % of the numbers, at least 64 of them and at most as many as are kept. `None` if that were more than 1 % of the
-    /// numbers: so few say nothing of the tail.
+    /// The tail of the largest 0.1 % of the numbers, at least 64 of them and at most as many as are
+    /// kept. `None` if that were more than 1 % of the numbers: so few say nothing of the tail.
     #[must_use]
     pub fn tail(&self) -> Option<Tail> {
         let mut values: Vec<f64> = self.heap.iter().map(|bits| f64::from_bits(bits.0)).collect();
@@ -199,7 +208,8 @@ mod tests {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(3);
         let mut covered = 0;
         for _ in 0..2000 {
-            let values: Vec<f64> = (0..8).map(|_| (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0).collect();
+            let values: Vec<f64> =
+                (0..8).map(|_| (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0).collect();
             covered += u32::from(Interval::of_mean(&values).contains(0.0));
         }
         // Binomial with 2000 trials: a standard deviation is 10.
@@ -210,7 +220,8 @@ mod tests {
 
     #[test]
     fn slope_of_a_power_law() {
-        let points: Vec<[f64; 3]> = (1..6).map(|i| [f64::from(i), 3.0 - 0.75 * f64::from(i), f64::from(i)]).collect();
+        let points: Vec<[f64; 3]> =
+            (1..6).map(|i| [f64::from(i), 3.0 - 0.75 * f64::from(i), f64::from(i)]).collect();
         assert!((slope(&points).unwrap() + 0.75).abs() < 1e-12);
         assert!(slope(&points[..1]).is_none());
     }
@@ -223,7 +234,11 @@ mod tests {
         assert_eq!(time_to_error(&curve, 2.0), Ok(1.0));
         assert_eq!(time_to_error(&[], 2.0), Err(None));
         // A curve that rises again has not reached it before.
-        assert!((time_to_error(&[(1.0, 0.1), (2.0, 1.0), (4.0, 0.25)], 0.5).unwrap() - 8f64.sqrt()).abs() < 1e-12);
+        assert!(
+            (time_to_error(&[(1.0, 0.1), (2.0, 1.0), (4.0, 0.25)], 0.5).unwrap() - 8f64.sqrt())
+                .abs()
+                < 1e-12
+        );
         assert_eq!(time_to_error(&[(1.0, 1.0), (2.0, -0.1)], 0.5), Ok(2.0));
         assert_eq!(time_to_error(&[(1.0, f64::INFINITY), (2.0, 0.1)], 0.5), Ok(2.0));
         assert_eq!(time_to_error(&[(1.0, 0.1), (2.0, f64::INFINITY)], 0.5), Err(None));
@@ -234,7 +249,8 @@ mod tests {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(4);
         for index in [1.5, 3.0] {
             let mut largest = Largest::new(4096);
-            (0..1_000_000).for_each(|_| largest.push((1.0 - rng.random::<f64>()).powf(-1.0 / index)));
+            (0..1_000_000)
+                .for_each(|_| largest.push((1.0 - rng.random::<f64>()).powf(-1.0 / index)));
             let tail = largest.tail().unwrap();
             assert_eq!(tail.count, 1000);
             assert!((tail.index - index).abs() < 4.0 * tail.standard_error, "{tail:?}");
@@ -243,9 +259,13 @@ mod tests {
         }
         // A power law up to a bound that is reached: 1 in a thousand is above 1000^(1/1.5) = 100.
         let mut bounded = Largest::new(4096);
-        (0..1_000_000).for_each(|_| bounded.push((1.0 - rng.random::<f64>()).powf(-1.0 / 1.5).min(300.0)));
+        (0..1_000_000)
+            .for_each(|_| bounded.push((1.0 - rng.random::<f64>()).powf(-1.0 / 1.5).min(300.0)));
         let tail = bounded.tail().unwrap();
-        assert!(tail.index < 2.2 && tail.extreme_index > 4.0 && !tail.is_infinite_variance(), "{tail:?}");
+        assert!(
+            tail.index < 2.2 && tail.extreme_index > 4.0 && !tail.is_infinite_variance(),
+            "{tail:?}"
+        );
         let mut equal = Largest::new(100);
         (0..10_000).for_each(|_| equal.push(3.0));
         assert_eq!(equal.tail().unwrap().index, f64::INFINITY);

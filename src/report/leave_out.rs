@@ -1,4 +1,5 @@
-//! What integrators left out, what that saved, and what those decided that adapt themselves; as plain data and as CSV.
+//! What integrators left out, what that saved, and what those decided that adapt themselves; as
+//! plain data and as CSV.
 
 use super::inference::Interval;
 use super::result::{Report, SpeedUp};
@@ -44,7 +45,8 @@ pub struct EverythingReport {
     pub variance_times_cpu: Interval,
     /// Variance × rays per pixel.
     pub variance_times_rays: Interval,
-    /// What leaving out gains: this variance × cost over that of the integrator. `None` if the variance is infinite.
+    /// What leaving out gains: this variance × cost over that of the integrator. `None` if the
+    /// variance is infinite.
     pub gain: Option<SpeedUp>,
 }
 
@@ -63,7 +65,8 @@ pub struct DecisionReport {
     /// The same of its light walks.
     #[serde(with = "super::number")]
     pub light_walks: f64,
-    /// Variance × cost of plain bidirectional path tracing over that of the choice, as the pilot predicts.
+    /// Variance × cost of plain bidirectional path tracing over that of the choice, as the pilot
+    /// predicts.
     #[serde(with = "super::number")]
     pub expected_gain: f64,
     /// The same with what the choice had when it was run.
@@ -133,13 +136,15 @@ impl Omission {
     /// All of them in one line, or "nothing".
     #[must_use]
     pub fn sentence(left_out: &[Self]) -> String {
-        let items: Vec<String> = left_out.iter().map(|o| format!("{}: {}", o.what, o.why)).collect();
+        let items: Vec<String> =
+            left_out.iter().map(|o| format!("{}: {}", o.what, o.why)).collect();
         if items.is_empty() { "nothing".to_owned() } else { items.join("; ") }
     }
 }
 
 impl Report {
-    /// What was left out and what it saved, as CSV: one line per integrator, with what the scene needs and with everything. What was not measured is empty.
+    /// What was left out and what it saved, as CSV: one line per integrator, with what the scene
+    /// needs and with everything. What was not measured is empty.
     #[must_use]
     pub fn left_out_to_csv(&self) -> String {
         let mut csv = String::from(
@@ -159,25 +164,42 @@ impl Report {
                 gain.map(|gain| gain.cpu.value),
                 gain.map(|gain| gain.rays.value),
             ];
-            let _ = writeln!(csv, "{},{},{}", quoted(&m.name), quoted(&Omission::sentence(&m.left_out)), numbers.map(field).join(","));
+            let _ = writeln!(
+                csv,
+                "{},{},{}",
+                quoted(&m.name),
+                quoted(&Omission::sentence(&m.left_out)),
+                numbers.map(field).join(",")
+            );
         }
         for m in &self.left_out {
-            let _ = writeln!(csv, "{},{},0,,0,,,,,", quoted(&m.name), quoted(&Omission::sentence(&m.left_out)));
+            let _ = writeln!(
+                csv,
+                "{},{},0,,0,,,,,",
+                quoted(&m.name),
+                quoted(&Omission::sentence(&m.left_out))
+            );
         }
         csv
     }
 
-    /// The decisions of integrators that adapt themselves, as CSV: one line per integrator, run and technique.
+    /// The decisions of integrators that adapt themselves, as CSV: one line per integrator, run and
+    /// technique.
     #[must_use]
     pub fn decisions_to_csv(&self) -> String {
-        let mut csv = String::from("integrator,run,techniques,expected_gain,achieved_gain,s,t,energy,variance,cost,kept\n");
+        let mut csv = String::from(
+            "integrator,run,techniques,expected_gain,achieved_gain,s,t,energy,variance,cost,kept\n",
+        );
         for method in &self.methods {
             for (run, decision) in method.decisions.iter().enumerate() {
                 for share in &decision.shares {
                     let TechniqueDecision { s, t, energy, variance, cost, kept } = share;
                     let (name, techniques) = (quoted(&method.name), quoted(&decision.techniques));
                     let [expected, achieved] = [decision.expected_gain, decision.achieved_gain];
-                    let _ = writeln!(csv, "{name},{run},{techniques},{expected},{achieved},{s},{t},{energy},{variance},{cost},{kept}");
+                    let _ = writeln!(
+                        csv,
+                        "{name},{run},{techniques},{expected},{achieved},{s},{t},{energy},{variance},{cost},{kept}"
+                    );
                 }
             }
         }

@@ -19,9 +19,11 @@ pub struct Contestant<'a, S: Scene + ?Sized> {
     pub name: String,
     /// The integrator.
     pub method: &'a dyn Method<S>,
-    /// Whether it can draw every path of the scene. If not, its image is too dark somewhere and is not tested for bias.
+    /// Whether it can draw every path of the scene. If not, its image is too dark somewhere and is
+    /// not tested for bias.
     pub complete: bool,
-    /// The same integrator leaving nothing out, such as [`Everything`](super::Everything), to measure what leaving out saves.
+    /// The same integrator leaving nothing out, such as [`Everything`](super::Everything), to
+    /// measure what leaving out saves.
     pub everything: Option<&'a dyn Method<S>>,
 }
 
@@ -34,33 +36,50 @@ impl<'a, S: Scene + ?Sized> Contestant<'a, S> {
 
 impl<S: Scene + ?Sized> fmt::Debug for Contestant<'_, S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Contestant").field("name", &self.name).field("complete", &self.complete).finish_non_exhaustive()
+        f.debug_struct("Contestant")
+            .field("name", &self.name)
+            .field("complete", &self.complete)
+            .finish_non_exhaustive()
     }
 }
 
-/// What a study can measure: [`Render`], and a probe of single contributions. Every [`Integrator`] is one; a renderer that is none implements
-/// this with the default probe, which sees nothing.
+/// What a study can measure: [`Render`], and a probe of single contributions. Every [`Integrator`]
+/// is one; a renderer that is none implements this with the default probe, which sees nothing.
 pub trait Method<S: Scene + ?Sized>: Render<S> {
-    /// Draws samples in the calling thread and looks at each contribution. The reference tells what is bright for a pixel: a lamp that is
-    /// seen directly is no tail.
+    /// Draws samples in the calling thread and looks at each contribution. The reference tells what
+    /// is bright for a pixel: a lamp that is seen directly is no tail.
     ///
     /// # Errors
     /// If the filter is invalid.
-    fn probe(&self, scene: &S, camera: &dyn Camera, settings: &Settings, reference: &Image) -> Result<Probe, RenderError> {
+    fn probe(
+        &self,
+        scene: &S,
+        camera: &dyn Camera,
+        settings: &Settings,
+        reference: &Image,
+    ) -> Result<Probe, RenderError> {
         let _ = (scene, camera, settings, reference);
         Ok(Probe::default())
     }
 }
 
 impl<S: Scene + ?Sized, I: Integrator<S>> Method<S> for I {
-    fn probe(&self, scene: &S, camera: &dyn Camera, settings: &Settings, reference: &Image) -> Result<Probe, RenderError> {
+    fn probe(
+        &self,
+        scene: &S,
+        camera: &dyn Camera,
+        settings: &Settings,
+        reference: &Image,
+    ) -> Result<Probe, RenderError> {
         let region = camera.film();
         let mut sink = ProbeSink::new(region, reference);
         let mut scratch = Scratch::default();
         // One that adapts itself is probed as what it then runs.
-        let samples = u64::from(region.pixels()) * u64::from(settings.budget.samples().unwrap_or(1));
+        let samples =
+            u64::from(region.pixels()) * u64::from(settings.budget.samples().unwrap_or(1));
         let parallel = &|count, task: &(dyn Fn(usize) + Sync)| (0..count).for_each(task);
-        let pilot = Pilot { samples, seed: settings.seed, kernel: &settings.filter.kernel()?, parallel };
+        let pilot =
+            Pilot { samples, seed: settings.seed, kernel: &settings.filter.kernel()?, parallel };
         let adapted = self.adapt(scene, camera, &pilot);
         let integrator = adapted.as_ref().map_or(self, |adapted| &adapted.integrator);
         let passes = for_each_sample(region, settings, |_, _, film, sampler| {
@@ -76,11 +95,13 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Method<S> for I {
 pub struct Probe {
     /// Samples per pixel.
     pub passes: u32,
-    /// Tail of the luminance that samples give to a pixel: contributions to a sample's own pixel together, those through the lens one by one.
-    /// Each is relative to its pixel or its block of pixels in the reference, whichever is brighter (plus 1 % of the mean). `None` if there were too
-    /// few.
+    /// Tail of the luminance that samples give to a pixel: contributions to a sample's own pixel
+    /// together, those through the lens one by one. Each is relative to its pixel or its block of
+    /// pixels in the reference, whichever is brighter (plus 1 % of the mean). `None` if there were
+    /// too few.
     pub tail: Option<Tail>,
-    /// Mean luminance of the image by number of scattering events; the last entry has all longer paths.
+    /// Mean luminance of the image by number of scattering events; the last entry has all longer
+    /// paths.
     pub energy_by_bounces: Vec<f64>,
 }
 
@@ -104,10 +125,20 @@ impl ProbeSink {
         let floor = RELATIVE_EPSILON * reference.mean().luminance();
         let layout = Layout::of(reference);
         let blocks = layout.block_means(reference);
-        // A pixel of a rendered reference may be dark by chance: then what surrounds it tells what is usual there.
-        let usual = |pixel: usize| reference.pixels()[pixel].luminance().max(blocks[layout.block_of(pixel)]).max(0.0);
-        let scales = (0..reference.pixels().len()).map(|pixel| 1.0 / (usual(pixel) + floor)).collect();
-        Self { region, scales, largest: Largest::new(LARGEST), own: 0.0, energy: [0.0; BOUNCES + 1] }
+        // A pixel of a rendered reference may be dark by chance: then what surrounds it tells what
+        // is usual there.
+        let usual = |pixel: usize| {
+            reference.pixels()[pixel].luminance().max(blocks[layout.block_of(pixel)]).max(0.0)
+        };
+        let scales =
+            (0..reference.pixels().len()).map(|pixel| 1.0 / (usual(pixel) + floor)).collect();
+        Self {
+            region,
+            scales,
+            largest: Largest::new(LARGEST),
+            own: 0.0,
+            energy: [0.0; BOUNCES + 1],
+        }
     }
 
     fn end_sample(&mut self) {
@@ -124,18 +155,30 @@ impl ProbeSink {
 impl Sink for ProbeSink {
     fn add(&mut self, contribution: &Contribution) {
         let luminance = contribution.value.luminance() * contribution.weight;
-        let Some(pixel) = self.region.pixel_index(contribution.raster).filter(|_| luminance.is_finite()) else { return };
+        let Some(pixel) =
+            self.region.pixel_index(contribution.raster).filter(|_| luminance.is_finite())
+        else {
+            return;
+        };
         let bounces = usize::from(contribution.technique.s) + usize::from(contribution.technique.t);
         self.energy[bounces.saturating_sub(2).min(BOUNCES)] += luminance;
         let Some(scale) = self.scales.get(pixel as usize) else { return };
         // Contributions through the lens fall on pixels of their own.
-        if contribution.technique.t > 1 { self.own += luminance * scale } else { self.largest.push(luminance * scale) }
+        if contribution.technique.t > 1 {
+            self.own += luminance * scale
+        } else {
+            self.largest.push(luminance * scale)
+        }
     }
 }
 
-/// Draws the samples that a rendering with these settings draws, in the calling thread and with the pixel's number and the pass; returns the
-/// number of passes.
-pub(super) fn for_each_sample<P>(region: FilmRegion, settings: &Settings, mut visit: P) -> Result<u32, RenderError>
+/// Draws the samples that a rendering with these settings draws, in the calling thread and with the
+/// pixel's number and the pass; returns the number of passes.
+pub(super) fn for_each_sample<P>(
+    region: FilmRegion,
+    settings: &Settings,
+    mut visit: P,
+) -> Result<u32, RenderError>
 where
     P: FnMut(u32, u32, FilmSample, &mut <crate::sampler::AnySource as SampleSource>::Sampler),
 {

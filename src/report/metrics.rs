@@ -15,7 +15,8 @@ use crate::film::Image;
 use crate::math::Rgb;
 use serde::{Deserialize, Serialize};
 
-/// The part of the squared mean of the reference that is added to the denominator of relMSE, and of the mean for MAPE.
+/// The part of the squared mean of the reference that is added to the denominator of relMSE, and of
+/// the mean for MAPE.
 pub const RELATIVE_EPSILON: f64 = 0.01;
 
 /// All measures of one image. Infinite if a pixel is not finite, which JSON writes as null.
@@ -41,7 +42,8 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Compares an image with a reference. Images of different size give infinite errors with all pixels counted.
+    /// Compares an image with a reference. Images of different size give infinite errors with all
+    /// pixels counted.
     #[must_use]
     pub fn of(image: &Image, reference: &Reference) -> Self {
         let expected = reference.image();
@@ -50,13 +52,25 @@ impl Errors {
         if !same || bad > 0 {
             let count = if same { bad } else { image.pixels().len() as u64 };
             let inf = f64::INFINITY;
-            return Self { mse: inf, relative_mse: inf, mape: inf, smape: inf, median_squared: inf, non_finite_pixels: count };
+            return Self {
+                mse: inf,
+                relative_mse: inf,
+                mape: inf,
+                smape: inf,
+                median_squared: inf,
+                non_finite_pixels: count,
+            };
         }
         let scale = reference.scale();
         let (epsilon, floor) = (RELATIVE_EPSILON * scale * scale, RELATIVE_EPSILON * scale);
         let mut squares = Vec::with_capacity(3 * image.pixels().len());
         let [mut mse, mut relative, mut mape, mut smape] = [0.0; 4];
-        for (i, r) in image.pixels().iter().zip(expected.pixels()).flat_map(|(a, b)| (0..3).map(|c| (a[c], b[c]))) {
+        for (i, r) in image
+            .pixels()
+            .iter()
+            .zip(expected.pixels())
+            .flat_map(|(a, b)| (0..3).map(|c| (a[c], b[c])))
+        {
             let (error, square) = ((i - r).abs(), (i - r) * (i - r));
             squares.push(square);
             mse += square;
@@ -95,9 +109,10 @@ fn median(values: &mut [f64]) -> f64 {
     0.5 * (lower + upper)
 }
 
-/// Median of means: images are grouped in order, each group is averaged, and the median over the groups is taken per pixel and channel.
-/// Its error has exponential tails even where single images have infinite variance, at the price of a bias towards the median.
-/// `None` without images or with images of different size.
+/// Median of means: images are grouped in order, each group is averaged, and the median over the
+/// groups is taken per pixel and channel. Its error has exponential tails even where single images
+/// have infinite variance, at the price of a bias towards the median. `None` without images or with
+/// images of different size.
 #[must_use]
 pub fn median_of_means(images: &[Image], groups: usize) -> Option<Image> {
     let first = images.first()?;
@@ -138,8 +153,12 @@ mod tests {
     fn errors_by_hand() {
         let reference = Reference::exact(constant(2.0)).unwrap();
         let errors = Errors::of(&constant(2.5), &reference);
-        assert!((errors.mse - 0.25).abs() < 1e-15 && (errors.relative_mse - 0.25 / 4.04).abs() < 1e-15);
-        assert!((errors.mape - 0.5 / 2.02).abs() < 1e-15 && (errors.smape - 0.5 / 4.5).abs() < 1e-15);
+        assert!(
+            (errors.mse - 0.25).abs() < 1e-15 && (errors.relative_mse - 0.25 / 4.04).abs() < 1e-15
+        );
+        assert!(
+            (errors.mape - 0.5 / 2.02).abs() < 1e-15 && (errors.smape - 0.5 / 4.5).abs() < 1e-15
+        );
         assert_eq!(errors.median_squared, 0.25);
         let black = Reference::exact(constant(0.0)).unwrap();
         assert_eq!(Errors::of(&constant(0.0), &black), Errors::default());
@@ -150,7 +169,10 @@ mod tests {
         let mut image = constant(1.0);
         image.pixels_mut()[5] = Rgb::new(1.0, f64::NAN, 1.0);
         let errors = Errors::of(&image, &Reference::exact(constant(1.0)).unwrap());
-        assert_eq!((errors.non_finite_pixels, errors.mse, errors.smape), (1, f64::INFINITY, f64::INFINITY));
+        assert_eq!(
+            (errors.non_finite_pixels, errors.mse, errors.smape),
+            (1, f64::INFINITY, f64::INFINITY)
+        );
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! Error against run time: how integrators compare on a scene, with intervals on every number that is compared.
+//! Error against run time: how integrators compare on a scene, with intervals on every number that
+//! is compared.
 //!
 //! ```
 //! use pathspace::glam::UVec2;
@@ -27,7 +28,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Definitions are in [`metrics`] and [`inference`]; the fields of the JSON file in `docs/report.md`.
+//! Definitions are in [`metrics`] and [`inference`]; the fields of the JSON file in
+//! `docs/report.md`.
 
 mod agreement;
 mod analysis;
@@ -57,7 +59,9 @@ pub use cache::cached_reference;
 pub use error::ReportError;
 pub use everything::Everything;
 pub use inference::{Interval, Tail};
-pub use leave_out::{DecisionReport, EverythingReport, Omission, TechniqueDecision, WithoutTechnique};
+pub use leave_out::{
+    DecisionReport, EverythingReport, Omission, TechniqueDecision, WithoutTechnique,
+};
 pub use method::{Contestant, Method, Probe};
 pub use metrics::{Errors, median_of_means};
 pub use picture::{ERROR_SCALE, error_colour, exposure, signed_error_map};
@@ -65,6 +69,7 @@ pub use plot::{Axis, error_plot};
 pub use pyramid::{Layer, Pyramid, PyramidReport, TechniqueShare, measure_pyramid};
 pub use reference::{Reference, ReferencePlan};
 pub use result::{
-    Bias, Checkpoint, Cost, LedgerReport, MethodReport, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, Slope, SpeedUp, TimeToTarget,
+    Bias, Checkpoint, Cost, LedgerReport, MethodReport, ReferenceInfo, Report, SCHEMA, SceneInfo,
+    Setup, Slope, SpeedUp, TimeToTarget,
 };
 pub use study::{MethodImages, Plan, Snapshot, Step, Study, study};

@@ -1,4 +1,5 @@
-//! Files: JSON with everything, CSV with one line per integrator, checkpoint and run, SVG plots, the page.
+//! Files: JSON with everything, CSV with one line per integrator, checkpoint and run, SVG plots,
+//! the page.
 
 use super::error::{ReportError, file_error};
 use super::leave_out::quoted;
@@ -9,10 +10,12 @@ use std::fmt::Write;
 use std::path::Path;
 
 impl Report {
-    /// The report as JSON; docs/report.md describes the fields. Numbers that are not finite become null.
+    /// The report as JSON; docs/report.md describes the fields. Numbers that are not finite become
+    /// null.
     #[must_use]
     pub fn to_json(&self) -> String {
-        // Nothing in a report can fail to be serialised: keys are texts and non-finite numbers have a rule.
+        // Nothing in a report can fail to be serialised: keys are texts and non-finite numbers have
+        // a rule.
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 
@@ -50,7 +53,8 @@ impl Report {
 }
 
 impl Study {
-    /// Writes `index.html`, `report.json`, `report.csv`, `left-out.csv`, `decisions.csv` and the plots `time.svg`, `samples.svg`, `rays.svg` and `smape.svg`.
+    /// Writes `index.html`, `report.json`, `report.csv`, `left-out.csv`, `decisions.csv` and the
+    /// plots `time.svg`, `samples.svg`, `rays.svg` and `smape.svg`.
     ///
     /// # Errors
     /// If the directory or a file cannot be written.

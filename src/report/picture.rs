@@ -11,7 +11,12 @@ pub const ERROR_SCALE: f64 = 0.5;
 /// Stops of exposure that make an image's brighter parts, but not its lights, nearly white.
 #[must_use]
 pub fn exposure(image: &Image) -> f64 {
-    let mut luminances: Vec<f64> = image.pixels().iter().map(|p| p.luminance()).filter(|l| *l > 0.0 && l.is_finite()).collect();
+    let mut luminances: Vec<f64> = image
+        .pixels()
+        .iter()
+        .map(|p| p.luminance())
+        .filter(|l| *l > 0.0 && l.is_finite())
+        .collect();
     if luminances.is_empty() {
         return 0.0;
     }
@@ -20,8 +25,9 @@ pub fn exposure(image: &Image) -> f64 {
     (0.7 / bright).log2().clamp(-60.0, 60.0)
 }
 
-/// The colour of a relative error: grey is exact, towards yellow too bright, towards dark blue too dark (so that it can be told in black and
-/// white, too), all at full colour from ±[`ERROR_SCALE`] on; magenta is not a number. The square root of the error is shown.
+/// The colour of a relative error: grey is exact, towards yellow too bright, towards dark blue too
+/// dark (so that it can be told in black and white, too), all at full colour from ±[`ERROR_SCALE`]
+/// on; magenta is not a number. The square root of the error is shown.
 #[must_use]
 pub fn error_colour(error: f64) -> Rgb {
     if error.is_nan() {
@@ -32,25 +38,31 @@ pub fn error_colour(error: f64) -> Rgb {
     Rgb::splat(0.25 * (1.0 - amount)) + colour * amount
 }
 
-/// Signed relative error of luminance, `(I - R) / (R + 0.02 mean(R))`, in [`error_colour`]. Black if the sizes differ.
+/// Signed relative error of luminance, `(I - R) / (R + 0.02 mean(R))`, in [`error_colour`]. Black
+/// if the sizes differ.
 #[must_use]
 pub fn signed_error_map(image: &Image, reference: &Image) -> Image {
-    // Where the reference is dark, a relative error has no meaning: it is taken relative to a part of the mean.
+    // Where the reference is dark, a relative error has no meaning: it is taken relative to a part
+    // of the mean.
     let floor = 0.02 * reference.mean().luminance();
     Image::from_fn(reference.width(), reference.height(), |x, y| {
         let values = image.get(x, y).zip(reference.get(x, y));
-        values.map_or(Rgb::BLACK, |(i, r)| error_colour((i.luminance() - r.luminance()) / (r.luminance() + floor)))
+        values.map_or(Rgb::BLACK, |(i, r)| {
+            error_colour((i.luminance() - r.luminance()) / (r.luminance() + floor))
+        })
     })
 }
 
-/// Averages blocks of pixels until the image is at most `width` wide; the image itself if it already is.
+/// Averages blocks of pixels until the image is at most `width` wide; the image itself if it
+/// already is.
 pub(super) fn shrunk(image: &Image, width: u32) -> Image {
     let factor = image.width().div_ceil(width.max(1)).max(1);
     if factor == 1 {
         return image.clone();
     }
     Image::from_fn(image.width().div_ceil(factor), image.height().div_ceil(factor), |x, y| {
-        let pixels = (0..factor * factor).filter_map(|i| image.get(x * factor + i % factor, y * factor + i / factor));
+        let pixels = (0..factor * factor)
+            .filter_map(|i| image.get(x * factor + i % factor, y * factor + i / factor));
         let (sum, n) = pixels.fold((Rgb::BLACK, 0.0), |(sum, n), p| (sum + p, n + 1.0));
         sum / f64::max(n, 1.0)
     })
@@ -59,7 +71,8 @@ pub(super) fn shrunk(image: &Image, width: u32) -> Image {
 /// The image as `data:image/png;base64,…`; empty if it has no pixels.
 pub(super) fn data_uri(image: &Image, exposure: f64) -> String {
     let mut png = Vec::new();
-    let encoder = PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive);
+    let encoder =
+        PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive);
     let bytes = image.to_srgb8(exposure);
     match encoder.write_image(&bytes, image.width(), image.height(), ExtendedColorType::Rgb8) {
         Ok(()) => format!("data:image/png;base64,{}", base64(&png)),
@@ -72,10 +85,15 @@ fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {
-        let word = chunk.iter().fold(0u32, |word, byte| word << 8 | u32::from(*byte)) << (8 * (3 - chunk.len()));
+        let word = chunk.iter().fold(0u32, |word, byte| word << 8 | u32::from(*byte))
+            << (8 * (3 - chunk.len()));
         for digit in 0..4 {
             let filled = digit <= chunk.len();
-            text.push(if filled { char::from(DIGITS[(word >> (18 - 6 * digit)) as usize & 63]) } else { '=' });
+            text.push(if filled {
+                char::from(DIGITS[(word >> (18 - 6 * digit)) as usize & 63])
+            } else {
+                '='
+            });
         }
     }
     text
@@ -87,14 +105,17 @@ mod tests {
 
     #[test]
     fn base64_of_the_rfc() {
-        for (text, code) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
+        for (text, code) in
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
+        {
             assert_eq!(base64(text.as_bytes()), code);
         }
     }
 
     #[test]
     fn error_colours_are_ordered_in_black_and_white() {
-        let luminances = [-1.0, -0.3, -0.05, 0.0, 0.05, 0.3, 1.0].map(|e| error_colour(e).luminance());
+        let luminances =
+            [-1.0, -0.3, -0.05, 0.0, 0.05, 0.3, 1.0].map(|e| error_colour(e).luminance());
         assert!(luminances.is_sorted(), "{luminances:?}");
         assert_eq!(error_colour(f64::NAN), Rgb::new(1.0, 0.0, 1.0));
     }

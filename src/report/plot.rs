@@ -65,7 +65,8 @@ const AREA: [f64; 4] = [66.0, 12.0, 470.0, 298.0];
 /// Height of a line of the legend, and what lies between it and the plotting area.
 const LEGEND: [f64; 2] = [20.0, 50.0];
 /// Colours that people with any kind of colour vision can tell apart (Okabe and Ito 2008).
-const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#a0458a", "#9a6700", "#3a8fc7", "#000000"];
+const COLOURS: [&str; 7] =
+    ["#0072b2", "#d55e00", "#009e73", "#a0458a", "#9a6700", "#3a8fc7", "#000000"];
 const DASHES: [&str; 4] = ["", "9 4", "3 3", "12 4 3 4"];
 
 /// relMSE against a cost.
@@ -82,12 +83,16 @@ struct Scales {
 
 impl Scales {
     fn x(&self, value: f64) -> f64 {
-        AREA[0] + (value.ln() - self.x[0].ln()) / (self.x[1].ln() - self.x[0].ln()) * (AREA[2] - AREA[0])
+        AREA[0]
+            + (value.ln() - self.x[0].ln()) / (self.x[1].ln() - self.x[0].ln())
+                * (AREA[2] - AREA[0])
     }
 
     fn y(&self, value: f64) -> f64 {
         let value = value.clamp(self.y[0], self.y[1]);
-        AREA[3] - (value.ln() - self.y[0].ln()) / (self.y[1].ln() - self.y[0].ln()) * (AREA[3] - AREA[1])
+        AREA[3]
+            - (value.ln() - self.y[0].ln()) / (self.y[1].ln() - self.y[0].ln())
+                * (AREA[3] - AREA[1])
     }
 }
 
@@ -95,15 +100,19 @@ impl Scales {
 fn curve(method: &MethodReport, axis: Axis, measure: Measure, pixels: f64) -> Vec<(f64, Interval)> {
     let usable = method.checkpoints.iter().take_while(|c| !c.reference_limited);
     let points = usable.map(|c| (axis.of(c, pixels), measure.of(c)));
-    points.filter(|(x, y)| *x > 0.0 && x.is_finite() && y.value > 0.0 && y.value.is_finite()).collect()
+    points
+        .filter(|(x, y)| *x > 0.0 && x.is_finite() && y.value > 0.0 && y.value.is_finite())
+        .collect()
 }
 
 pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> String {
     let pixels = f64::from(report.scene.width) * f64::from(report.scene.height);
-    let curves: Vec<_> = report.methods.iter().map(|m| (m, curve(m, axis, measure, pixels))).collect();
+    let curves: Vec<_> =
+        report.methods.iter().map(|m| (m, curve(m, axis, measure, pixels))).collect();
     let points = || curves.iter().flat_map(|(_, points)| points);
     let range = |values: &mut dyn Iterator<Item = f64>, margin: f64| {
-        let [low, high] = values.fold([f64::INFINITY, 0.0], |[low, high], v| [f64::min(low, v), f64::max(high, v)]);
+        let [low, high] = values
+            .fold([f64::INFINITY, 0.0], |[low, high], v| [f64::min(low, v), f64::max(high, v)]);
         if low < high {
             [low / margin, high * margin]
         } else if high > 0.0 {
@@ -112,11 +121,16 @@ pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> String {
             [0.1, 1.0]
         }
     };
-    let floor = if measure == Measure::RelativeMse { report.reference.own_relative_mse } else { 0.0 };
-    let scales = Scales { x: range(&mut points().map(|p| p.0), 1.25), y: range(&mut points().map(|p| p.1.value), 1.6) };
+    let floor =
+        if measure == Measure::RelativeMse { report.reference.own_relative_mse } else { 0.0 };
+    let scales = Scales {
+        x: range(&mut points().map(|p| p.0), 1.25),
+        y: range(&mut points().map(|p| p.1.value), 1.6),
+    };
     let mut svg = String::new();
     let labels: Vec<String> = report.methods.iter().map(label).collect();
-    let height = AREA[3] + LEGEND[1] + LEGEND[0] * labels.len().div_ceil(legend_columns(&labels)) as f64;
+    let height =
+        AREA[3] + LEGEND[1] + LEGEND[0] * labels.len().div_ceil(legend_columns(&labels)) as f64;
     let title = format!("{} against {}", measure.label(), axis.label());
     let _ = write!(
         svg,
@@ -156,55 +170,89 @@ pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> String {
 
 fn grid(svg: &mut String, scales: &Scales) {
     let [left, top, right, bottom] = AREA;
-    for [x, y] in ticks(scales.x).map(|v| [Some(v), None]).chain(ticks(scales.y).map(|v| [None, Some(v)])) {
+    for [x, y] in
+        ticks(scales.x).map(|v| [Some(v), None]).chain(ticks(scales.y).map(|v| [None, Some(v)]))
+    {
         let Some((value, labelled)) = x.or(y) else { continue };
         let colour = if labelled { "#bbb" } else { "#e6e6e6" };
         if x.is_some() {
             let x = scales.x(value);
-            let _ = write!(svg, r##"<line x1="{x:.1}" x2="{x:.1}" y1="{top}" y2="{bottom}" stroke="{colour}"/>"##);
+            let _ = write!(
+                svg,
+                r##"<line x1="{x:.1}" x2="{x:.1}" y1="{top}" y2="{bottom}" stroke="{colour}"/>"##
+            );
             if labelled {
-                let _ = write!(svg, r##"<text x="{x:.1}" y="{}" text-anchor="middle">{}</text>"##, bottom + 18.0, number(value));
+                let _ = write!(
+                    svg,
+                    r##"<text x="{x:.1}" y="{}" text-anchor="middle">{}</text>"##,
+                    bottom + 18.0,
+                    number(value)
+                );
             }
         } else {
             let y = scales.y(value);
-            let _ = write!(svg, r##"<line x1="{left}" x2="{right}" y1="{y:.1}" y2="{y:.1}" stroke="{colour}"/>"##);
+            let _ = write!(
+                svg,
+                r##"<line x1="{left}" x2="{right}" y1="{y:.1}" y2="{y:.1}" stroke="{colour}"/>"##
+            );
             if labelled {
-                let _ = write!(svg, r##"<text x="{}" y="{:.1}" text-anchor="end">{}</text>"##, left - 6.0, y + 5.0, number(value));
+                let _ = write!(
+                    svg,
+                    r##"<text x="{}" y="{:.1}" text-anchor="end">{}</text>"##,
+                    left - 6.0,
+                    y + 5.0,
+                    number(value)
+                );
             }
         }
     }
 }
 
-/// Multiples of powers of ten in a range, and whether they are labelled: powers of ten, or also 2 and 5 times them in a short range.
+/// Multiples of powers of ten in a range, and whether they are labelled: powers of ten, or also 2
+/// and 5 times them in a short range.
 fn ticks([low, high]: [f64; 2]) -> impl Iterator<Item = (f64, bool)> {
     let decades = (high / low).log10();
     let exponents = low.log10().floor() as i32..=high.log10().ceil() as i32;
     let all = exponents.flat_map(|e| (1..10).map(move |digit| (e, digit)));
     all.map(move |(e, digit)| {
-        let labelled = digit == 1 && (decades < 9.0 || e % 2 == 0) || decades < 1.7 && (digit == 2 || digit == 5);
+        let labelled = digit == 1 && (decades < 9.0 || e % 2 == 0)
+            || decades < 1.7 && (digit == 2 || digit == 5);
         (f64::from(digit) * 10f64.powi(e), labelled)
     })
     .filter(move |(value, _)| low <= *value && *value <= high)
 }
 
 fn number(value: f64) -> String {
-    if (0.001..100_000.0).contains(&value) { format!("{}", (value * 1e6).round() / 1e6) } else { format!("{value:.0e}") }
+    if (0.001..100_000.0).contains(&value) {
+        format!("{}", (value * 1e6).round() / 1e6)
+    } else {
+        format!("{value:.0e}")
+    }
 }
 
 fn band(svg: &mut String, scales: &Scales, points: &[(f64, Interval)], colour: &str) {
-    let limited: Vec<_> = points.iter().filter(|(_, y)| y.low > 0.0 && y.high.is_finite()).collect();
+    let limited: Vec<_> =
+        points.iter().filter(|(_, y)| y.low > 0.0 && y.high.is_finite()).collect();
     if limited.len() < 2 {
         return;
     }
     let upper = limited.iter().map(|(x, y)| (x, y.high));
     let lower = limited.iter().rev().map(|(x, y)| (x, y.low));
-    let corners: Vec<String> = upper.chain(lower).map(|(x, y)| format!("{:.1},{:.1}", scales.x(*x), scales.y(y))).collect();
-    let _ = write!(svg, r##"<polygon points="{}" fill="{colour}" fill-opacity="0.18"/>"##, corners.join(" "));
+    let corners: Vec<String> = upper
+        .chain(lower)
+        .map(|(x, y)| format!("{:.1},{:.1}", scales.x(*x), scales.y(y)))
+        .collect();
+    let _ = write!(
+        svg,
+        r##"<polygon points="{}" fill="{colour}" fill-opacity="0.18"/>"##,
+        corners.join(" ")
+    );
 }
 
 fn line(svg: &mut String, scales: &Scales, points: &[(f64, Interval)], index: usize) {
     let (colour, dash) = (COLOURS[index % COLOURS.len()], DASHES[index % DASHES.len()]);
-    let places: Vec<(f64, f64)> = points.iter().map(|(x, y)| (scales.x(*x), scales.y(y.value))).collect();
+    let places: Vec<(f64, f64)> =
+        points.iter().map(|(x, y)| (scales.x(*x), scales.y(y.value))).collect();
     let text: Vec<String> = places.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
     let _ = write!(
         svg,
@@ -244,13 +292,20 @@ fn legend(svg: &mut String, labels: &[String]) {
             x + 36.0
         );
         marker(svg, x + 18.0, y, index);
-        let _ = write!(svg, r##"<text x="{:.1}" y="{:.1}">{}</text>"##, x + 44.0, y + 5.0, super::page::escape(label));
+        let _ = write!(
+            svg,
+            r##"<text x="{:.1}" y="{:.1}">{}</text>"##,
+            x + 44.0,
+            y + 5.0,
+            super::page::escape(label)
+        );
     }
 }
 
 /// The name, and how the error falls.
 fn label(method: &MethodReport) -> String {
-    let slope = method.slope.as_ref().map_or_else(String::new, |s| format!(", slope {:.2}", s.value.value));
+    let slope =
+        method.slope.as_ref().map_or_else(String::new, |s| format!(", slope {:.2}", s.value.value));
     format!("{}{slope}", method.name)
 }
 
@@ -260,9 +315,11 @@ mod tests {
 
     #[test]
     fn ticks_are_round_numbers_inside_the_range() {
-        let labels: Vec<String> = ticks([0.8, 25.0]).filter(|(_, labelled)| *labelled).map(|(v, _)| number(v)).collect();
+        let labels: Vec<String> =
+            ticks([0.8, 25.0]).filter(|(_, labelled)| *labelled).map(|(v, _)| number(v)).collect();
         assert_eq!(labels, ["1", "2", "5", "10", "20"]);
-        let labels: Vec<String> = ticks([1e-7, 1e-2]).filter(|(_, labelled)| *labelled).map(|(v, _)| number(v)).collect();
+        let labels: Vec<String> =
+            ticks([1e-7, 1e-2]).filter(|(_, labelled)| *labelled).map(|(v, _)| number(v)).collect();
         assert_eq!(labels, ["1e-7", "1e-6", "1e-5", "1e-4", "0.001", "0.01"]);
     }
 }

@@ -1,10 +1,13 @@
-//! The pyramid of techniques (Veach 1997, figure 10.3): what each way (s, t) to draw a path contributes, unweighted and weighted, what share of energy,
-//! variance and cost it has, and how efficient the rest would be without it.
+//! The pyramid of techniques (Veach 1997, figure 10.3): what each way (s, t) to draw a path
+//! contributes, unweighted and weighted, what share of energy, variance and cost it has, and how
+//! efficient the rest would be without it.
 //!
-//! Variances are per sample of one pixel, mean over pixels, of luminance. Without technique j the others' weights are evaluated anew on the same paths
-//! (the sweep without j), so the second moments of the reduced set are exact for the samples at hand. Two things are approximated: contributions through the lens
-//! (t = 1) are taken as independent of what the sample's camera walk contributes to the same pixel; and the cost is the number of rays, measured
-//! by running the reduced set on a part of the pixels.
+//! Variances are per sample of one pixel, mean over pixels, of luminance. Without technique j the
+//! others' weights are evaluated anew on the same paths (the sweep without j), so the second
+//! moments of the reduced set are exact for the samples at hand. Two things are approximated:
+//! contributions through the lens (t = 1) are taken as independent of what the sample's camera walk
+//! contributes to the same pixel; and the cost is the number of rays, measured by running the
+//! reduced set on a part of the pixels.
 
 use super::method::for_each_sample;
 use crate::endpoint::Camera;
@@ -56,11 +59,13 @@ pub struct TechniqueShare {
     pub t: u16,
     /// Share of the image's mean luminance.
     pub energy: f64,
-    /// Variance of its weighted contributions over that of the whole; the shares do not add up to 1, since techniques are correlated.
+    /// Variance of its weighted contributions over that of the whole; the shares do not add up to
+    /// 1, since techniques are correlated.
     pub variance: f64,
     /// Share of the rays that the integrator saves without it.
     pub cost: f64,
-    /// Efficiency 1 / (variance × rays) without it over that with it; above 1 it does not pay. NaN if the rest cannot draw its paths.
+    /// Efficiency 1 / (variance × rays) without it over that with it; above 1 it does not pay. NaN
+    /// if the rest cannot draw its paths.
     #[serde(with = "super::number")]
     pub efficiency_without: f64,
 }
@@ -115,7 +120,8 @@ impl Variance {
     /// Mean over pixels of the variance of one sample.
     fn value(&self, passes: u32) -> f64 {
         let n = f64::from(passes);
-        let own = self.sums.iter().map(|[x, xx]| ((xx - x * x / n) / (n - 1.0)).max(0.0)).sum::<f64>();
+        let own =
+            self.sums.iter().map(|[x, xx]| ((xx - x * x / n) / (n - 1.0)).max(0.0)).sum::<f64>();
         (own + self.splats / n) / self.sums.len().max(1) as f64
     }
 }
@@ -129,7 +135,8 @@ struct Work {
     replaceable: bool,
 }
 
-/// Measures the techniques of bidirectional path tracing on a scene; with a budget of at least two samples per pixel. `None` if `ask` stops it.
+/// Measures the techniques of bidirectional path tracing on a scene; with a budget of at least two
+/// samples per pixel. `None` if `ask` stops it.
 ///
 /// # Errors
 /// If the filter is invalid.
@@ -146,17 +153,24 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
     let most = integrator.depth.limit().min(u32::from(MOST_BOUNCES)) as u16;
     let black = || Image::from_fn(size.x, size.y, |_, _| Rgb::BLACK);
     let mut work = BTreeMap::new();
-    let techniques = (0..=most).flat_map(|bounces| (0..=bounces + 1).map(move |s| Technique { s, t: bounces + 2 - s }));
+    let techniques = (0..=most)
+        .flat_map(|bounces| (0..=bounces + 1).map(move |s| Technique { s, t: bounces + 2 - s }));
     for technique in techniques.filter(|t| set.contains(*t)) {
         let (alone, without) = (Variance::new(pixels), Variance::new(pixels));
-        work.insert(technique, Work { unweighted: black(), weighted: black(), alone, without, replaceable: true });
+        work.insert(
+            technique,
+            Work { unweighted: black(), weighted: black(), alone, without, replaceable: true },
+        );
     }
-    let reduced: Vec<(Technique, TechniqueSet)> = work.keys().map(|&t| (t, TechniqueSet { without: Some(t), ..set })).collect();
+    let reduced: Vec<(Technique, TechniqueSet)> =
+        work.keys().map(|&t| (t, TechniqueSet { without: Some(t), ..set })).collect();
     let mut whole = Variance::new(pixels);
     let mut scratch = Scratch::default();
     let mut stopped = false;
     let settings = match settings.budget {
-        Budget::Samples(samples) => Settings { budget: Budget::Samples(samples.max(2)), ..*settings },
+        Budget::Samples(samples) => {
+            Settings { budget: Budget::Samples(samples.max(2)), ..*settings }
+        }
         Budget::Time(_) => *settings,
     };
     let mut passes = for_each_sample(region, &settings, |pixel, _, film, sampler| {
@@ -166,29 +180,42 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
         if stopped {
             return;
         }
-        integrator.for_each_path(scene, camera, film, sampler, &mut scratch, |path, contribution| {
-            let Some(target) = region.pixel_index(contribution.raster) else { return };
-            let (value, weight) = (contribution.value, contribution.weight);
-            let luminance = value.luminance();
-            if !(luminance * weight).is_finite() {
-                return;
-            }
-            let is_own = contribution.technique.t > 1;
-            whole.add(luminance * weight, is_own);
-            for (technique, reduced) in &reduced {
-                let Some(item) = work.get_mut(technique) else { continue };
-                if *technique == contribution.technique {
-                    item.unweighted.pixels_mut()[target as usize] += value;
-                    item.weighted.pixels_mut()[target as usize] += value * weight;
-                    item.alone.add(luminance * weight, is_own);
-                    item.replaceable &= weight < 1.0 || has_competitor(&path.densities(), reduced, contribution.technique);
-                } else {
-                    let same_length = technique.s + technique.t == contribution.technique.s + contribution.technique.t;
-                    let weight = if same_length { path.weight(reduced, integrator.heuristic) } else { weight };
-                    item.without.add(luminance * weight, is_own);
+        integrator.for_each_path(
+            scene,
+            camera,
+            film,
+            sampler,
+            &mut scratch,
+            |path, contribution| {
+                let Some(target) = region.pixel_index(contribution.raster) else { return };
+                let (value, weight) = (contribution.value, contribution.weight);
+                let luminance = value.luminance();
+                if !(luminance * weight).is_finite() {
+                    return;
                 }
-            }
-        });
+                let is_own = contribution.technique.t > 1;
+                whole.add(luminance * weight, is_own);
+                for (technique, reduced) in &reduced {
+                    let Some(item) = work.get_mut(technique) else { continue };
+                    if *technique == contribution.technique {
+                        item.unweighted.pixels_mut()[target as usize] += value;
+                        item.weighted.pixels_mut()[target as usize] += value * weight;
+                        item.alone.add(luminance * weight, is_own);
+                        item.replaceable &= weight < 1.0
+                            || has_competitor(&path.densities(), reduced, contribution.technique);
+                    } else {
+                        let same_length = technique.s + technique.t
+                            == contribution.technique.s + contribution.technique.t;
+                        let weight = if same_length {
+                            path.weight(reduced, integrator.heuristic)
+                        } else {
+                            weight
+                        };
+                        item.without.add(luminance * weight, is_own);
+                    }
+                }
+            },
+        );
         whole.end_sample(pixel);
         for item in work.values_mut() {
             item.alone.end_sample(pixel);
@@ -204,7 +231,9 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
         let settings = Settings { budget: Budget::Samples(2), ..settings };
         return measure_pyramid(scene, camera, integrator, &settings, ask);
     }
-    let rays = |set: TechniqueSet| count_rays(scene, camera, &Bidirectional { techniques: set, ..*integrator }, &settings);
+    let rays = |set: TechniqueSet| {
+        count_rays(scene, camera, &Bidirectional { techniques: set, ..*integrator }, &settings)
+    };
     let all_rays = rays(set)?;
     let variance = whole.value(passes);
     let energy: f64 = work.values().map(|item| item.weighted.mean().luminance()).sum();
@@ -214,9 +243,16 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
         let without = item.without.value(passes);
         let mean = item.weighted.mean().luminance();
         let scale = 1.0 / f64::from(passes);
-        [&mut item.unweighted, &mut item.weighted].into_iter().flat_map(Image::pixels_mut).for_each(|p| *p *= scale);
+        [&mut item.unweighted, &mut item.weighted]
+            .into_iter()
+            .flat_map(Image::pixels_mut)
+            .for_each(|p| *p *= scale);
         let is_idle = mean == 0.0;
-        let efficiency = if is_idle || item.replaceable { variance * all_rays / (without * fewer) } else { f64::NAN };
+        let efficiency = if is_idle || item.replaceable {
+            variance * all_rays / (without * fewer)
+        } else {
+            f64::NAN
+        };
         let share = TechniqueShare {
             s: technique.s,
             t: technique.t,
@@ -225,7 +261,12 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
             cost: if all_rays > 0.0 { 1.0 - fewer / all_rays } else { 0.0 },
             efficiency_without: efficiency,
         };
-        layers.push(Layer { technique, unweighted: item.unweighted, weighted: item.weighted, share });
+        layers.push(Layer {
+            technique,
+            unweighted: item.unweighted,
+            weighted: item.weighted,
+            share,
+        });
     }
     layers.sort_by_key(|layer| (layer.technique.s + layer.technique.t, layer.technique.s));
     Ok(Some(Pyramid { layers, passes, variance, rays: all_rays }))
@@ -234,7 +275,9 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
 /// Whether another technique of the set can draw the path.
 fn has_competitor(path: &impl PathDensities, set: &TechniqueSet, technique: Technique) -> bool {
     let mut found = false;
-    path.sweep(usize::from(technique.t), |t, ratio| found |= ratio > 0.0 && set.contains(path.technique(t)));
+    path.sweep(usize::from(technique.t), |t, ratio| {
+        found |= ratio > 0.0 && set.contains(path.technique(t))
+    });
     found
 }
 

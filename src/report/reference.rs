@@ -1,7 +1,8 @@
 //! The image that errors are measured against, and how wrong it is itself.
 //!
-//! It is exact where a closed form is known. Else it is rendered by two different integrators with seeds of their own in several runs
-//! each; their spread gives its variance, which is subtracted from squared errors. The halves are weighted by the inverse of their variances.
+//! It is exact where a closed form is known. Else it is rendered by two different integrators with
+//! seeds of their own in several runs each; their spread gives its variance, which is subtracted
+//! from squared errors. The halves are weighted by the inverse of their variances.
 
 use super::batches::{Batch, BatchMean, Layout};
 use super::error::ReportError;
@@ -39,7 +40,8 @@ pub struct ReferencePlan {
     pub budget: Budget,
     /// Runs of each half; at least two.
     pub runs: u32,
-    /// Filter, sampler, threads, and the seed that its own are derived from. Its budget and target error are not used.
+    /// Filter, sampler, threads, and the seed that its own are derived from. Its budget and target
+    /// error are not used.
     pub settings: Settings,
 }
 
@@ -66,7 +68,8 @@ impl Reference {
     /// Renders with two integrators, which must see every path and should be different ones.
     ///
     /// # Errors
-    /// If a rendering fails, the plan has fewer than two runs, or `progress` stops before each half has two.
+    /// If a rendering fails, the plan has fewer than two runs, or `progress` stops before each half
+    /// has two.
     pub fn render<S: Scene + ?Sized>(
         scene: &S,
         camera: &dyn Camera,
@@ -93,11 +96,17 @@ impl Reference {
                 let rendering = halves[half]
                     .method
                     .render(scene, camera, &settings, &mut |p| {
-                        let flow = progress(&Step { label: "reference", fraction: (done + p.fraction) / total });
+                        let flow = progress(&Step {
+                            label: "reference",
+                            fraction: (done + p.fraction) / total,
+                        });
                         stopped |= flow.is_break();
                         flow
                     })
-                    .map_err(|source| ReportError::Render { name: halves[half].name.clone(), source })?;
+                    .map_err(|source| ReportError::Render {
+                        name: halves[half].name.clone(),
+                        source,
+                    })?;
                 moments.add(&rendering.image, rendering.samples_per_pixel);
                 if stopped {
                     break 'runs;
@@ -124,7 +133,8 @@ impl Reference {
         let weights = Layout::of(&image).uniform_weights();
         let samples = [0, 1].map(|i| halves[i].samples);
         let [first, second] = halves.map(|half| half.batches);
-        let gap = BatchMean::of_sum(&first, &weights).plus(BatchMean::of_sum(&second, &weights), -1.0);
+        let gap =
+            BatchMean::of_sum(&first, &weights).plus(BatchMean::of_sum(&second, &weights), -1.0);
         let origin = format!(
             "{} ({} samples per pixel, weight {p:.2}) and {} ({}); standard error {:.2e} per pixel and channel; the means of the halves differ by {:+.2} standard errors",
             names[0],
@@ -137,7 +147,12 @@ impl Reference {
         Self::new(image, variance, origin, vec![(p, first), (q, second)])
     }
 
-    pub(super) fn new(image: Image, variance: Image, origin: String, halves: Vec<(f64, Vec<Batch>)>) -> Result<Self, ReportError> {
+    pub(super) fn new(
+        image: Image,
+        variance: Image,
+        origin: String,
+        halves: Vec<(f64, Vec<Batch>)>,
+    ) -> Result<Self, ReportError> {
         if image.pixels().is_empty() {
             return Err(ReportError::ReferenceEmpty);
         }
@@ -148,7 +163,13 @@ impl Reference {
         let scale = image.mean().mean();
         let epsilon = RELATIVE_EPSILON * scale * scale;
         let n = 3.0 * image.pixels().len() as f64;
-        let pairs = || variance.pixels().iter().zip(image.pixels()).flat_map(|(v, r)| (0..3).map(|c| (v[c], r[c])));
+        let pairs = || {
+            variance
+                .pixels()
+                .iter()
+                .zip(image.pixels())
+                .flat_map(|(v, r)| (0..3).map(|c| (v[c], r[c])))
+        };
         let own_mse = pairs().map(|(v, _)| v).sum::<f64>() / n;
         let own_relative_mse = pairs().map(|(v, r)| ratio(v, r * r + epsilon)).sum::<f64>() / n;
         Ok(Self { image, variance, origin, halves, scale, own_mse, own_relative_mse })
@@ -207,13 +228,17 @@ impl Reference {
             let blocks = Layout::of(&self.image).block_means(&self.image);
             return BatchMean::exact(Batch { samples: 1.0, blocks }.sum(weights));
         }
-        let parts = self.halves.iter().map(|(weight, batches)| BatchMean::of_sum(batches, weights).scaled(*weight));
+        let parts = self
+            .halves
+            .iter()
+            .map(|(weight, batches)| BatchMean::of_sum(batches, weights).scaled(*weight));
         parts.reduce(|a, b| a.plus(b, 1.0)).unwrap_or(BatchMean::exact(0.0))
     }
 
-    /// Weights of the blocks that make a bias proportional to the image most visible: value / variance (the best linear statistic), with the
-    /// variance as the reference has it, kept above 1 % of the typical one so that blocks without noise do not decide alone. The weighted
-    /// sum of the reference is 1. Uniform for an exact reference, whose noise is unknown.
+    /// Weights of the blocks that make a bias proportional to the image most visible: value /
+    /// variance (the best linear statistic), with the variance as the reference has it, kept above
+    /// 1 % of the typical one so that blocks without noise do not decide alone. The weighted sum of
+    /// the reference is 1. Uniform for an exact reference, whose noise is unknown.
     #[must_use]
     pub fn bias_weights(&self) -> Vec<f64> {
         let layout = Layout::of(&self.image);
@@ -226,7 +251,11 @@ impl Reference {
                     one[block] = 1.0;
                     let variance = self.block_sum(&one).variance;
                     one[block] = 0.0;
-                    if means[block] > 0.0 { variance / (means[block] * means[block]) } else { f64::INFINITY }
+                    if means[block] > 0.0 {
+                        variance / (means[block] * means[block])
+                    } else {
+                        f64::INFINITY
+                    }
                 })
                 .collect();
             let mut sorted: Vec<f64> = relative.iter().copied().filter(|r| r.is_finite()).collect();
@@ -234,7 +263,8 @@ impl Reference {
             let typical = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
             if typical > 0.0 {
                 for ((weight, relative), mean) in weights.iter_mut().zip(&relative).zip(&means) {
-                    *weight = if *mean > 0.0 { 1.0 / (relative.max(0.01 * typical) * mean) } else { 0.0 };
+                    *weight =
+                        if *mean > 0.0 { 1.0 / (relative.max(0.01 * typical) * mean) } else { 0.0 };
                 }
             }
         }
@@ -265,7 +295,9 @@ impl Moments {
         let n = f64::from(samples);
         let black = || Image::from_fn(image.width(), image.height(), |_, _| Rgb::BLACK);
         let (sums, squares) = self.sums.get_or_insert_with(|| (black(), black()));
-        for ((sum, square), pixel) in sums.pixels_mut().iter_mut().zip(squares.pixels_mut()).zip(image.pixels()) {
+        for ((sum, square), pixel) in
+            sums.pixels_mut().iter_mut().zip(squares.pixels_mut()).zip(image.pixels())
+        {
             *sum += *pixel * n;
             *square += *pixel * *pixel * n;
         }
@@ -275,14 +307,18 @@ impl Moments {
 
     fn mean_and_variance(&self) -> (Image, Image) {
         let Some((sums, squares)) = &self.sums else {
-            return (Image::from_fn(0, 0, |_, _| Rgb::BLACK), Image::from_fn(0, 0, |_, _| Rgb::BLACK));
+            return (
+                Image::from_fn(0, 0, |_, _| Rgb::BLACK),
+                Image::from_fn(0, 0, |_, _| Rgb::BLACK),
+            );
         };
         let (mut mean, mut variance) = (sums.clone(), squares.clone());
         let freedom = self.batches.len() as f64 - 1.0;
         mean.pixels_mut().iter_mut().for_each(|p| *p = *p / self.samples);
         for (square, mean) in variance.pixels_mut().iter_mut().zip(mean.pixels()) {
             // The difference of two large numbers may round below zero.
-            *square = ((*square - *mean * *mean * self.samples) / (freedom * self.samples)).map(|v| v.max(0.0));
+            *square = ((*square - *mean * *mean * self.samples) / (freedom * self.samples))
+                .map(|v| v.max(0.0));
         }
         (mean, variance)
     }

@@ -1,4 +1,5 @@
-//! What a study found, as plain data: serialised to JSON as it stands. docs/report.md describes the fields.
+//! What a study found, as plain data: serialised to JSON as it stands. docs/report.md describes the
+//! fields.
 
 use super::agreement::Pair;
 use super::inference::{Interval, Tail};
@@ -71,7 +72,8 @@ pub struct Setup {
     pub target: f64,
     /// Whether runs are only as long as it takes to the target.
     pub until_target: bool,
-    /// The integrator that speed-ups are relative to; `None` if no complete one has a finite variance.
+    /// The integrator that speed-ups are relative to; `None` if no complete one has a finite
+    /// variance.
     pub baseline: Option<String>,
     /// Processor, as the operating system names it.
     pub processor: String,
@@ -134,10 +136,12 @@ pub struct Checkpoint {
     pub smape: Interval,
     /// Median squared error of a run.
     pub median_squared: Interval,
-    /// Variance of a run, mean over pixels and channels, from the spread of the runs: no reference is needed.
+    /// Variance of a run, mean over pixels and channels, from the spread of the runs: no reference
+    /// is needed.
     #[serde(with = "super::number")]
     pub variance: f64,
-    /// Mean over pixels and channels of the squared bias: of the mean of the runs against the reference, both their variances subtracted.
+    /// Mean over pixels and channels of the squared bias: of the mean of the runs against the
+    /// reference, both their variances subtracted.
     #[serde(with = "super::number")]
     pub squared_bias: f64,
     /// Whether the reference's own variance is too large a part of the error; curves stop here.
@@ -154,7 +158,8 @@ pub struct Bias {
     pub mean_standard_error: f64,
     /// Two-sided p-value of the difference of means.
     pub mean_p_value: f64,
-    /// Relative bias, 0.01 for an image that is 1 % too bright: blocks of pixels weighted by value over variance.
+    /// Relative bias, 0.01 for an image that is 1 % too bright: blocks of pixels weighted by value
+    /// over variance.
     pub relative: f64,
     /// Its standard error.
     #[serde(with = "super::number")]
@@ -181,14 +186,16 @@ pub struct Slope {
     pub standard_error: f64,
 }
 
-/// When a target error is reached, in seconds of wall-clock time for one run: from then on no checkpoint of the run is above it.
+/// When a target error is reached, in seconds of wall-clock time for one run: from then on no
+/// checkpoint of the run is above it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeToTarget {
     /// The time.
     pub seconds: Interval,
     /// Runs that reached it.
     pub reached: u32,
-    /// Whether other runs ended before, and their time is extrapolated with an error that falls as 1/t.
+    /// Whether other runs ended before, and their time is extrapolated with an error that falls as
+    /// 1/t.
     pub extrapolated: bool,
 }
 
@@ -227,7 +234,8 @@ pub struct MethodReport {
     pub techniques: String,
     /// What the scene rules out, with reasons.
     pub left_out: Vec<Omission>,
-    /// The same integrator leaving nothing out, if the scene rules something out, or it adapts itself, and that was to be measured.
+    /// The same integrator leaving nothing out, if the scene rules something out, or it adapts
+    /// itself, and that was to be measured.
     pub everything: Option<EverythingReport>,
     /// What it decided in each run, in the order of seeds; empty if it does not adapt itself.
     pub decisions: Vec<DecisionReport>,
@@ -264,20 +272,21 @@ pub struct MethodReport {
     pub variance_times_cpu: Interval,
     /// Variance × rays per pixel.
     pub variance_times_rays: Interval,
-    /// Over the baseline; `None` for integrators that do not see everything and for infinite variance.
+    /// Over the baseline; `None` for integrators that do not see everything and for infinite
+    /// variance.
     pub speed_up: Option<SpeedUp>,
-    /// When the target relMSE is reached; `None` for integrators that do not see everything, and if the variance is infinite and not all runs
-    /// reached it.
+    /// When the target relMSE is reached; `None` for integrators that do not see everything, and if
+    /// the variance is infinite and not all runs reached it.
     pub time_to_target: Option<TimeToTarget>,
     /// How the error falls: MSE, or MedSE if the variance is infinite.
     pub slope: Option<Slope>,
     /// Tail of the contributions.
     pub tail: Option<Tail>,
-    /// Whether the tail says that the variance is infinite. Then MSE, variance and all that is made of them do not settle, and SMAPE, MedSE and
-    /// median of means are the numbers to read.
+    /// Whether the tail says that the variance is infinite. Then MSE, variance and all that is made
+    /// of them do not settle, and SMAPE, MedSE and median of means are the numbers to read.
     pub infinite_variance: bool,
-    /// Whether rare, bright contributions make up so much of the relative variance that the runs do not know it to 5 %: blocks of pixels that are
-    /// too dark are then no evidence.
+    /// Whether rare, bright contributions make up so much of the relative variance that the runs do
+    /// not know it to 5 %: blocks of pixels that are too dark are then no evidence.
     pub long_tails: bool,
     /// Contributions that were infinite or not a number.
     pub non_finite_contributions: u64,
@@ -287,7 +296,8 @@ pub struct MethodReport {
     pub non_finite_pixels: u64,
     /// Energy ledger of the light walks; all zero without any.
     pub ledger: LedgerReport,
-    /// Mean luminance by number of scattering events; the last entry has all longer paths. What an integrator cannot see is missing.
+    /// Mean luminance by number of scattering events; the last entry has all longer paths. What an
+    /// integrator cannot see is missing.
     pub energy_by_bounces: Vec<f64>,
 }
 

@@ -1,8 +1,10 @@
-//! The runs of one integrator: a warm-up that decides how long they are, then one rendering per seed that is watched on its way.
+//! The runs of one integrator: a warm-up that decides how long they are, then one rendering per
+//! seed that is watched on its way.
 //!
-//! All runs of an integrator have the same number of samples, and checkpoints at powers of two and at the end. Looking at the image does not count
-//! as time. Where the runs shall reach a target error, the warm-up is what goes on until it is reached, with a seed of its own: so the length of the
-//! runs does not depend on what they find, which would make them too dark.
+//! All runs of an integrator have the same number of samples, and checkpoints at powers of two and
+//! at the end. Looking at the image does not count as time. Where the runs shall reach a target
+//! error, the warm-up is what goes on until it is reached, with a seed of its own: so the length of
+//! the runs does not depend on what they find, which would make them too dark.
 
 use super::analysis::Measured;
 use super::batches::{Batch, Layout};
@@ -26,11 +28,13 @@ use std::time::Duration;
 
 /// Parts of a run's budget after which the first run's image is kept.
 pub(super) const SNAPSHOTS: [f64; 3] = [1.0 / 16.0, 0.25, 1.0];
-/// Independent batches that each run is cut into, for the test of bias; only if samples are independent.
+/// Independent batches that each run is cut into, for the test of bias; only if samples are
+/// independent.
 const BATCHES_PER_RUN: u32 = 4;
 /// Part of an integrator's budget for the probe of its contributions.
 const PROBE_PART: u32 = 16;
-/// Runs are longer by this than the warm-up took to the target, so that nearly all of them reach it too.
+/// Runs are longer by this than the warm-up took to the target, so that nearly all of them reach it
+/// too.
 const MARGIN: f64 = 1.25;
 
 /// A seed of its own for each run of each stream of renderings.
@@ -77,14 +81,19 @@ pub(super) struct Runs {
 }
 
 impl Runs {
-    /// Warms up and decides on the number of samples. If `report` stops the warm-up, so should the study.
+    /// Warms up and decides on the number of samples. If `report` stops the warm-up, so should the
+    /// study.
     pub fn prepare<S: Scene + ?Sized>(
         task: &Task<'_, S>,
         stream: u64,
         report: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Self, RenderError> {
         let plan = task.plan;
-        let settings = Settings { seed: run_seed(plan.settings.seed, stream, 0), target_error: None, ..plan.settings };
+        let settings = Settings {
+            seed: run_seed(plan.settings.seed, stream, 0),
+            target_error: None,
+            ..plan.settings
+        };
         let limit = match plan.budget {
             Budget::Samples(samples) => Budget::Samples((samples / plan.seeds).max(1)),
             Budget::Time(time) => Budget::Time(time / plan.seeds),
@@ -96,30 +105,46 @@ impl Runs {
         };
         let warm_up = Settings { budget: trial, seed: !settings.seed, ..settings };
         let mut curve = Vec::new();
-        let rendering = task.contestant.method.render(task.scene, task.camera, &warm_up, &mut |p: &Progress<'_>| {
-            let flow = report(p.fraction);
-            if !plan.until_target || !p.passes.is_power_of_two() {
-                return flow;
-            }
-            let error = Errors::of(&p.image(), task.reference).relative_mse;
-            curve.push((f64::from(p.passes), error));
-            if error <= plan.target { ControlFlow::Break(()) } else { flow }
-        })?;
+        let rendering = task.contestant.method.render(
+            task.scene,
+            task.camera,
+            &warm_up,
+            &mut |p: &Progress<'_>| {
+                let flow = report(p.fraction);
+                if !plan.until_target || !p.passes.is_power_of_two() {
+                    return flow;
+                }
+                let error = Errors::of(&p.image(), task.reference).relative_mse;
+                curve.push((f64::from(p.passes), error));
+                if error <= plan.target { ControlFlow::Break(()) } else { flow }
+            },
+        )?;
         let most = match limit {
             Budget::Samples(samples) => samples,
             Budget::Time(time) => {
-                let pass = rendering.wall.as_secs_f64().max(1e-9) / f64::from(rendering.samples_per_pixel.max(1));
+                let pass = rendering.wall.as_secs_f64().max(1e-9)
+                    / f64::from(rendering.samples_per_pixel.max(1));
                 (time.as_secs_f64() / pass).round().clamp(1.0, 1e9) as u32
             }
         };
-        let needed = time_to_error(&curve, plan.target).map_or(f64::INFINITY, |samples| (MARGIN * samples).ceil());
+        let needed = time_to_error(&curve, plan.target)
+            .map_or(f64::INFINITY, |samples| (MARGIN * samples).ceil());
         let samples = if needed < f64::from(most) { needed as u32 } else { most };
         let layout = Layout::of(task.reference.image());
         let adapts = rendering.decision.is_some_and(|decision| decision.achieved.is_some());
-        Ok(Self { adapts, ..Self::new(settings, samples, layout, rendering.techniques, rendering.left_out) })
+        Ok(Self {
+            adapts,
+            ..Self::new(settings, samples, layout, rendering.techniques, rendering.left_out)
+        })
     }
 
-    fn new(settings: Settings, samples: u32, layout: Layout, techniques: TechniqueSet, left_out: LeftOut) -> Self {
+    fn new(
+        settings: Settings,
+        samples: u32,
+        layout: Layout,
+        techniques: TechniqueSet,
+        left_out: LeftOut,
+    ) -> Self {
         Self {
             settings: Settings { budget: Budget::Samples(samples), ..settings },
             samples,
@@ -138,9 +163,13 @@ impl Runs {
         }
     }
 
-    /// A part of these runs, with the same seeds, for the integrator that leaves nothing out, if there is something to leave out.
+    /// A part of these runs, with the same seeds, for the integrator that leaves nothing out, if
+    /// there is something to leave out.
     pub fn with_everything<S: Scene + ?Sized>(&self, task: &Task<'_, S>) -> Option<Self> {
-        let (part, method) = (task.plan.everything, task.contestant.everything.filter(|_| task.plan.everything > 0.0)?);
+        let (part, method) = (
+            task.plan.everything,
+            task.contestant.everything.filter(|_| task.plan.everything > 0.0)?,
+        );
         let (techniques, left_out) = (method.techniques(task.scene), method.left_out(task.scene));
         let same = self.left_out.is_empty() && !self.adapts && self.techniques == techniques;
         let samples = ((f64::from(self.samples) * part) as u32).max(1);
@@ -162,45 +191,75 @@ impl Runs {
         seed: u32,
         report: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<(), RenderError> {
-        let settings = Settings { seed: self.settings.seed.wrapping_add(u64::from(seed) << 20), ..self.settings };
-        let cuts = if settings.sampler == SamplerKind::Independent { BATCHES_PER_RUN.min(self.samples) } else { 1 };
+        let settings = Settings {
+            seed: self.settings.seed.wrapping_add(u64::from(seed) << 20),
+            ..self.settings
+        };
+        let cuts = if settings.sampler == SamplerKind::Independent {
+            BATCHES_PER_RUN.min(self.samples)
+        } else {
+            1
+        };
         let cut = |i: u32| (u64::from(self.samples) * u64::from(i) / u64::from(cuts)) as u32;
         let (mut marks, mut batches, mut snapshots) = (Vec::new(), Vec::<Batch>::new(), Vec::new());
         let mut sums_before = vec![0.0; self.layout.blocks()];
         let mut passes_before = 0;
         let mut clock = Clock::start();
         let mut cpu = 0.0;
-        let rendering = task.contestant.method.render(task.scene, task.camera, &settings, &mut |p: &Progress<'_>| {
-            cpu += clock.lap();
-            let (last, due) = (p.passes == self.samples, batches.len() as u32 + 1);
-            let flow = report(p.fraction);
-            let is_mark = p.passes.is_power_of_two() || last;
-            let is_cut = p.passes == cut(due);
-            // A long pass may go beyond several of them: then the image belongs to the last.
-            let kept = snapshots.last().map_or(0.0, |shot: &Snapshot| shot.part);
-            let part = SNAPSHOTS.into_iter().rfind(|part| seed == 0 && *part > kept && p.fraction >= *part);
-            if is_mark || is_cut || part.is_some() {
-                let image = p.image();
-                if is_mark {
-                    let cost =
-                        Cost { wall: p.wall.as_secs_f64(), cpu, rays: p.counters.rays() as f64, scattered: p.counters.scattered as f64 };
-                    marks.push((p.passes, cost, image.clone()));
+        let rendering = task.contestant.method.render(
+            task.scene,
+            task.camera,
+            &settings,
+            &mut |p: &Progress<'_>| {
+                cpu += clock.lap();
+                let (last, due) = (p.passes == self.samples, batches.len() as u32 + 1);
+                let flow = report(p.fraction);
+                let is_mark = p.passes.is_power_of_two() || last;
+                let is_cut = p.passes == cut(due);
+                // A long pass may go beyond several of them: then the image belongs to the last.
+                let kept = snapshots.last().map_or(0.0, |shot: &Snapshot| shot.part);
+                let part = SNAPSHOTS
+                    .into_iter()
+                    .rfind(|part| seed == 0 && *part > kept && p.fraction >= *part);
+                if is_mark || is_cut || part.is_some() {
+                    let image = p.image();
+                    if is_mark {
+                        let cost = Cost {
+                            wall: p.wall.as_secs_f64(),
+                            cpu,
+                            rays: p.counters.rays() as f64,
+                            scattered: p.counters.scattered as f64,
+                        };
+                        marks.push((p.passes, cost, image.clone()));
+                    }
+                    if is_cut {
+                        let sums: Vec<f64> = self
+                            .layout
+                            .block_means(&image)
+                            .iter()
+                            .map(|m| m * f64::from(p.passes))
+                            .collect();
+                        let samples = f64::from(p.passes - passes_before);
+                        let blocks =
+                            sums.iter().zip(&sums_before).map(|(a, b)| (a - b) / samples).collect();
+                        batches.push(Batch { samples, blocks });
+                        (sums_before, passes_before) = (sums, p.passes);
+                    }
+                    if let Some(part) = part {
+                        let errors = Errors::of(&image, task.reference);
+                        snapshots.push(Snapshot {
+                            part,
+                            samples: p.passes,
+                            wall: p.wall.as_secs_f64(),
+                            image,
+                            errors,
+                        });
+                    }
                 }
-                if is_cut {
-                    let sums: Vec<f64> = self.layout.block_means(&image).iter().map(|m| m * f64::from(p.passes)).collect();
-                    let samples = f64::from(p.passes - passes_before);
-                    let blocks = sums.iter().zip(&sums_before).map(|(a, b)| (a - b) / samples).collect();
-                    batches.push(Batch { samples, blocks });
-                    (sums_before, passes_before) = (sums, p.passes);
-                }
-                if let Some(part) = part {
-                    let errors = Errors::of(&image, task.reference);
-                    snapshots.push(Snapshot { part, samples: p.passes, wall: p.wall.as_secs_f64(), image, errors });
-                }
-            }
-            clock.lap();
-            flow
-        })?;
+                clock.lap();
+                flow
+            },
+        )?;
         if rendering.samples_per_pixel < self.samples {
             return Ok(());
         }
@@ -227,10 +286,23 @@ impl Runs {
         Ok(())
     }
 
-    fn mark(&mut self, index: usize, samples: u32, cost: Cost, image: &Image, reference: &Reference) {
+    fn mark(
+        &mut self,
+        index: usize,
+        samples: u32,
+        cost: Cost,
+        image: &Image,
+        reference: &Reference,
+    ) {
         if self.marks.len() == index {
             let deviation = Image::from_fn(image.width(), image.height(), |_, _| Rgb::BLACK);
-            self.marks.push(Mark { samples, cost: Vec::new(), errors: Vec::new(), deviation, squares: 0.0 });
+            self.marks.push(Mark {
+                samples,
+                cost: Vec::new(),
+                errors: Vec::new(),
+                deviation,
+                squares: 0.0,
+            });
         }
         let mark = &mut self.marks[index];
         mark.cost.push(cost);
@@ -260,8 +332,13 @@ impl Runs {
         self.finals.is_empty()
     }
 
-    pub fn finish<S: Scene + ?Sized>(self, contestant: &Contestant<'_, S>, probe: Probe) -> Measured {
-        let mean = mean_image(&self.finals).unwrap_or_else(|| Image::from_fn(0, 0, |_, _| Rgb::BLACK));
+    pub fn finish<S: Scene + ?Sized>(
+        self,
+        contestant: &Contestant<'_, S>,
+        probe: Probe,
+    ) -> Measured {
+        let mean =
+            mean_image(&self.finals).unwrap_or_else(|| Image::from_fn(0, 0, |_, _| Rgb::BLACK));
         Measured {
             name: contestant.name.clone(),
             complete: contestant.complete,
@@ -294,7 +371,8 @@ impl Clock {
     /// Seconds since the last call; 0 if the system does not tell.
     fn lap(&mut self) -> f64 {
         let now = ProcessTime::try_now().ok();
-        let seconds = now.zip(self.0).map_or(0.0, |(now, before)| now.duration_since(before).as_secs_f64());
+        let seconds =
+            now.zip(self.0).map_or(0.0, |(now, before)| now.duration_since(before).as_secs_f64());
         self.0 = now;
         seconds
     }

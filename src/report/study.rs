@@ -1,7 +1,9 @@
-//! The study: renders with every integrator under several seeds and watches error and cost on the way.
+//! The study: renders with every integrator under several seeds and watches error and cost on the
+//! way.
 //!
-//! Runs alternate (all integrators with the first seed, then all with the second …, each time beginning with another one), so that a machine that slows
-//! down slows all alike. A run before the first is discarded: it warms up and tells how many samples a budget of time makes. All runs of
+//! Runs alternate (all integrators with the first seed, then all with the second …, each time
+//! beginning with another one), so that a machine that slows down slows all alike. A run before the
+//! first is discarded: it warms up and tells how many samples a budget of time makes. All runs of
 //! an integrator have the same number of samples, and checkpoints at powers of two.
 
 use super::analysis::{self, Measured};
@@ -26,23 +28,28 @@ use std::ops::ControlFlow;
 /// How to measure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// For each integrator, all its runs together: when they end, or end at the latest if `until_target`.
+    /// For each integrator, all its runs together: when they end, or end at the latest if
+    /// `until_target`.
     pub budget: Budget,
     /// Independent runs of each integrator; at least two. Default: 8.
     pub seeds: u32,
-    /// Filter, sampler, threads, and the seed that those of the runs are derived from. Its budget and target error are not used.
+    /// Filter, sampler, threads, and the seed that those of the runs are derived from. Its budget
+    /// and target error are not used.
     pub settings: Settings,
     /// relMSE of a run whose time is asked for. Default: 0.01.
     pub target: f64,
-    /// Whether runs are only as long as it takes to the target: the discarded run before them goes on until its error against the reference is below
-    /// it, and the others get 1.25 times the samples that it took. Default: no.
+    /// Whether runs are only as long as it takes to the target: the discarded run before them goes
+    /// on until its error against the reference is below it, and the others get 1.25 times the
+    /// samples that it took. Default: no.
     pub until_target: bool,
-    /// The name of the integrator that speed-ups are relative to. Default: the first that sees everything and whose variance is finite.
+    /// The name of the integrator that speed-ups are relative to. Default: the first that sees
+    /// everything and whose variance is finite.
     pub baseline: Option<String>,
     /// Bidirectional path tracing whose techniques are measured one by one, if wanted.
     pub pyramid: Option<Bidirectional>,
-    /// Part of an integrator's samples that its counterpart which leaves nothing out ([`Contestant::everything`]) draws with the same seeds, 0 to 1, beyond the
-    /// budget, if there is something to leave out. Default: 0, which measures none.
+    /// Part of an integrator's samples that its counterpart which leaves nothing out
+    /// ([`Contestant::everything`]) draws with the same seeds, 0 to 1, beyond the budget, if there
+    /// is something to leave out. Default: 0, which measures none.
     pub everything: f64,
     /// The command that makes this report again, to be printed.
     pub command: Option<String>,
@@ -91,7 +98,8 @@ pub struct Study {
 pub struct MethodImages {
     /// Mean of all runs.
     pub mean: Image,
-    /// The first run after about 1/16, 1/4 and all of its budget, as far as a sample per pixel takes less.
+    /// The first run after about 1/16, 1/4 and all of its budget, as far as a sample per pixel
+    /// takes less.
     pub snapshots: Vec<Snapshot>,
 }
 
@@ -112,12 +120,12 @@ pub struct Snapshot {
 
 /// Measures integrators on a scene against a reference.
 ///
-/// `info` names the scene; its size is taken from the camera. `progress` is called after each pass; if it stops, the report has the runs that
-/// were finished.
+/// `info` names the scene; its size is taken from the camera. `progress` is called after each pass;
+/// if it stops, the report has the runs that were finished.
 ///
 /// # Errors
-/// If the plan has fewer than two seeds or a part outside of 0 to 1, two contestants have the same name, the reference has another size than the film, or a
-/// rendering fails.
+/// If the plan has fewer than two seeds or a part outside of 0 to 1, two contestants have the same
+/// name, the reference has another size than the film, or a rendering fails.
 pub fn study<S: Scene + ?Sized>(
     scene: &S,
     camera: &dyn Camera,
@@ -153,37 +161,50 @@ pub fn study<S: Scene + ?Sized>(
         stopped.set(stopped.get() | flow.is_break());
         flow
     };
-    let counterparts: Vec<Option<Contestant<'_, S>>> = contestants.iter().map(counterpart).collect();
+    let counterparts: Vec<Option<Contestant<'_, S>>> =
+        contestants.iter().map(counterpart).collect();
     let (mut runs, mut left_out) = (Vec::new(), Vec::new());
     for (stream, contestant) in contestants.iter().enumerate().take_while(|_| !stopped.get()) {
         let task = Task { scene, camera, contestant, plan, reference: &reference };
         let label = format!("{}, warm-up", contestant.name);
-        let run = Runs::prepare(&task, stream as u64, &mut |part| report(&label, stream, part)).map_err(naming(contestant))?;
+        let run = Runs::prepare(&task, stream as u64, &mut |part| report(&label, stream, part))
+            .map_err(naming(contestant))?;
         if run.techniques() == TechniqueSet::NONE {
             left_out.push(WithoutTechnique::new(&contestant.name, &run.left_out()));
             continue;
         }
         let everything = run.with_everything(&task);
-        let everything = everything.zip(counterparts[stream].as_ref()).map(|(run, contestant)| (Task { contestant, ..task }, run));
+        let everything = everything
+            .zip(counterparts[stream].as_ref())
+            .map(|(run, contestant)| (Task { contestant, ..task }, run));
         runs.push((task, run, everything));
     }
-    let turns = (0..plan.seeds).flat_map(|seed| (0..runs.len()).map(move |turn| (seed, turn))).collect::<Vec<_>>();
+    let turns = (0..plan.seeds)
+        .flat_map(|seed| (0..runs.len()).map(move |turn| (seed, turn)))
+        .collect::<Vec<_>>();
     for (seed, turn) in turns.into_iter().take_while(|_| !stopped.get()) {
         let index = (turn + seed as usize) % runs.len();
         let (task, run, everything) = &mut runs[index];
         let done = contestants.len() * (1 + seed as usize) + turn;
-        run.render(task, seed, &mut |part| report(&task.contestant.name, done, part)).map_err(naming(task.contestant))?;
+        run.render(task, seed, &mut |part| report(&task.contestant.name, done, part))
+            .map_err(naming(task.contestant))?;
         if let Some((task, run)) = everything {
-            run.render(task, seed, &mut |_| report(&task.contestant.name, done, 1.0)).map_err(naming(task.contestant))?;
+            run.render(task, seed, &mut |_| report(&task.contestant.name, done, 1.0))
+                .map_err(naming(task.contestant))?;
         }
     }
     let stopped = stopped.get();
     let mut measured = Vec::new();
     for (task, run, everything) in runs {
-        let probe = if stopped { Probe::default() } else { run.probe(&task).map_err(naming(task.contestant))? };
+        let probe = if stopped {
+            Probe::default()
+        } else {
+            run.probe(&task).map_err(naming(task.contestant))?
+        };
         if !run.is_empty() {
             let everything = everything.filter(|(_, run)| !run.is_empty());
-            let everything = everything.map(|(task, run)| Box::new(run.finish(task.contestant, Probe::default())));
+            let everything = everything
+                .map(|(task, run)| Box::new(run.finish(task.contestant, Probe::default())));
             measured.push(Measured { everything, ..run.finish(task.contestant, probe) });
         }
     }
@@ -197,18 +218,36 @@ pub fn study<S: Scene + ?Sized>(
         _ => None,
     };
     let info = SceneInfo { width: layout.width, height: layout.height, ..info.clone() };
-    let report = analysis::report(&measured, &reference, info, setup, plan, pyramid.as_ref(), left_out, stopped);
-    let images = measured.into_iter().map(|m| MethodImages { mean: m.mean, snapshots: m.snapshots }).collect();
+    let report = analysis::report(
+        &measured,
+        &reference,
+        info,
+        setup,
+        plan,
+        pyramid.as_ref(),
+        left_out,
+        stopped,
+    );
+    let images = measured
+        .into_iter()
+        .map(|m| MethodImages { mean: m.mean, snapshots: m.snapshots })
+        .collect();
     Ok(Study { report, images, reference, pyramid })
 }
 
 /// The contestant that leaves nothing out.
 fn counterpart<'a, S: Scene + ?Sized>(contestant: &Contestant<'a, S>) -> Option<Contestant<'a, S>> {
     let method = contestant.everything?;
-    Some(Contestant::new(format!("{}, leaving nothing out", contestant.name), method, contestant.complete))
+    Some(Contestant::new(
+        format!("{}, leaving nothing out", contestant.name),
+        method,
+        contestant.complete,
+    ))
 }
 
-fn naming<S: Scene + ?Sized>(contestant: &Contestant<'_, S>) -> impl FnOnce(RenderError) -> ReportError {
+fn naming<S: Scene + ?Sized>(
+    contestant: &Contestant<'_, S>,
+) -> impl FnOnce(RenderError) -> ReportError {
     let name = contestant.name.clone();
     |source| ReportError::Render { name, source }
 }
@@ -218,5 +257,10 @@ fn pyramid_settings(plan: &Plan) -> Settings {
         Budget::Samples(samples) => Budget::Samples((samples / 8).clamp(2, 64)),
         Budget::Time(time) => Budget::Time(time / 4),
     };
-    Settings { budget, seed: run_seed(plan.settings.seed, 2000, 0), target_error: None, ..plan.settings }
+    Settings {
+        budget,
+        seed: run_seed(plan.settings.seed, 2000, 0),
+        target_error: None,
+        ..plan.settings
+    }
 }

@@ -8,7 +8,8 @@ impl Report {
     /// Whether no test found a disagreement, a bias or a contribution that is not finite.
     #[must_use]
     pub fn is_clean(&self) -> bool {
-        self.pairs.iter().all(Pair::agrees) && self.methods.iter().all(|m| !m.bias.flagged && m.non_finite_contributions == 0)
+        self.pairs.iter().all(Pair::agrees)
+            && self.methods.iter().all(|m| !m.bias.flagged && m.non_finite_contributions == 0)
     }
 
     /// What the tests found, and what limits the numbers; a sentence or two each.
@@ -16,7 +17,10 @@ impl Report {
     pub fn verdicts(&self) -> Vec<String> {
         let mut verdicts = Vec::new();
         if self.stopped {
-            verdicts.push("Stopped before its end: what follows is from the runs that were finished.".to_owned());
+            verdicts.push(
+                "Stopped before its end: what follows is from the runs that were finished."
+                    .to_owned(),
+            );
         }
         if self.setup.debug_build {
             verdicts.push("Built without optimisation: times mean nothing.".to_owned());
@@ -32,18 +36,38 @@ impl Report {
                 100.0 * REFERENCE_SHARE
             ));
         }
-        verdicts.extend(self.left_out.iter().map(|m| format!("{} has no technique for this scene and is left out.", m.name)));
+        verdicts.extend(
+            self.left_out
+                .iter()
+                .map(|m| format!("{} has no technique for this scene and is left out.", m.name)),
+        );
         verdicts
     }
 
     fn agreement(&self) -> String {
-        let disagreeing: Vec<String> =
-            self.pairs.iter().filter(|p| !p.agrees()).map(|p| format!("{} and {}", p.names[0], p.names[1])).collect();
+        let disagreeing: Vec<String> = self
+            .pairs
+            .iter()
+            .filter(|p| !p.agrees())
+            .map(|p| format!("{} and {}", p.names[0], p.names[1]))
+            .collect();
         match self.pairs.len() {
-            0 => "Fewer than two integrators see every path of this scene: agreement is not tested.".to_owned(),
+            0 => {
+                "Fewer than two integrators see every path of this scene: agreement is not tested."
+                    .to_owned()
+            }
             n if disagreeing.is_empty() => {
-                let noisy: Vec<&str> = self.methods.iter().filter(|m| m.complete && m.long_tails).map(|m| m.name.as_str()).collect();
-                let caveat = if noisy.is_empty() { String::new() } else { format!(", as far as the noise of {} shows", noisy.join(", ")) };
+                let noisy: Vec<&str> = self
+                    .methods
+                    .iter()
+                    .filter(|m| m.complete && m.long_tails)
+                    .map(|m| m.name.as_str())
+                    .collect();
+                let caveat = if noisy.is_empty() {
+                    String::new()
+                } else {
+                    format!(", as far as the noise of {} shows", noisy.join(", "))
+                };
                 format!("The integrators agree{caveat} ({n} pairs tested).")
             }
             _ => format!("INTEGRATORS DISAGREE: {}.", disagreeing.join("; ")),
@@ -54,13 +78,20 @@ impl Report {
         let name = &method.name;
         let mut verdicts = Vec::new();
         if method.bias.flagged {
-            let (b, e) = (100.0 * method.bias.relative, 100.0 * method.bias.relative_standard_error);
+            let (b, e) =
+                (100.0 * method.bias.relative, 100.0 * method.bias.relative_standard_error);
             verdicts.push(format!("BIAS: {name} is off by {b:+.3} % ± {e:.3} %."));
         }
         if method.non_finite_contributions + method.non_finite_pixels > 0 {
-            let first = method.first_non_finite.as_ref().map_or_else(String::new, |f| format!(", the first at {f}"));
+            let first = method
+                .first_non_finite
+                .as_ref()
+                .map_or_else(String::new, |f| format!(", the first at {f}"));
             let n = method.non_finite_contributions;
-            verdicts.push(format!("NOT FINITE: {n} contributions of {name}{first}; {} pixels.", method.non_finite_pixels));
+            verdicts.push(format!(
+                "NOT FINITE: {n} contributions of {name}{first}; {} pixels.",
+                method.non_finite_pixels
+            ));
         }
         if method.infinite_variance {
             verdicts.push(format!(
@@ -68,7 +99,9 @@ impl Report {
             ));
         }
         if !method.complete {
-            verdicts.push(format!("{name} cannot draw every path of this scene; it is shown, but not tested."));
+            verdicts.push(format!(
+                "{name} cannot draw every path of this scene; it is shown, but not tested."
+            ));
         } else if self.setup.until_target {
             let errors = method.last().map_or(&[][..], |end| &end.runs);
             let reached = errors.iter().filter(|e| e.relative_mse <= self.setup.target).count();

@@ -1,9 +1,10 @@
-//! Which dimension of the sample space the next number belongs to: the stream and the count within it.
+//! Which dimension of the sample space the next number belongs to: the stream and the count within
+//! it.
 
 use super::Stream;
 
-/// Names the dimensions of one sample by (stream, count within the stream), so that a number keeps its dimension whatever
-/// other streams consumed before.
+/// Names the dimensions of one sample by (stream, count within the stream), so that a number keeps
+/// its dimension whatever other streams consumed before.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Dimension {
     /// Identifies the stream, and the repetition if a stream was announced more than once.
@@ -15,7 +16,8 @@ pub(super) struct Dimension {
 }
 
 impl Dimension {
-    /// Starts a stream. A stream that was announced before starts as a new one, so its numbers never repeat.
+    /// Starts a stream. A stream that was announced before starts as a new one, so its numbers
+    /// never repeat.
     #[inline]
     pub fn announce(&mut self, stream: Stream) {
         // Exactly one number per stream; 0 is left for numbers drawn before any announcement.
@@ -28,7 +30,8 @@ impl Dimension {
             Stream::EmitterSampling(n) => 6 + 4 * u64::from(n),
             Stream::LensSampling(n) => 7 + 4 * u64::from(n),
         };
-        // Deep in a path (beyond vertex 30) no track is kept of what was announced and each announcement counts as a repetition.
+        // Deep in a path (beyond vertex 30) no track is kept of what was announced and each
+        // announcement counts as a repetition.
         let repeated = id >= 128 || self.announced >> id & 1 == 1;
         if repeated {
             self.repeats = self.repeats.wrapping_add(1);

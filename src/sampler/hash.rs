@@ -1,7 +1,8 @@
 //! Integer hashing: what turns the index of a sample into numbers without any state.
 
-/// A bijection of 64-bit integers in which every bit of the input flips about half of the output: the finaliser "variant 13" of Stafford
-/// (2011), as used by SplitMix64 (Steele, Lea and Flood 2014).
+/// A bijection of 64-bit integers in which every bit of the input flips about half of the output:
+/// the finaliser "variant 13" of Stafford (2011), as used by SplitMix64 (Steele, Lea and Flood
+/// 2014).
 #[inline]
 #[must_use]
 pub(super) const fn mix(mut x: u64) -> u64 {
@@ -14,7 +15,8 @@ pub(super) const fn mix(mut x: u64) -> u64 {
 #[inline]
 #[must_use]
 pub(super) const fn combine(hash: u64, value: u64) -> u64 {
-    // An odd constant with irregular bits (2⁶⁴ divided by the golden ratio): keeps 0 from being a fixed point.
+    // An odd constant with irregular bits (2⁶⁴ divided by the golden ratio): keeps 0 from being a
+    // fixed point.
     mix(hash.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(value.wrapping_add(0x9e37_79b9_7f4a_7c15)))
 }
 
@@ -35,10 +37,12 @@ pub(super) const fn unit_interval(bits: u64) -> f64 {
 /// Keeps `(stratum + jitter) / strata`, rounded, below 1.
 pub(super) const ONE_MINUS_ULP: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// Element number `index` of a permutation of `0..length` that `key`, a hash, selects; 0 if `length` is 0 and `index` is taken modulo `length`.
+/// Element number `index` of a permutation of `0..length` that `key`, a hash, selects; 0 if
+/// `length` is 0 and `index` is taken modulo `length`.
 ///
-/// A bijection of the next power of two is iterated until it lands in the range ("cycle walking", Black and Rogaway 2002; for sampling
-/// patterns Kensler 2013). The final rotation makes each single element uniform.
+/// A bijection of the next power of two is iterated until it lands in the range ("cycle walking",
+/// Black and Rogaway 2002; for sampling patterns Kensler 2013). The final rotation makes each
+/// single element uniform.
 #[inline]
 #[must_use]
 pub(super) fn permute(index: u32, length: u32, key: u64) -> u32 {
@@ -52,9 +56,11 @@ pub(super) fn permute(index: u32, length: u32, key: u64) -> u32 {
     loop {
         let mut round_key = key;
         for _ in 0..4 {
-            // Each step is invertible modulo 2^bits: addition, odd multiplication, exclusive or with its own upper half.
-            // The keys of the rounds are a linear congruential sequence from the (hashed) key; its upper bits are good.
-            round_key = round_key.wrapping_mul(0xd134_2543_de82_ef95).wrapping_add(0x9e37_79b9_7f4a_7c15);
+            // Each step is invertible modulo 2^bits: addition, odd multiplication, exclusive or
+            // with its own upper half. The keys of the rounds are a linear congruential sequence
+            // from the (hashed) key; its upper bits are good.
+            round_key =
+                round_key.wrapping_mul(0xd134_2543_de82_ef95).wrapping_add(0x9e37_79b9_7f4a_7c15);
             x = x.wrapping_add((round_key >> 40) as u32) & mask;
             x = x.wrapping_mul((round_key >> 24) as u32 | 1) & mask;
             x ^= x >> shift;
@@ -63,7 +69,8 @@ pub(super) fn permute(index: u32, length: u32, key: u64) -> u32 {
             break;
         }
     }
-    // A number below `length` from 32 hashed bits (Lemire 2019, without its rejection: the bias is below 2⁻³² · length).
+    // A number below `length` from 32 hashed bits (Lemire 2019, without its rejection: the bias is
+    // below 2⁻³² · length).
     let rotation = (((mix(key) >> 32) * u64::from(length)) >> 32) as u32;
     let room = length - rotation;
     if x < room { x + rotation } else { x - room }
@@ -82,21 +89,34 @@ mod tests {
                 assert!(seen.iter().copied().eq(0..length));
             }
         }
-        // Pairs of places: all 5·4 ordered pairs equally likely. 200 000 keys, 19 degrees of freedom: mean 19, sd 6.2.
+        // Pairs of places: all 5·4 ordered pairs equally likely. 200 000 keys, 19 degrees of
+        // freedom: mean 19, sd 6.2.
         for length in [4u32, 5, 7] {
             let (n, cells) = (200_000u64, length * (length - 1));
             for (i, j) in [(0, 1), (0, length - 1), (1, 2)] {
                 let mut counts = vec![0u32; (length * length) as usize];
                 for key in 0..n {
                     let key = mix(key);
-                    counts[(permute(i, length, key) * length + permute(j, length, key)) as usize] += 1;
+                    counts
+                        [(permute(i, length, key) * length + permute(j, length, key)) as usize] +=
+                        1;
                 }
                 let expected = n as f64 / f64::from(cells);
-                let chi2: f64 = counts.iter().filter(|&&c| c > 0).map(|&c| (f64::from(c) - expected).powi(2) / expected).sum();
+                let chi2: f64 = counts
+                    .iter()
+                    .filter(|&&c| c > 0)
+                    .map(|&c| (f64::from(c) - expected).powi(2) / expected)
+                    .sum();
                 let freedom = f64::from(cells - 1);
-                println!("length {length}, places {i} {j}: chi-square {chi2:.1} for {freedom} degrees of freedom");
-                // A hash is no ideal shuffle, so only gross dependence is excluded: each pair within 10 % of its share.
-                assert!(chi2 < freedom + 5.0 * (2.0 * freedom).sqrt() + 0.01 * n as f64, "{length} {i} {j}: {chi2}");
+                println!(
+                    "length {length}, places {i} {j}: chi-square {chi2:.1} for {freedom} degrees of freedom"
+                );
+                // A hash is no ideal shuffle, so only gross dependence is excluded: each pair
+                // within 10 % of its share.
+                assert!(
+                    chi2 < freedom + 5.0 * (2.0 * freedom).sqrt() + 0.01 * n as f64,
+                    "{length} {i} {j}: {chi2}"
+                );
             }
         }
     }

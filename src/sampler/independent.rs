@@ -5,7 +5,8 @@ use super::{SampleSource, Sampler};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-/// Independent uniform numbers. The error falls as 1/√N and sample variances estimate it without bias.
+/// Independent uniform numbers. The error falls as 1/√N and sample variances estimate it without
+/// bias.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Independent {
     /// Different seeds give independent renderings.
@@ -22,8 +23,10 @@ impl IndependentSampler {
     /// A generator whose sequence is decided by all 64 bits of `seed`.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        // PCG's streams are only as independent as their starts, so the whole state is hashed and so is the stream.
-        let word = |n: u64| u128::from(mix(seed.wrapping_add(n.wrapping_mul(0x9e37_79b9_7f4a_7c15))));
+        // PCG's streams are only as independent as their starts, so the whole state is hashed and
+        // so is the stream.
+        let word =
+            |n: u64| u128::from(mix(seed.wrapping_add(n.wrapping_mul(0x9e37_79b9_7f4a_7c15))));
         Self { generator: Pcg64::new(word(1) << 64 | word(2), word(3) << 64 | word(4)) }
     }
 }

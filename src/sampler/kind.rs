@@ -22,7 +22,8 @@ pub enum SamplerKind {
 }
 
 impl SamplerKind {
-    /// The source of this kind. `samples_per_pixel` decides the number of strata; it need not be what is taken in the end.
+    /// The source of this kind. `samples_per_pixel` decides the number of strata; it need not be
+    /// what is taken in the end.
     #[must_use]
     pub fn source(self, seed: u64, samples_per_pixel: u32) -> AnySource {
         match self {
@@ -34,7 +35,8 @@ impl SamplerKind {
     }
 }
 
-/// One of the ready-made sources. One match per number costs less than compiling every integrator once per sampler.
+/// One of the ready-made sources. One match per number costs less than compiling every integrator
+/// once per sampler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum AnySource {

@@ -1,4 +1,5 @@
-//! Where random numbers come from: a [`Sampler`] per sample, made by a [`SampleSource`] from the sample's index.
+//! Where random numbers come from: a [`Sampler`] per sample, made by a [`SampleSource`] from the
+//! sample's index.
 
 mod dimension;
 mod hash;
@@ -20,7 +21,8 @@ pub use stratified::{Stratified, StratifiedSampler};
 
 use glam::DVec2;
 
-/// What the next numbers are for; lets structured samplers keep their dimensions aligned whatever a path does.
+/// What the next numbers are for; lets structured samplers keep their dimensions aligned whatever a
+/// path does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stream {
     /// Position on the film and the offset of the pixel filter.
@@ -49,7 +51,8 @@ pub trait Sampler {
         DVec2::new(self.next_1d(), self.next_1d())
     }
 
-    /// Passes over a number that nobody will look at, such as where on a pinhole: what comes after it is the same as if it had been drawn.
+    /// Passes over a number that nobody will look at, such as where on a pinhole: what comes after
+    /// it is the same as if it had been drawn.
     fn skip_1d(&mut self) {
         self.next_1d();
     }
@@ -81,11 +84,13 @@ impl<T: Sampler + ?Sized> Sampler for &mut T {
     }
 }
 
-/// Makes the sampler of each sample. The index alone decides its numbers, never the thread or the order of calls.
+/// Makes the sampler of each sample. The index alone decides its numbers, never the thread or the
+/// order of calls.
 pub trait SampleSource: Sync {
     /// The sampler of one sample.
     type Sampler: Sampler;
 
-    /// The sampler of sample number `pass` of pixel number `pixel` (row-major in the rendered window).
+    /// The sampler of sample number `pass` of pixel number `pixel` (row-major in the rendered
+    /// window).
     fn sampler(&self, pixel: u32, pass: u32) -> Self::Sampler;
 }

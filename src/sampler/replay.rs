@@ -56,7 +56,8 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Plays back the given numbers. Whatever is not in `[0, 1)` is moved to its nearest end, as samplers promise that range.
+    /// Plays back the given numbers. Whatever is not in `[0, 1)` is moved to its nearest end, as
+    /// samplers promise that range.
     #[must_use]
     pub fn new(mut numbers: Vec<f64>) -> Self {
         for u in &mut numbers {

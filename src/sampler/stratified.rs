@@ -5,18 +5,20 @@ use super::hash::{ONE_MINUS_ULP, combine, hash_sample, mix, permute, unit_interv
 use super::{SampleSource, Sampler, Stream};
 use glam::DVec2;
 
-/// Stratifies each dimension over the samples of a pixel, and each point of the unit square over a grid as well as over rows and columns
-/// (multi-jittered sampling: Chiu, Shirley and Wang 1994). All cells of a column of the grid use its lines in the same order, and all of a row (correlated multi-jittered
-/// sampling: Kensler 2013), which keeps points apart and so takes half of the variance at edges. Strata are assigned to samples by permutations that
-/// are hashed per pixel and dimension, so dimensions are independent of each other (padding).
+/// Stratifies each dimension over the samples of a pixel, and each point of the unit square over a
+/// grid as well as over rows and columns (multi-jittered sampling: Chiu, Shirley and Wang 1994).
+/// All cells of a column of the grid use its lines in the same order, and all of a row (correlated
+/// multi-jittered sampling: Kensler 2013), which keeps points apart and so takes half of the
+/// variance at edges. Strata are assigned to samples by permutations that are hashed per pixel and
+/// dimension, so dimensions are independent of each other (padding).
 ///
 /// Samples beyond `samples_per_pixel` start a new, independent set of strata.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Stratified {
     /// Different seeds give independent renderings.
     pub seed: u64,
-    /// Number of strata, 0 meaning 1. Squares, and products of two similar numbers, stratify the square best; for a prime number only
-    /// the two axes are stratified.
+    /// Number of strata, 0 meaning 1. Squares, and products of two similar numbers, stratify the
+    /// square best; for a prime number only the two axes are stratified.
     pub samples_per_pixel: u32,
 }
 
@@ -61,11 +63,13 @@ impl Sampler for StratifiedSampler {
         let (columns, rows) = (self.columns, self.strata / self.columns);
         let cell = permute(self.index, self.strata, key);
         let (column, row) = (cell % columns, cell / columns);
-        // Within its cell the point takes one of `rows` × `columns` places such that no two points share a line of the fine grid.
+        // Within its cell the point takes one of `rows` × `columns` places such that no two points
+        // share a line of the fine grid.
         let x = column * rows + permute(row, rows, combine(key, 0));
         let y = row * columns + permute(column, columns, combine(key, 1));
         let jitter = DVec2::new(self.jitter(n), self.jitter(n.wrapping_add(1)));
-        ((DVec2::new(f64::from(x), f64::from(y)) + jitter) / f64::from(self.strata)).min(DVec2::splat(ONE_MINUS_ULP))
+        ((DVec2::new(f64::from(x), f64::from(y)) + jitter) / f64::from(self.strata))
+            .min(DVec2::splat(ONE_MINUS_ULP))
     }
 
     #[inline]

@@ -1,7 +1,9 @@
-//! The binary tree that the wide one is made from, built from the root downwards by the surface area heuristic (MacDonald and Booth 1990).
+//! The binary tree that the wide one is made from, built from the root downwards by the surface
+//! area heuristic (MacDonald and Booth 1990).
 //!
-//! What is counted is blocks of triangles, not triangles, since a block costs the same however full it is; so leaves get full. Many
-//! references are put into bins along each axis (Wald 2007), few are sorted.
+//! What is counted is blocks of triangles, not triangles, since a block costs the same however full
+//! it is; so leaves get full. Many references are put into bins along each axis (Wald 2007), few
+//! are sorted.
 
 use super::wide::{Facet, LANES};
 use glam::Vec3A;
@@ -28,10 +30,17 @@ const TASK: usize = 4096;
 /// Share of the nodes that are moved to better places when the tree is done.
 const MOVED: f32 = 0.1;
 
-/// Replaces the boxes of large triangles by several smaller ones that cover their parts, which saves rays that pass beside a long thin
-/// triangle from testing it.
-pub(super) fn split_large(boxes: &mut Vec<Aabb>, references: &mut Vec<u32>, facet: impl Fn(u32) -> (u32, Facet)) {
-    let (sum, largest) = boxes.iter().map(Aabb::half_area).fold((0.0f64, 0.0f32), |(sum, largest), a| (sum + f64::from(a), largest.max(a)));
+/// Replaces the boxes of large triangles by several smaller ones that cover their parts, which
+/// saves rays that pass beside a long thin triangle from testing it.
+pub(super) fn split_large(
+    boxes: &mut Vec<Aabb>,
+    references: &mut Vec<u32>,
+    facet: impl Fn(u32) -> (u32, Facet),
+) {
+    let (sum, largest) = boxes
+        .iter()
+        .map(Aabb::half_area)
+        .fold((0.0f64, 0.0f32), |(sum, largest), a| (sum + f64::from(a), largest.max(a)));
     let average = (sum / boxes.len() as f64) as f32;
     let mut large = Vec::new();
     let mut parts = Vec::new();
@@ -67,7 +76,8 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
         divide(boxes, Subtree { root, below, next: 1, order: &mut order, first: 0, depth: 0 });
     }
     let mut tree = Bvh2 { nodes, primitive_indices: order, ..Bvh2::default() };
-    // A few of the largest nodes make a tenth of difference where long thin boxes cross each other (Meister and Bittner 2022).
+    // A few of the largest nodes make a tenth of difference where long thin boxes cross each other
+    // (Meister and Bittner 2022).
     ReinsertionOptimizer::default().run(&mut tree, MOVED, None);
     tree
 }
@@ -75,7 +85,8 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
 /// A part of the tree that is to be built.
 struct Subtree<'a> {
     root: &'a mut Bvh2Node,
-    /// The nodes below the root, twice as many as references but for two, and the index of the first of them.
+    /// The nodes below the root, twice as many as references but for two, and the index of the
+    /// first of them.
     below: &'a mut [Bvh2Node],
     next: u32,
     /// The references, and the index of the first of them.
@@ -105,7 +116,14 @@ fn divide(boxes: &[Aabb], Subtree { root, below, next, order, first, depth }: Su
     #[cfg(feature = "parallel")]
     let large = left_order.len().min(right_order.len()) >= TASK;
     let left = Subtree { root: left, below: left_below, next, order: left_order, first, depth };
-    let right = Subtree { root: right, below: right_below, next: right_next, order: right_order, first: first + count as u32, depth };
+    let right = Subtree {
+        root: right,
+        below: right_below,
+        next: right_next,
+        order: right_order,
+        first: first + count as u32,
+        depth,
+    };
     #[cfg(feature = "parallel")]
     if large {
         rayon::join(|| divide(boxes, left), || divide(boxes, right));
@@ -125,12 +143,17 @@ fn middle(b: &Aabb) -> Vec3A {
     b.min + b.max
 }
 
-/// Sorts references along the axis that is best to divide them; returns the number of those on the one side.
+/// Sorts references along the axis that is best to divide them; returns the number of those on the
+/// one side.
 fn sort(boxes: &[Aabb], order: &mut [u32]) -> Option<usize> {
     let mut best = (f32::INFINITY, 0, 1);
     let mut costs = [0.0; FEW];
     let along = |axis: usize| {
-        move |&i: &u32, &j: &u32| middle(&boxes[i as usize])[axis].total_cmp(&middle(&boxes[j as usize])[axis]).then(i.cmp(&j))
+        move |&i: &u32, &j: &u32| {
+            middle(&boxes[i as usize])[axis]
+                .total_cmp(&middle(&boxes[j as usize])[axis])
+                .then(i.cmp(&j))
+        }
     };
     for axis in 0..3 {
         order.sort_unstable_by(along(axis));
@@ -155,8 +178,8 @@ fn sort(boxes: &[Aabb], order: &mut [u32]) -> Option<usize> {
     Some(count)
 }
 
-/// Divides references between two bins along the best axis; returns the number of those on the one side, or `None` if all have the same
-/// centre.
+/// Divides references between two bins along the best axis; returns the number of those on the one
+/// side, or `None` if all have the same centre.
 fn bin(boxes: &[Aabb], order: &mut [u32]) -> Option<usize> {
     let (mut low, mut high) = (Vec3A::INFINITY, Vec3A::NEG_INFINITY);
     for &i in &*order {
@@ -164,7 +187,8 @@ fn bin(boxes: &[Aabb], order: &mut [u32]) -> Option<usize> {
         (low, high) = (low.min(middle), high.max(middle));
     }
     let scale = (BINS as f32) / (high - low).max(Vec3A::splat(f32::MIN_POSITIVE));
-    let place = |i: u32| ((middle(&boxes[i as usize]) - low) * scale).min(Vec3A::splat((BINS - 1) as f32));
+    let place =
+        |i: u32| ((middle(&boxes[i as usize]) - low) * scale).min(Vec3A::splat((BINS - 1) as f32));
     let mut bins = [[(Aabb::empty(), 0); BINS]; 3];
     for &i in &*order {
         let place = place(i);

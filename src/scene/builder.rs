@@ -19,7 +19,8 @@ use std::collections::{HashMap, HashSet};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MaterialId(pub u32);
 
-/// Identifies a surface of a world; what [`SurfacePoint::surface`](crate::geometry::SurfacePoint) holds.
+/// Identifies a surface of a world; what [`SurfacePoint::surface`](crate::geometry::SurfacePoint)
+/// holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SurfaceId(pub u32);
 
@@ -97,9 +98,15 @@ impl WorldBuilder {
     ///
     /// # Errors
     /// The name is taken, or a parameter is outside its range.
-    pub fn add_material(&mut self, name: impl Into<String>, material: Material) -> Result<MaterialId, SceneError> {
+    pub fn add_material(
+        &mut self,
+        name: impl Into<String>,
+        material: Material,
+    ) -> Result<MaterialId, SceneError> {
         let name = name.into();
-        let scattering = material.scattering().map_err(|reason| SceneError::Material { name: name.clone(), reason })?;
+        let scattering = material
+            .scattering()
+            .map_err(|reason| SceneError::Material { name: name.clone(), reason })?;
         if self.material_ids.contains_key(&name) {
             return Err(SceneError::DuplicateName { name });
         }
@@ -115,13 +122,18 @@ impl WorldBuilder {
     /// # Errors
     /// There is none.
     pub fn material(&self, name: &str) -> Result<MaterialId, SceneError> {
-        self.material_ids.get(name).copied().ok_or_else(|| SceneError::Missing { kind: "material", name: name.to_owned() })
+        self.material_ids
+            .get(name)
+            .copied()
+            .ok_or_else(|| SceneError::Missing { kind: "material", name: name.to_owned() })
     }
 
-    /// Adds an instance of a mesh, brought to world space. Triangles without area are dropped and counted.
+    /// Adds an instance of a mesh, brought to world space. Triangles without area are dropped and
+    /// counted.
     ///
     /// # Errors
-    /// The name is taken, the material missing, the transform singular, or the mesh itself inconsistent or not finite.
+    /// The name is taken, the material missing, the transform singular, or the mesh itself
+    /// inconsistent or not finite.
     pub fn add_mesh(
         &mut self,
         name: impl Into<String>,
@@ -134,7 +146,11 @@ impl WorldBuilder {
         let (dropped, object) = (placed.dropped, name.clone());
         let id = self.add_surface(name, material, placed.triangles, placed.attributes)?;
         if dropped > 0 {
-            self.warnings.push(Warning::DroppedTriangles { object, dropped, triangles: mesh.indices.len() });
+            self.warnings.push(Warning::DroppedTriangles {
+                object,
+                dropped,
+                triangles: mesh.indices.len(),
+            });
         }
         Ok(id)
     }
@@ -142,12 +158,20 @@ impl WorldBuilder {
     /// Adds a sphere or a zone of one; its axis is made unit length.
     ///
     /// # Errors
-    /// The name is taken, the material missing, the radius not positive, the axis zero, or `cos_min < cos_max` in [-1, 1] violated.
-    pub fn add_sphere(&mut self, name: impl Into<String>, sphere: Sphere, material: MaterialId) -> Result<SurfaceId, SceneError> {
+    /// The name is taken, the material missing, the radius not positive, the axis zero, or `cos_min
+    /// < cos_max` in [-1, 1] violated.
+    pub fn add_sphere(
+        &mut self,
+        name: impl Into<String>,
+        sphere: Sphere,
+        material: MaterialId,
+    ) -> Result<SurfaceId, SceneError> {
         let name = self.check_surface(name.into(), material)?;
         check_point(&name, "center", sphere.center)?;
         check_radius(&name, sphere.radius)?;
-        check(&name, "cos_min", sphere.cos_min, "at least -1 and less than cos_max", |c| c >= -1.0 && c < sphere.cos_max)?;
+        check(&name, "cos_min", sphere.cos_min, "at least -1 and less than cos_max", |c| {
+            c >= -1.0 && c < sphere.cos_max
+        })?;
         check(&name, "cos_max", sphere.cos_max, "at most 1", |c| c <= 1.0)?;
         let axis = check_direction(&name, "axis", sphere.axis)?;
         self.add_surface(name, material, vec![Shape::Sphere(Sphere { axis, ..sphere })], None)
@@ -157,7 +181,12 @@ impl WorldBuilder {
     ///
     /// # Errors
     /// The name is taken, the material missing, a number not finite, or the edges parallel.
-    pub fn add_quad(&mut self, name: impl Into<String>, quad: Quad, material: MaterialId) -> Result<SurfaceId, SceneError> {
+    pub fn add_quad(
+        &mut self,
+        name: impl Into<String>,
+        quad: Quad,
+        material: MaterialId,
+    ) -> Result<SurfaceId, SceneError> {
         let name = self.check_surface(name.into(), material)?;
         check_point(&name, "origin", quad.origin)?;
         check_point(&name, "edge_u", quad.edge_u)?;
@@ -172,7 +201,12 @@ impl WorldBuilder {
     ///
     /// # Errors
     /// The name is taken, the material missing, the radius not positive, or the normal zero.
-    pub fn add_disk(&mut self, name: impl Into<String>, disk: Disk, material: MaterialId) -> Result<SurfaceId, SceneError> {
+    pub fn add_disk(
+        &mut self,
+        name: impl Into<String>,
+        disk: Disk,
+        material: MaterialId,
+    ) -> Result<SurfaceId, SceneError> {
         let name = self.check_surface(name.into(), material)?;
         check_point(&name, "center", disk.center)?;
         check_radius(&name, disk.radius)?;
@@ -180,19 +214,30 @@ impl WorldBuilder {
         self.add_surface(name, material, vec![Shape::Disk(Disk { normal, ..disk })], None)
     }
 
-    /// Makes a surface a light, which gets the name of the surface; black radiance makes it no light. The last call counts.
+    /// Makes a surface a light, which gets the name of the surface; black radiance makes it no
+    /// light. The last call counts.
     ///
     /// # Errors
     /// The surface is missing or has no area, or the radiance is negative or not finite.
-    pub fn set_emission(&mut self, surface: SurfaceId, emission: Emission) -> Result<(), SceneError> {
+    pub fn set_emission(
+        &mut self,
+        surface: SurfaceId,
+        emission: Emission,
+    ) -> Result<(), SceneError> {
         self.set_textured_emission(surface, emission.radiance.into(), emission.two_sided)
     }
 
-    /// Makes a surface a light whose radiance (W/(m² sr)) varies over it. Otherwise like [`WorldBuilder::set_emission`].
+    /// Makes a surface a light whose radiance (W/(m² sr)) varies over it. Otherwise like
+    /// [`WorldBuilder::set_emission`].
     ///
     /// # Errors
     /// The surface is missing or has no area, or the radiance is negative or not finite.
-    pub fn set_textured_emission(&mut self, surface: SurfaceId, radiance: Texture, two_sided: bool) -> Result<(), SceneError> {
+    pub fn set_textured_emission(
+        &mut self,
+        surface: SurfaceId,
+        radiance: Texture,
+        two_sided: bool,
+    ) -> Result<(), SceneError> {
         let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
         let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
         let [least, greatest] = radiance.range();
@@ -206,11 +251,16 @@ impl WorldBuilder {
         Ok(())
     }
 
-    /// Adds a light that is not a surface of the scene: a point light, a spot light, a directional light.
+    /// Adds a light that is not a surface of the scene: a point light, a spot light, a directional
+    /// light.
     ///
     /// # Errors
     /// The name is taken.
-    pub fn add_light(&mut self, name: impl Into<String>, light: impl Light + Send + 'static) -> Result<(), SceneError> {
+    pub fn add_light(
+        &mut self,
+        name: impl Into<String>,
+        light: impl Light + Send + 'static,
+    ) -> Result<(), SceneError> {
         let name = self.check_name(name.into())?;
         self.names.insert(name.clone());
         self.lights.push((name, Box::new(light)));
@@ -221,7 +271,11 @@ impl WorldBuilder {
     ///
     /// # Errors
     /// The name is taken, or there is an environment already.
-    pub fn set_environment(&mut self, name: impl Into<String>, light: impl Light + Send + 'static) -> Result<(), SceneError> {
+    pub fn set_environment(
+        &mut self,
+        name: impl Into<String>,
+        light: impl Light + Send + 'static,
+    ) -> Result<(), SceneError> {
         let name = name.into();
         if self.environment.is_some() {
             return Err(SceneError::SecondEnvironment { name });
@@ -233,8 +287,8 @@ impl WorldBuilder {
 
     /// Builds the acceleration structure and the tables.
     ///
-    /// Emissive surfaces become the first lights, in their order; then come the others in theirs. What asks more of the arithmetic than it
-    /// can give is no error; [`World::warnings`] tells it.
+    /// Emissive surfaces become the first lights, in their order; then come the others in theirs.
+    /// What asks more of the arithmetic than it can give is no error; [`World::warnings`] tells it.
     ///
     /// # Errors
     /// The scene is empty, or the power of a light is negative or not finite.
@@ -247,21 +301,48 @@ impl WorldBuilder {
             let Some((radiance, two_sided)) = surface.emission.clone() else { continue };
             let shapes = surface.range(&self.shapes).to_vec();
             surface.light = Some(LightId(lights.len() as u32));
-            let uvs = surface.attributes.as_ref().and_then(Attributes::corner_uvs).filter(|_| radiance.as_constant().is_none());
-            let light = AreaLight::textured(shapes, uvs, surface.first_primitive, id as u32, radiance, two_sided)
-                .map_err(|reason| SceneError::Light { name: surface.name.clone(), reason })?;
+            let uvs = surface
+                .attributes
+                .as_ref()
+                .and_then(Attributes::corner_uvs)
+                .filter(|_| radiance.as_constant().is_none());
+            let light = AreaLight::textured(
+                shapes,
+                uvs,
+                surface.first_primitive,
+                id as u32,
+                radiance,
+                two_sided,
+            )
+            .map_err(|reason| SceneError::Light { name: surface.name.clone(), reason })?;
             lights.push((surface.name.clone(), Box::new(light)));
         }
         let environment = self.environment.map(|index| LightId((lights.len() + index) as u32));
         lights.append(&mut self.lights);
-        let bounds = self.shapes.iter().fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
-        // Lights at infinity over a scene without surfaces have nothing to illuminate: no power, but still visible to the camera.
-        let lit = if bounds.is_empty() { Bounds { min: glam::DVec3::ZERO, max: glam::DVec3::ZERO } } else { bounds };
+        let bounds =
+            self.shapes.iter().fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
+        // Lights at infinity over a scene without surfaces have nothing to illuminate: no power,
+        // but still visible to the camera.
+        let lit = if bounds.is_empty() {
+            Bounds { min: glam::DVec3::ZERO, max: glam::DVec3::ZERO }
+        } else {
+            bounds
+        };
         let light_choice = lights::prepare(&mut lights, &lit)?;
         Warning::of_surfaces(&self.surfaces, &self.shapes, &bounds, &mut self.warnings);
         let areas: Vec<f64> = self.shapes.iter().map(Shape::area).collect();
         let bvh = Bvh::new(self.shapes, &bounds);
-        Ok(World::assemble(bvh, bounds, self.materials, self.surfaces, lights, environment, light_choice, &areas, self.warnings))
+        Ok(World::assemble(
+            bvh,
+            bounds,
+            self.materials,
+            self.surfaces,
+            lights,
+            environment,
+            light_choice,
+            &areas,
+            self.warnings,
+        ))
     }
 
     fn check_name(&self, name: String) -> Result<String, SceneError> {
@@ -289,7 +370,15 @@ impl WorldBuilder {
         self.names.insert(name.clone());
         self.shapes.append(&mut shapes);
         let id = SurfaceId(self.surfaces.len() as u32);
-        self.surfaces.push(Surface { name, material, emission: None, light: None, first_primitive, primitives, attributes });
+        self.surfaces.push(Surface {
+            name,
+            material,
+            emission: None,
+            light: None,
+            first_primitive,
+            primitives,
+            attributes,
+        });
         Ok(id)
     }
 }
@@ -300,7 +389,11 @@ fn check_radius(name: &str, radius: f64) -> Result<(), SceneError> {
     check(name, "radius", radius, "positive, with a positive square, and at most 1e50", fits)
 }
 
-fn check_direction(name: &str, parameter: &'static str, direction: glam::DVec3) -> Result<glam::DVec3, SceneError> {
+fn check_direction(
+    name: &str,
+    parameter: &'static str,
+    direction: glam::DVec3,
+) -> Result<glam::DVec3, SceneError> {
     check_point(name, parameter, direction)?;
     let zero = || SceneError::Parameter {
         object: name.to_owned(),

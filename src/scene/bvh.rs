@@ -1,19 +1,23 @@
-//! The acceleration structure: [`binary`] builds a tree over padded f32 boxes, [`Wide`] makes nodes of eight boxes and blocks of four
-//! triangles of it, and exact f64 tests decide what is hit.
+//! The acceleration structure: [`binary`] builds a tree over padded f32 boxes, [`Wide`] makes nodes
+//! of eight boxes and blocks of four triangles of it, and exact f64 tests decide what is hit.
 //!
-//! Boxes and blocks live in a [`Space`] of their own, in which the scene lies in [-1, 1]³. So neither the scene's scale nor its distance from the
-//! origin reaches the f32 numbers. A ray from outside is first moved, in f64, to where it enters the cube around the scene; the exact tests see that
-//! moved ray too, so that a far origin's rounding is the same for all primitives and opens no gap between them.
-//! Since nothing that the exact test accepts is left out, the answer depends neither on the tree nor on the instruction set.
+//! Boxes and blocks live in a [`Space`] of their own, in which the scene lies in [-1, 1]³. So
+//! neither the scene's scale nor its distance from the origin reaches the f32 numbers. A ray from
+//! outside is first moved, in f64, to where it enters the cube around the scene; the exact tests
+//! see that moved ray too, so that a far origin's rounding is the same for all primitives and opens
+//! no gap between them. Since nothing that the exact test accepts is left out, the answer depends
+//! neither on the tree nor on the instruction set.
 //!
-//! Where the f32 numbers of a block tell the corners of a triangle exactly, the exact test takes them from there, which saves fetching the shape.
-//! They do for most triangles whose positions are f32 numbers: vertices stay such numbers in the space, and their differences are, too, unless an
+//! Where the f32 numbers of a block tell the corners of a triangle exactly, the exact test takes
+//! them from there, which saves fetching the shape. They do for most triangles whose positions are
+//! f32 numbers: vertices stay such numbers in the space, and their differences are, too, unless an
 //! edge is longer than its ends' distances from a plane through the space's origin, roughly.
 //!
 //! # Why no box is missed
 //!
-//! Let ε = 2⁻²⁴ be the rounding of f32. In the space of the boxes a ray travels at most 2√3 and at most 2 along any axis. A plane at x is met
-//! at `x r + c`, r being the reciprocal of the direction's component and `c = -o r`. Seen as a displacement of the point at parameter t along
+//! Let ε = 2⁻²⁴ be the rounding of f32. In the space of the boxes a ray travels at most 2√3 and at
+//! most 2 along any axis. A plane at x is met at `x r + c`, r being the reciprocal of the
+//! direction's component and `c = -o r`. Seen as a displacement of the point at parameter t along
 //! one axis, f32 adds
 //!
 //! | from | at most |
@@ -25,18 +29,21 @@
 //! | the product and the sum, or both in one (the result is within the cube) | 1 ε + 2 ε |
 //! | a component below 2⁻⁶⁰ counts as ±2⁻⁶⁰ | 2⁻⁵⁸ |
 //!
-//! in all less than 10 ε. A large triangle may have several boxes, each around a part of it (Stich, Friedrich and Dietrich 2009). The parts are
-//! cut by obvhs in f32: rounding the corners moves every point by ε at most, and a point where a cut crosses an edge, `a + s (b - a)`,
-//! is off by at most 4 ε in s times an edge of 2, 2 ε for the difference and 1 ε for the sum, 12 ε with the corners; a cut through a part
-//! intersects boxes that are right up to that. All boxes are padded by 32 ε > 10 ε + 12 ε. Hence the interval of every box that contains the hit
-//! at t contains t, and its entry is below any f32 number above t: what the exact test hands back is rounded up.
+//! in all less than 10 ε. A large triangle may have several boxes, each around a part of it (Stich,
+//! Friedrich and Dietrich 2009). The parts are cut by obvhs in f32: rounding the corners moves
+//! every point by ε at most, and a point where a cut crosses an edge, `a + s (b - a)`, is off by at
+//! most 4 ε in s times an edge of 2, 2 ε for the difference and 1 ε for the sum, 12 ε with the
+//! corners; a cut through a part intersects boxes that are right up to that. All boxes are padded
+//! by 32 ε > 10 ε + 12 ε. Hence the interval of every box that contains the hit at t contains t,
+//! and its entry is below any f32 number above t: what the exact test hands back is rounded up.
 //!
 //! # Why no triangle is missed
 //!
-//! For the vertex v, edges e₁ and e₂, origin o and direction d, `c = v - o`, `r = c × d` and `n = e₁ × e₂` give `U = r·e₂`, `V = -r·e₁`,
-//! `D = n·d`, `W = D - U - V`, and the distance T / D with `T = n·c` (Möller and Trumbore 1997). The exact test accepts iff U, V and W have
-//! no opposite signs and T / D is positive and below the limit. With the sums of components `|e|₁` and `S = |e₁|₁ + |e₂|₁`, and with
-//! `M = |e₁| |e₂|` and |c| ≤ 2√3, f32 is off by at most
+//! For the vertex v, edges e₁ and e₂, origin o and direction d, `c = v - o`, `r = c × d` and `n =
+//! e₁ × e₂` give `U = r·e₂`, `V = -r·e₁`, `D = n·d`, `W = D - U - V`, and the distance T / D with
+//! `T = n·c` (Möller and Trumbore 1997). The exact test accepts iff U, V and W have no opposite
+//! signs and T / D is positive and below the limit. With the sums of components `|e|₁` and `S =
+//! |e₁|₁ + |e₂|₁`, and with `M = |e₁| |e₂|` and |c| ≤ 2√3, f32 is off by at most
 //!
 //! | quantity | from | at most |
 //! |---|---|---|
@@ -49,21 +56,26 @@
 //! | T | n; c; products | 24 ε M + 7 ε M + 11 ε M = 42 ε M |
 //! | T - t D | T; D times t < 3.5; its rounding; the limit's, rounded up by 5 ε | 42 ε M + 39 ε M + 4 ε M + 18 ε M = 103 ε M |
 //!
-//! U, V and W are compared with ∓64 ε S, T with 0 and the limit times D up to 112 ε M, all plus 2⁻³⁹ for the exact test's own rounding: its edge
-//! functions are those of coordinates up to 4 with at most 16 roundings of 2⁻⁵³ each, off by less than 2⁻⁴⁴; where that is all that is left
-//! of them, T - t D is off by 3 · 8 times as much. If the sign of D is not certain, |D| is below its error, and so is |T - t D|. By the same bounds
-//! a triangle is certainly hit if it passes with the tolerances turned inwards; the any-hit query needs no more.
+//! U, V and W are compared with ∓64 ε S, T with 0 and the limit times D up to 112 ε M, all plus
+//! 2⁻³⁹ for the exact test's own rounding: its edge functions are those of coordinates up to 4 with
+//! at most 16 roundings of 2⁻⁵³ each, off by less than 2⁻⁴⁴; where that is all that is left of
+//! them, T - t D is off by 3 · 8 times as much. If the sign of D is not certain, |D| is below its
+//! error, and so is |T - t D|. By the same bounds a triangle is certainly hit if it passes with the
+//! tolerances turned inwards; the any-hit query needs no more.
 //!
 //! Whatever is not flat is always tested exactly.
 //!
 //! # Why an exact test may wait
 //!
-//! The nearest hit needs one exact test as a rule, when all else is done. For a triangle that is certainly hit, the rows T and D of the table
-//! say that T - L D is off by at most (42 + 11 L) ε M, which is below the tolerance of 112 ε M for all L < 6. So the exact distance lies between
-//! (T - 112 ε M) / D and (T + 112 ε M) / D; the sum, the reciprocal of D and the product in f32, and making the bounds wider by 6 ε, are another 4 ε of them. The upper
-//! bound then limits the walk as an exact distance would, and the triangle is held back. Another one that is certainly nearer takes its place, one
-//! that is certainly farther is dropped, and one of which neither is certain is tested exactly at once. What was dropped is farther than
-//! something that is hit, and all that was not dropped is compared by its exact distance, so the answer is the same.
+//! The nearest hit needs one exact test as a rule, when all else is done. For a triangle that is
+//! certainly hit, the rows T and D of the table say that T - L D is off by at most (42 + 11 L) ε M,
+//! which is below the tolerance of 112 ε M for all L < 6. So the exact distance lies between (T -
+//! 112 ε M) / D and (T + 112 ε M) / D; the sum, the reciprocal of D and the product in f32, and
+//! making the bounds wider by 6 ε, are another 4 ε of them. The upper bound then limits the walk as
+//! an exact distance would, and the triangle is held back. Another one that is certainly nearer
+//! takes its place, one that is certainly farther is dropped, and one of which neither is certain
+//! is tested exactly at once. What was dropped is farther than something that is hit, and all that
+//! was not dropped is compared by its exact distance, so the answer is the same.
 
 use super::binary;
 use super::packet::FEW;
@@ -86,13 +98,15 @@ const PADDING: f32 = 32.0 * ROUNDOFF;
 /// What a triangle's edge functions may be off by, in units of the sum of its edges' components.
 pub(super) const EDGE_TOLERANCE: f64 = 64.0 * ROUNDOFF as f64;
 
-/// What the distance to a triangle times the determinant may be off by, in units of the product of its edges' lengths.
+/// What the distance to a triangle times the determinant may be off by, in units of the product of
+/// its edges' lengths.
 pub(super) const DISTANCE_TOLERANCE: f64 = 112.0 * ROUNDOFF as f64;
 
 /// What either may be off by in f64.
 pub(super) const TOLERANCE_F64: f64 = 1.0 / (1u64 << 39) as f64;
 
-/// Rays are moved to a cube that is larger than the scene by this much, so that moving does not cut off its boundary.
+/// Rays are moved to a cube that is larger than the scene by this much, so that moving does not cut
+/// off its boundary.
 const CLIP: f64 = 1.0 + 4.0 * PADDING as f64;
 
 /// A tree over all primitives of a scene.
@@ -128,15 +142,19 @@ pub struct TreeStatistics {
     pub instruction_set: &'static str,
 }
 
-/// The second half of a quad; the first one and everything else are referred to by the primitive's number.
+/// The second half of a quad; the first one and everything else are referred to by the primitive's
+/// number.
 const SECOND_HALF: u32 = 1 << 31;
 
 impl Bvh {
     /// Builds the tree; primitives are numbered in the given order.
     pub fn new(shapes: Vec<Shape>, bounds: &Bounds) -> Self {
         let start = Instant::now();
-        let (center, extent) =
-            if shapes.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), 0.5 * (bounds.max - bounds.min).max_element()) };
+        let (center, extent) = if shapes.is_empty() {
+            (DVec3::ZERO, 1.0)
+        } else {
+            (bounds.center(), 0.5 * (bounds.max - bounds.min).max_element())
+        };
         let inverse_extent = 1.0 / extent;
         let space = Space::new(center, extent);
         let place = |p| space.place(p);
@@ -145,13 +163,18 @@ impl Bvh {
             let facet = match &shapes[primitive as usize] {
                 Shape::Triangle(t) => {
                     let [a, b, c] = t.vertices;
-                    let exact = [a, b, c].into_iter().all(|corner| space.world(place(corner), [0, 1, 2]) == corner);
+                    let exact = [a, b, c]
+                        .into_iter()
+                        .all(|corner| space.world(place(corner), [0, 1, 2]) == corner);
                     Facet::Triangle { corners: [place(a), place(b), place(c)], exact }
                 }
                 Shape::Quad(q) => {
                     let [a, b, c, d] = q.corners();
                     let [second, third] = if reference == primitive { [b, c] } else { [c, d] };
-                    Facet::Triangle { corners: [place(a), place(second), place(third)], exact: false }
+                    Facet::Triangle {
+                        corners: [place(a), place(second), place(third)],
+                        exact: false,
+                    }
                 }
                 Shape::Sphere(_) | Shape::Disk(_) => Facet::Opaque,
             };
@@ -181,7 +204,10 @@ impl Bvh {
                 let down = |x: f64| (x as f32).next_down();
                 let up = |x: f64| (x as f32).next_up();
                 let (min, max) = (bounds.min, bounds.max);
-                Aabb::new(Vec3A::new(down(min.x), down(min.y), down(min.z)), Vec3A::new(up(max.x), up(max.y), up(max.z)))
+                Aabb::new(
+                    Vec3A::new(down(min.x), down(min.y), down(min.z)),
+                    Vec3A::new(up(max.x), up(max.y), up(max.z)),
+                )
             })
             .collect();
         binary::split_large(&mut boxes, &mut references, facet);
@@ -190,9 +216,20 @@ impl Bvh {
         }
         let tree = binary::build(&boxes);
         drop(boxes);
-        let references: Vec<u32> = tree.primitive_indices.iter().map(|&i| references[i as usize]).collect();
+        let references: Vec<u32> =
+            tree.primitive_indices.iter().map(|&i| references[i as usize]).collect();
         let wide = Wide::collapse(&tree.nodes, &references, facet);
-        Self { wide, few, shapes, space, center, extent, inverse_extent, level: Level::new(), build_time: start.elapsed() }
+        Self {
+            wide,
+            few,
+            shapes,
+            space,
+            center,
+            extent,
+            inverse_extent,
+            level: Level::new(),
+            build_time: start.elapsed(),
+        }
     }
 
     /// Uses another instruction set, which this processor must have.
@@ -207,7 +244,9 @@ impl Bvh {
         TreeStatistics {
             nodes: *nodes,
             leaves: *blocks,
-            bytes: size_of_val(&lines[..]) + size_of_val(&self.few[..]) + size_of_val(&self.shapes[..]),
+            bytes: size_of_val(&lines[..])
+                + size_of_val(&self.few[..])
+                + size_of_val(&self.shapes[..]),
             build_time: self.build_time,
             instruction_set: dispatch!(self.level, simd => instruction_set(simd)),
         }
@@ -224,8 +263,8 @@ impl Bvh {
         self.shapes.get(primitive as usize)
     }
 
-    /// What `result` makes of the nearest hit, of equally near ones that with the lowest primitive. A direction that is not of unit length is made
-    /// so.
+    /// What `result` makes of the nearest hit, of equally near ones that with the lowest primitive.
+    /// A direction that is not of unit length is made so.
     #[inline]
     pub fn closest<'a, R>(&'a self, query: Query, result: impl FnOnce(Hit<'a>) -> R) -> Option<R> {
         // Moving more than is needed through memory takes time.
@@ -239,12 +278,23 @@ impl Bvh {
         let wide = Splat::new(simd, &box_ray);
         let ray = Ray::new(origin, direction);
         let (mut walk, mut stack, mut early) = (Nearest::default(), Stack::default(), None);
-        while self.step_to_nearest(simd, &box_ray, &wide, &mut walk, &mut stack, &ray, query.origin_primitive, &mut early) != Step::Done {}
+        while self.step_to_nearest(
+            simd,
+            &box_ray,
+            &wide,
+            &mut walk,
+            &mut stack,
+            &ray,
+            query.origin_primitive,
+            &mut early,
+        ) != Step::Done
+        {}
         let found = self.decide(walk.held, early, &ray, query.origin_primitive)?;
         Some(found.hit(&ray, moved))
     }
 
-    /// Where a ray enters the scene, its direction with unit length, and by how much the origin was moved; `None` if it does not enter or is no ray.
+    /// Where a ray enters the scene, its direction with unit length, and by how much the origin was
+    /// moved; `None` if it does not enter or is no ray.
     #[inline(always)]
     pub(super) fn entry(&self, origin: DVec3, direction: DVec3) -> Option<(DVec3, DVec3, f64)> {
         let direction = unit(direction)?;
@@ -303,13 +353,20 @@ impl Bvh {
 
     /// The exact test of what may be the nearest hit.
     #[inline(always)]
-    fn find<'a>(&self, candidate: Candidate<'a>, ray: &Ray, origin_primitive: u32) -> Option<Found<'a>> {
-        let contact = if candidate.primitive() == origin_primitive { Contact::Origin } else { Contact::None };
+    fn find<'a>(
+        &self,
+        candidate: Candidate<'a>,
+        ray: &Ray,
+        origin_primitive: u32,
+    ) -> Option<Found<'a>> {
+        let contact =
+            if candidate.primitive() == origin_primitive { Contact::Origin } else { Contact::None };
         let intersection = self.intersect(candidate, ray, contact)?;
         Some(Found { candidate, intersection })
     }
 
-    /// Replaces the nearest hit if this one is nearer, and returns the limit from then on. Rare, and so not a part of the walk.
+    /// Replaces the nearest hit if this one is nearer, and returns the limit from then on. Rare,
+    /// and so not a part of the walk.
     #[inline(never)]
     pub(super) fn test_early<'a>(
         &self,
@@ -329,7 +386,12 @@ impl Bvh {
 
     /// The exact test.
     #[inline(always)]
-    fn intersect(&self, candidate: Candidate<'_>, ray: &Ray, contact: Contact) -> Option<Intersection> {
+    fn intersect(
+        &self,
+        candidate: Candidate<'_>,
+        ray: &Ray,
+        contact: Contact,
+    ) -> Option<Intersection> {
         if !candidate.is_exact() {
             return self.shapes[candidate.primitive() as usize].intersect_apart_from(ray, contact);
         }
@@ -367,11 +429,14 @@ impl Bvh {
         let box_ray = self.box_ray(segment.origin, segment.direction);
         let wide = Splat::new(simd, &box_ray);
         let (mut walk, mut stack) = (self.walk_to_any(&segment), Stack::default());
-        while self.step_to_any(simd, &box_ray, &wide, &mut walk, &mut stack, &segment) != Step::Done {}
+        while self.step_to_any(simd, &box_ray, &wide, &mut walk, &mut stack, &segment) != Step::Done
+        {
+        }
         !walk.hit
     }
 
-    /// The part of a segment inside of the scene, with a direction of unit length; `None` if there is none.
+    /// The part of a segment inside of the scene, with a direction of unit length; `None` if there
+    /// is none.
     #[inline(always)]
     pub(super) fn part_inside(&self, segment: &Segment) -> Option<Segment> {
         let (origin, direction, moved) = self.entry(segment.origin, segment.direction)?;
@@ -418,16 +483,20 @@ impl Bvh {
             (false, true) => Contact::End(length),
             (true, true) => Contact::Both,
         };
-        self.intersect(candidate, &Ray::new(origin, direction), contact).is_some_and(|hit| hit.t < length)
+        self.intersect(candidate, &Ray::new(origin, direction), contact)
+            .is_some_and(|hit| hit.t < length)
     }
 
-    /// A distance in the space of the boxes, rounded up far enough to exceed the entry of every box that contains a hit there.
+    /// A distance in the space of the boxes, rounded up far enough to exceed the entry of every box
+    /// that contains a hit there.
     #[inline(always)]
     pub(super) fn round_up(&self, t: f64) -> f32 {
-        (t * self.space.inverse_extent * (1.0 + 4.0 * f64::from(ROUNDOFF))) as f32 + f32::MIN_POSITIVE
+        (t * self.space.inverse_extent * (1.0 + 4.0 * f64::from(ROUNDOFF))) as f32
+            + f32::MIN_POSITIVE
     }
 
-    /// The origin, moved to where the ray enters the scene, and by how much it was moved; `None` if the ray does not enter, or is no ray.
+    /// The origin, moved to where the ray enters the scene, and by how much it was moved; `None` if
+    /// the ray does not enter, or is no ray.
     #[inline(always)]
     fn clip(&self, origin: DVec3, direction: DVec3) -> Option<(DVec3, f64)> {
         let place = (origin - self.center) * self.inverse_extent;
@@ -435,7 +504,8 @@ impl Bvh {
         if inside { Some((origin, 0.0)) } else { self.enter(origin, place, direction) }
     }
 
-    /// The same for an origin outside of the scene, whose place in the cube around the scene is given.
+    /// The same for an origin outside of the scene, whose place in the cube around the scene is
+    /// given.
     #[inline(never)]
     fn enter(&self, origin: DVec3, place: DVec3, direction: DVec3) -> Option<(DVec3, f64)> {
         if !place.is_finite() {
@@ -465,6 +535,9 @@ fn instruction_set<S: Simd>(_: S) -> &'static str {
 
 impl std::fmt::Debug for Bvh {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Bvh").field("primitives", &self.shapes.len()).field("nodes", &self.wide.nodes).finish_non_exhaustive()
+        f.debug_struct("Bvh")
+            .field("primitives", &self.shapes.len())
+            .field("nodes", &self.wide.nodes)
+            .finish_non_exhaustive()
     }
 }

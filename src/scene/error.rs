@@ -52,7 +52,8 @@ pub enum SceneError {
         /// What is wrong.
         reason: EndpointError,
     },
-    /// A vertex position, normal or texture coordinate that is infinite, not a number, or beyond [`SceneError::MAX_COORDINATE`].
+    /// A vertex position, normal or texture coordinate that is infinite, not a number, or beyond
+    /// [`SceneError::MAX_COORDINATE`].
     Vertex {
         /// The mesh.
         object: String,
@@ -105,7 +106,8 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// Largest admissible size of a coordinate or radius: products of three of them, and their squares, must not overflow.
+    /// Largest admissible size of a coordinate or radius: products of three of them, and their
+    /// squares, must not overflow.
     pub const MAX_COORDINATE: f64 = 1e50;
 }
 
@@ -115,22 +117,33 @@ impl fmt::Display for SceneError {
             Self::Empty => write!(f, "the scene has neither a surface nor a light"),
             Self::DuplicateName { name } => write!(f, "the name \"{name}\" is already taken"),
             Self::Missing { kind, name } => write!(f, "there is no {kind} \"{name}\""),
-            Self::SecondEnvironment { name } => write!(f, "environment \"{name}\": the scene has an environment already"),
+            Self::SecondEnvironment { name } => {
+                write!(f, "environment \"{name}\": the scene has an environment already")
+            }
             Self::Parameter { object, parameter, value, requirement } => {
                 write!(f, "\"{object}\": {parameter} is {value}, but must be {requirement}")
             }
             Self::Material { name, reason } => write!(f, "material \"{name}\": {reason}"),
             Self::Light { name, reason } => write!(f, "\"{name}\": {reason}"),
-            Self::Vertex { object, attribute, vertex, reason } => write!(f, "\"{object}\": {attribute} of vertex {vertex} is {reason}"),
+            Self::Vertex { object, attribute, vertex, reason } => {
+                write!(f, "\"{object}\": {attribute} of vertex {vertex} is {reason}")
+            }
             Self::IndexOutOfRange { object, triangle, index, vertices } => {
-                write!(f, "\"{object}\": triangle {triangle} refers to vertex {index}, but there are {vertices}")
+                write!(
+                    f,
+                    "\"{object}\": triangle {triangle} refers to vertex {index}, but there are {vertices}"
+                )
             }
             Self::AttributeCount { object, attribute, found, expected } => {
                 write!(f, "\"{object}\": {found} {attribute}s for {expected} vertices")
             }
-            Self::SingularTransform { object } => write!(f, "\"{object}\": the transform is not invertible or not finite"),
+            Self::SingularTransform { object } => {
+                write!(f, "\"{object}\": the transform is not invertible or not finite")
+            }
             Self::Degenerate { object } => write!(f, "\"{object}\": the quad has no area"),
-            Self::LightWithoutArea { object } => write!(f, "\"{object}\": a surface without area cannot emit"),
+            Self::LightWithoutArea { object } => {
+                write!(f, "\"{object}\": a surface without area cannot emit")
+            }
             Self::TooManyPrimitives => write!(f, "the scene has more than 2³¹ - 1 primitives"),
         }
     }
@@ -163,11 +176,20 @@ pub(crate) fn check(
 
 /// Checks each component of a radiance.
 pub(crate) fn check_radiance(object: &str, value: crate::math::Rgb) -> Result<(), SceneError> {
-    value.0.iter().try_for_each(|&c| check(object, "radiance", c, "finite and not negative", |c| c >= 0.0))
+    value
+        .0
+        .iter()
+        .try_for_each(|&c| check(object, "radiance", c, "finite and not negative", |c| c >= 0.0))
 }
 
 /// Checks the coordinates of a point.
-pub(crate) fn check_point(object: &str, parameter: &'static str, p: glam::DVec3) -> Result<(), SceneError> {
+pub(crate) fn check_point(
+    object: &str,
+    parameter: &'static str,
+    p: glam::DVec3,
+) -> Result<(), SceneError> {
     let fits = |c: f64| c.abs() <= SceneError::MAX_COORDINATE;
-    p.to_array().iter().try_for_each(|&c| check(object, parameter, c, "finite and at most 1e50 in size", fits))
+    p.to_array()
+        .iter()
+        .try_for_each(|&c| check(object, parameter, c, "finite and at most 1e50 in size", fits))
 }

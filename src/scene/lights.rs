@@ -9,18 +9,25 @@ use crate::math::distribution::AliasTable;
 pub(crate) type BoxedLight = Box<dyn Light + Send>;
 
 /// Tells all lights how large the scene is and builds the table to choose among them.
-pub(crate) fn prepare(lights: &mut [(String, BoxedLight)], bounds: &Bounds) -> Result<Choice, SceneError> {
+pub(crate) fn prepare(
+    lights: &mut [(String, BoxedLight)],
+    bounds: &Bounds,
+) -> Result<Choice, SceneError> {
     let mut powers = Vec::with_capacity(lights.len());
     for (name, light) in lights {
         light.set_scene_bounds(bounds);
         let power = light.power();
-        power.0.iter().try_for_each(|&p| check(name, "power", p, "finite and not negative", |p| p >= 0.0))?;
+        power
+            .0
+            .iter()
+            .try_for_each(|&p| check(name, "power", p, "finite and not negative", |p| p >= 0.0))?;
         powers.push(power.mean());
     }
     Ok(Choice::new(&powers))
 }
 
-/// A choice among numbered things with given weights; those of weight 0 are never chosen, and nothing is if all are 0.
+/// A choice among numbered things with given weights; those of weight 0 are never chosen, and
+/// nothing is if all are 0.
 #[derive(Debug)]
 pub(crate) struct Choice(Option<AliasTable>);
 
@@ -43,7 +50,9 @@ impl Choice {
     /// The probability of one of the things; 0 for a number that is none of them.
     #[inline]
     pub fn pmf(&self, index: u32) -> f64 {
-        self.0.as_ref().map_or(0.0, |table| if (index as usize) < table.len() { table.pmf(index as usize) } else { 0.0 })
+        self.0.as_ref().map_or(0.0, |table| {
+            if (index as usize) < table.len() { table.pmf(index as usize) } else { 0.0 }
+        })
     }
 
     /// The id of a light chosen by this table.
@@ -65,7 +74,10 @@ mod tests {
             assert_eq!(pmf, choice.pmf(index));
             assert!(pmf > 0.0);
         }
-        assert_eq!((choice.pmf(0), choice.pmf(1), choice.pmf(3), choice.pmf(9)), (0.0, 0.25, 0.75, 0.0));
+        assert_eq!(
+            (choice.pmf(0), choice.pmf(1), choice.pmf(3), choice.pmf(9)),
+            (0.0, 0.25, 0.75, 0.0)
+        );
         assert_eq!(Choice::new(&[0.0, 0.0]).sample(0.5), None);
         assert_eq!(Choice::new(&[]).sample(0.5), None);
         assert_eq!(Choice::new(&[1e308, 1e308]).sample(0.7).map(|(_, pmf)| pmf), Some(0.5));

@@ -1,5 +1,6 @@
-//! Many queries at once: several rays are under way and take turns, so that while one waits for memory the others go on. In a tree that stays in the
-//! processor's caches there is little to wait for, and one goes after the other.
+//! Many queries at once: several rays are under way and take turns, so that while one waits for
+//! memory the others go on. In a tree that stays in the processor's caches there is little to wait
+//! for, and one goes after the other.
 //!
 //! What a ray visits does not depend on the others, so the answers are those of single queries.
 
@@ -21,10 +22,12 @@ const BLOCK: usize = 128;
 /// Queries from which on what it takes to begin pays.
 const SOME: usize = 4;
 
-/// Lines of a tree up to which taking turns does not pay: 2 MiB. Few in tests, whose trees are to be on both sides.
+/// Lines of a tree up to which taking turns does not pay: 2 MiB. Few in tests, whose trees are to
+/// be on both sides.
 const CACHED: usize = if cfg!(test) { 1 << 7 } else { 1 << 15 };
 
-/// Distance between origins, relative to half the scene's size, up to which rays into nearly the same direction visit mostly the same, such as a camera's.
+/// Distance between origins, relative to half the scene's size, up to which rays into nearly the
+/// same direction visit mostly the same, such as a camera's.
 const CLOSE: f64 = 0.05;
 
 /// Cosine of the angle between such directions.
@@ -33,22 +36,29 @@ const COHERENT: f64 = 0.99;
 /// The same for segments, of which those to the same light need not wait either.
 const COHERENT_SEGMENTS: f64 = 0.9;
 
-// What is not to be inlined is long and compiled for all instruction sets, but not for every caller.
+// What is not to be inlined is long and compiled for all instruction sets, but not for every
+// caller.
 impl Bvh {
     /// Whether the tree is so large that rays wait for memory.
     pub(super) fn pays_to_take_turns(&self) -> bool {
         self.wide.lines.len() > CACHED
     }
 
-    /// Whether two origins are so close that rays into nearly the same direction visit mostly the same.
+    /// Whether two origins are so close that rays into nearly the same direction visit mostly the
+    /// same.
     #[inline(always)]
     fn is_close(&self, a: DVec3, b: DVec3) -> bool {
         (b - a).abs().max_element() <= CLOSE * self.extent
     }
 
-    /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in order.
+    /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in
+    /// order.
     #[inline]
-    pub fn closest_many<'a>(&'a self, queries: impl Iterator<Item = Query>, mut found: impl FnMut(usize, Option<Hit<'a>>)) {
+    pub fn closest_many<'a>(
+        &'a self,
+        queries: impl Iterator<Item = Query>,
+        mut found: impl FnMut(usize, Option<Hit<'a>>),
+    ) {
         let none = Query::free(DVec3::ZERO, DVec3::ZERO);
         in_blocks(queries, none, None, |first, queries, hits| {
             self.closest_of_block(queries, hits);
@@ -64,7 +74,9 @@ impl Bvh {
         if packet::closest(self, queries, hits) {
             return;
         }
-        for (part, coherent) in parts(queries, |a, b| self.is_close(a.origin, b.origin) && a.direction.dot(b.direction) > COHERENT) {
+        for (part, coherent) in parts(queries, |a, b| {
+            self.is_close(a.origin, b.origin) && a.direction.dot(b.direction) > COHERENT
+        }) {
             let (queries, hits) = (&queries[part.clone()], &mut hits[part]);
             if coherent {
                 for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
@@ -87,9 +99,14 @@ impl Bvh {
         });
     }
 
-    /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with its place in the iterator, in order.
+    /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with
+    /// its place in the iterator, in order.
     #[inline]
-    pub fn are_free(&self, segments: impl Iterator<Item = Result<Segment, bool>>, mut answer: impl FnMut(usize, bool)) {
+    pub fn are_free(
+        &self,
+        segments: impl Iterator<Item = Result<Segment, bool>>,
+        mut answer: impl FnMut(usize, bool),
+    ) {
         in_blocks(segments, Err(false), false, |first, segments, free| {
             self.are_free_in_block(segments, free);
             free.iter().enumerate().for_each(|(i, free)| answer(first + i, *free));
@@ -105,7 +122,10 @@ impl Bvh {
             return;
         }
         let follows = |a: &Result<Segment, bool>, b: &Result<Segment, bool>| match (a, b) {
-            (Ok(a), Ok(b)) => self.is_close(a.origin, b.origin) && a.direction.dot(b.direction) > COHERENT_SEGMENTS,
+            (Ok(a), Ok(b)) => {
+                self.is_close(a.origin, b.origin)
+                    && a.direction.dot(b.direction) > COHERENT_SEGMENTS
+            }
             _ => false,
         };
         for (part, coherent) in parts(segments, follows) {
@@ -129,10 +149,15 @@ impl Bvh {
     }
 }
 
-/// Hands out queries by the block, each block with the place of its first in the iterator and with room for as many answers. What the room holds before
-/// does not matter.
+/// Hands out queries by the block, each block with the place of its first in the iterator and with
+/// room for as many answers. What the room holds before does not matter.
 #[inline(always)]
-fn in_blocks<Q: Copy, A: Copy>(queries: impl Iterator<Item = Q>, no_query: Q, no_answer: A, mut ask: impl FnMut(usize, &[Q], &mut [A])) {
+fn in_blocks<Q: Copy, A: Copy>(
+    queries: impl Iterator<Item = Q>,
+    no_query: Q,
+    no_answer: A,
+    mut ask: impl FnMut(usize, &[Q], &mut [A]),
+) {
     let most = queries.size_hint().1.unwrap_or(usize::MAX);
     let mut queries = queries.fuse();
     let mut ask_all = |block: &mut [Q], answers: &mut [A]| {
@@ -150,10 +175,13 @@ fn in_blocks<Q: Copy, A: Copy>(queries: impl Iterator<Item = Q>, no_query: Q, no
             }
         }
     };
-    with_room(most, no_query, |block| with_room(most, no_answer, |answers| ask_all(block, answers)));
+    with_room(most, no_query, |block| {
+        with_room(most, no_answer, |answers| ask_all(block, answers))
+    });
 }
 
-/// Gives `then` room on the stack for a block. To fill it takes time, which few queries would not make up for.
+/// Gives `then` room on the stack for a block. To fill it takes time, which few queries would not
+/// make up for.
 #[inline(always)]
 fn with_room<T: Copy>(most: usize, content: T, then: impl FnOnce(&mut [T])) {
     let (mut few, mut many);
@@ -168,7 +196,10 @@ fn with_room<T: Copy>(most: usize, content: T, then: impl FnOnce(&mut [T])) {
 
 /// The parts of some queries, and whether they are long ones in which each follows the one before.
 #[inline(always)]
-fn parts<Q>(queries: &[Q], follows: impl Fn(&Q, &Q) -> bool) -> impl Iterator<Item = (Range<usize>, bool)> {
+fn parts<Q>(
+    queries: &[Q],
+    follows: impl Fn(&Q, &Q) -> bool,
+) -> impl Iterator<Item = (Range<usize>, bool)> {
     let mut runs = queries.chunk_by(follows).map(<[Q]>::len).peekable();
     let mut at = 0;
     std::iter::from_fn(move || {
@@ -182,7 +213,8 @@ fn parts<Q>(queries: &[Q], follows: impl Fn(&Q, &Q) -> bool) -> impl Iterator<It
     })
 }
 
-/// A query under way. Methods and not closures, which cannot be told to be compiled for the instruction set.
+/// A query under way. Methods and not closures, which cannot be told to be compiled for the
+/// instruction set.
 trait Flight<'a>: Default {
     type Query: Copy;
     type Answer;
@@ -201,7 +233,12 @@ fn take_turns<'a, F: Flight<'a>>(bvh: &'a Bvh, queries: &[F::Query], answers: &m
 }
 
 #[inline(always)]
-fn take_turns_with<'a, S: Simd, F: Flight<'a>>(simd: S, bvh: &'a Bvh, queries: &[F::Query], answers: &mut [F::Answer]) {
+fn take_turns_with<'a, S: Simd, F: Flight<'a>>(
+    simd: S,
+    bvh: &'a Bvh,
+    queries: &[F::Query],
+    answers: &mut [F::Answer],
+) {
     let mut flights: [(Option<usize>, F); FLIGHTS] = Default::default();
     let mut queries = queries.iter().enumerate();
     loop {
@@ -287,7 +324,8 @@ impl<'a> Flight<'a> for NearestFlight<'a> {
 
     #[inline(always)]
     fn end(&mut self, bvh: &'a Bvh) -> Option<Hit<'a>> {
-        let found = bvh.decide(self.walk.held, self.early.take(), &self.ray, self.origin_primitive)?;
+        let found =
+            bvh.decide(self.walk.held, self.early.take(), &self.ray, self.origin_primitive)?;
         Some(found.hit(&self.ray, self.moved))
     }
 }

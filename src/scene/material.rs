@@ -1,9 +1,11 @@
-//! Materials: what a scene is told about how a surface scatters, checked and made a model when it is added.
+//! Materials: what a scene is told about how a surface scatters, checked and made a model when it
+//! is added.
 
 use super::scattering::{Layer, LayerModel, Mix, Scattering, Stack};
 use crate::bsdf::{
-    Beckmann, BsdfError, Conductor, Dielectric, Ggx, Lambert, Lobes, MetallicRoughness, Microfacets, Mirror, Mixture, Model, Null, Plastic,
-    Reflectance, RoughConductor, RoughDielectric, SimpleModel, ThinDielectric,
+    Beckmann, BsdfError, Conductor, Dielectric, Ggx, Lambert, Lobes, MetallicRoughness,
+    Microfacets, Mirror, Mixture, Model, Null, Plastic, Reflectance, RoughConductor,
+    RoughDielectric, SimpleModel, ThinDielectric,
 };
 use crate::math::Rgb;
 use crate::texture::Texture;
@@ -56,7 +58,8 @@ pub enum Material {
         /// Whether light that the coat throws back to the body is coloured again.
         colour_shift: bool,
     },
-    /// Metal, or a diffuse body under a dielectric coat, or a mixture of both: the material of glTF; see [`MetallicRoughness`].
+    /// Metal, or a diffuse body under a dielectric coat, or a mixture of both: the material of
+    /// glTF; see [`MetallicRoughness`].
     MetallicRoughness {
         /// Reflectance of the metal at normal incidence, and albedo of the body, 0 to 1.
         base_color: Texture,
@@ -93,14 +96,16 @@ pub enum Material {
         /// One of the three.
         rough: Box<Material>,
     },
-    /// A material in a colour: its BSDF is multiplied by a texture. Over a white Lambertian reflector that is a textured one.
+    /// A material in a colour: its BSDF is multiplied by a texture. Over a white Lambertian
+    /// reflector that is a textured one.
     Tinted {
         /// The material.
         material: Box<Material>,
         /// The factor, 0 to 1.
         tint: Texture,
     },
-    /// Two materials, one for the front and one for the back, each showing its own front. Neither transmits light.
+    /// Two materials, one for the front and one for the back, each showing its own front. Neither
+    /// transmits light.
     Sided {
         /// Seen from the side that the normal points to.
         front: Box<Material>,
@@ -139,7 +144,8 @@ impl Material {
     /// Checks the parameters and makes the model of the front at uv = (0, 0).
     ///
     /// # Errors
-    /// If a parameter is outside its range, a component of a mixture is a mixture, or a material with two different sides transmits light.
+    /// If a parameter is outside its range, a component of a mixture is a mixture, or a material
+    /// with two different sides transmits light.
     pub fn model(&self) -> Result<Model, BsdfError> {
         Ok(match self.scattering()? {
             Scattering::Uniform(model) => model,
@@ -155,7 +161,9 @@ impl Material {
                 let components = [components[0].simple_model()?, components[1].simple_model()?];
                 Ok(Scattering::Uniform(Model::Mixture(Mixture::new(components, *weights)?)))
             }
-            _ if self.is_simple() => self.simple_model().map(|model| Scattering::Uniform(model.into())),
+            _ if self.is_simple() => {
+                self.simple_model().map(|model| Scattering::Uniform(model.into()))
+            }
             _ => Ok(Scattering::new(self.side(true)?, self.side(false)?)),
         }
     }
@@ -166,13 +174,22 @@ impl Material {
             Self::MetallicRoughness { base_color, metallic_roughness, .. } => {
                 base_color.as_constant().is_some() && metallic_roughness.as_constant().is_some()
             }
-            _ => !matches!(self, Self::Tinted { .. } | Self::Sided { .. } | Self::Blend { .. } | Self::Mixture { .. }),
+            _ => !matches!(
+                self,
+                Self::Tinted { .. }
+                    | Self::Sided { .. }
+                    | Self::Blend { .. }
+                    | Self::Mixture { .. }
+            ),
         }
     }
 
     /// What is seen from one side.
     fn side(&self, front: bool) -> Result<Stack, BsdfError> {
-        let alone = |model: LayerModel| Stack { layers: vec![Layer { model, tints: Vec::new() }], mix: Mix::Weights([1.0, 0.0]) };
+        let alone = |model: LayerModel| Stack {
+            layers: vec![Layer { model, tints: Vec::new() }],
+            mix: Mix::Weights([1.0, 0.0]),
+        };
         match self {
             Self::Tinted { material, tint } => {
                 checked_colours(tint)?;
@@ -183,7 +200,12 @@ impl Material {
             Self::Sided { front: outer, back: inner } => {
                 // Each shows its own front.
                 let stacks = [outer.side(true)?, inner.side(true)?];
-                let transmits = |stack: &Stack| stack.layers.iter().any(|layer| layer.model.lobes().intersects(Lobes::TRANSMISSION));
+                let transmits = |stack: &Stack| {
+                    stack
+                        .layers
+                        .iter()
+                        .any(|layer| layer.model.lobes().intersects(Lobes::TRANSMISSION))
+                };
                 if stacks.iter().any(transmits) {
                     return Err(BsdfError::SidedTransmission);
                 }
@@ -202,10 +224,13 @@ impl Material {
             Self::Plastic { albedo, specular, relative_ior, colour_shift } if !self.is_simple() => {
                 checked_colours(albedo)?;
                 // The brightest, so that the lobes are those that some point has.
-                let plastic = Plastic::new(albedo.range()[1], *specular, *relative_ior, *colour_shift)?;
+                let plastic =
+                    Plastic::new(albedo.range()[1], *specular, *relative_ior, *colour_shift)?;
                 Ok(alone(LayerModel::Plastic(plastic, albedo.clone())))
             }
-            Self::MetallicRoughness { base_color, metallic_roughness, relative_ior } if !self.is_simple() => {
+            Self::MetallicRoughness { base_color, metallic_roughness, relative_ior }
+                if !self.is_simple() =>
+            {
                 checked_colours(base_color)?;
                 let [least, greatest] = metallic_roughness.range();
                 let coat = MetallicRoughness::coat(*relative_ior)?;
@@ -232,7 +257,8 @@ impl Material {
         let ggx = |alpha: &DVec2| Ggx::new(alpha.x, alpha.y).map(Microfacets::Ggx);
         match self {
             Self::Beckmann { rough } => {
-                let beckmann = |alpha: &DVec2| Beckmann::new(alpha.x, alpha.y).map(Microfacets::Beckmann);
+                let beckmann =
+                    |alpha: &DVec2| Beckmann::new(alpha.x, alpha.y).map(Microfacets::Beckmann);
                 rough.rough_model(beckmann)?.ok_or(BsdfError::NotRough)
             }
             Self::Black => Ok(SimpleModel::Black),
@@ -240,14 +266,20 @@ impl Material {
             Self::Lambert { albedo } => Lambert::new(*albedo).map(SimpleModel::Lambert),
             Self::Mirror { reflectance } => Mirror::new(*reflectance).map(SimpleModel::Mirror),
             Self::Conductor { eta, k } => Conductor::new(*eta, *k).map(SimpleModel::Conductor),
-            Self::Dielectric { relative_ior } => Dielectric::new(*relative_ior).map(SimpleModel::Dielectric),
-            Self::ThinDielectric { relative_ior } => ThinDielectric::new(*relative_ior).map(SimpleModel::ThinDielectric),
+            Self::Dielectric { relative_ior } => {
+                Dielectric::new(*relative_ior).map(SimpleModel::Dielectric)
+            }
+            Self::ThinDielectric { relative_ior } => {
+                ThinDielectric::new(*relative_ior).map(SimpleModel::ThinDielectric)
+            }
             Self::Plastic { albedo, specular, relative_ior, colour_shift } => {
-                Plastic::new(albedo.range()[1], *specular, *relative_ior, *colour_shift).map(SimpleModel::Plastic)
+                Plastic::new(albedo.range()[1], *specular, *relative_ior, *colour_shift)
+                    .map(SimpleModel::Plastic)
             }
             Self::MetallicRoughness { base_color, metallic_roughness, relative_ior } => {
                 let [_, roughness, metalness] = metallic_roughness.range()[1].0;
-                MetallicRoughness::new(base_color.range()[1], metalness, roughness, *relative_ior).map(SimpleModel::MetallicRoughness)
+                MetallicRoughness::new(base_color.range()[1], metalness, roughness, *relative_ior)
+                    .map(SimpleModel::MetallicRoughness)
             }
             // Everything else is made of others.
             _ => self.rough_model(ggx)?.ok_or(BsdfError::NestedMixture),
@@ -255,13 +287,21 @@ impl Material {
     }
 
     /// The model of a rough material with the given distribution; `None` if it is none.
-    fn rough_model(&self, distribution: impl Fn(&DVec2) -> Result<Microfacets, BsdfError>) -> Result<Option<SimpleModel>, BsdfError> {
+    fn rough_model(
+        &self,
+        distribution: impl Fn(&DVec2) -> Result<Microfacets, BsdfError>,
+    ) -> Result<Option<SimpleModel>, BsdfError> {
         Ok(Some(match self {
             Self::RoughMirror { reflectance, alpha } => {
-                RoughConductor::new(Reflectance::constant(*reflectance)?, distribution(alpha)?).into()
+                RoughConductor::new(Reflectance::constant(*reflectance)?, distribution(alpha)?)
+                    .into()
             }
-            Self::RoughConductor { eta, k, alpha } => RoughConductor::new(Reflectance::conductor(*eta, *k)?, distribution(alpha)?).into(),
-            Self::RoughDielectric { relative_ior, alpha } => RoughDielectric::new(*relative_ior, distribution(alpha)?)?.into(),
+            Self::RoughConductor { eta, k, alpha } => {
+                RoughConductor::new(Reflectance::conductor(*eta, *k)?, distribution(alpha)?).into()
+            }
+            Self::RoughDielectric { relative_ior, alpha } => {
+                RoughDielectric::new(*relative_ior, distribution(alpha)?)?.into()
+            }
             _ => return Ok(None),
         }))
     }

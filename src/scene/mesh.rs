@@ -10,7 +10,8 @@ use std::collections::HashMap;
 pub struct Mesh {
     /// Vertex positions.
     pub positions: Vec<DVec3>,
-    /// Normals for smooth shading, one for each vertex, of any length but zero. `None`: flat triangles.
+    /// Normals for smooth shading, one for each vertex, of any length but zero. `None`: flat
+    /// triangles.
     pub normals: Option<Vec<DVec3>>,
     /// Texture coordinates, one for each vertex. `None`: barycentric coordinates take their place.
     pub uvs: Option<Vec<DVec2>>,
@@ -36,18 +37,24 @@ pub(crate) struct Attributes {
 }
 
 impl Mesh {
-    /// A closed approximation of the unit sphere: an icosahedron whose triangles are divided into four `levels` times, 20 · 4ⁿ
-    /// triangles in all. Its vertices lie on the sphere and are shared.
+    /// A closed approximation of the unit sphere: an icosahedron whose triangles are divided into
+    /// four `levels` times, 20 · 4ⁿ triangles in all. Its vertices lie on the sphere and are
+    /// shared.
     #[must_use]
     pub fn icosphere(levels: u32) -> Self {
         let golden = 0.5 * (1.0 + 5.0f64.sqrt());
         let mut positions = Vec::new();
         for (a, b) in [(1.0, golden), (1.0, -golden), (-1.0, golden), (-1.0, -golden)] {
-            positions.extend([DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)].map(DVec3::normalize));
+            positions.extend(
+                [DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)]
+                    .map(DVec3::normalize),
+            );
         }
         let near = |a: u32, b: u32| positions[a as usize].distance(positions[b as usize]) < 1.1;
         let mut indices = Vec::new();
-        for (a, b, c) in (0..12).flat_map(|a| (0..a).flat_map(move |b| (0..b).map(move |c| (a, b, c)))) {
+        for (a, b, c) in
+            (0..12).flat_map(|a| (0..a).flat_map(move |b| (0..b).map(move |c| (a, b, c))))
+        {
             if near(a, b) && near(b, c) && near(c, a) {
                 let [p, q, r] = [a, b, c].map(|i: u32| positions[i as usize]);
                 indices.push(if (q - p).cross(r - p).dot(p) > 0.0 { [a, b, c] } else { [a, c, b] });
@@ -73,14 +80,19 @@ impl Mesh {
 
     /// Checks the mesh and brings it to world space.
     ///
-    /// Under a mirroring transform the winding is reversed, so that the front side stays the image of the front side.
+    /// Under a mirroring transform the winding is reversed, so that the front side stays the image
+    /// of the front side.
     pub(crate) fn place(&self, name: &str, transform: &DAffine3) -> Result<PlacedMesh, SceneError> {
         let linear = transform.matrix3;
-        // The determinant of the matrix with its scale taken out, so that neither tiny nor huge scales pass for singular ones.
-        let scale = [linear.x_axis, linear.y_axis, linear.z_axis].iter().fold(0.0f64, |s, axis| s.max(axis.abs().max_element()));
+        // The determinant of the matrix with its scale taken out, so that neither tiny nor huge
+        // scales pass for singular ones.
+        let scale = [linear.x_axis, linear.y_axis, linear.z_axis]
+            .iter()
+            .fold(0.0f64, |s, axis| s.max(axis.abs().max_element()));
         let unscaled = linear * (1.0 / scale);
         let determinant = unscaled.determinant();
-        if !(transform.is_finite() && scale > 0.0 && determinant.is_finite() && determinant != 0.0) {
+        if !(transform.is_finite() && scale > 0.0 && determinant.is_finite() && determinant != 0.0)
+        {
             return Err(SceneError::SingularTransform { object: name.to_owned() });
         }
         let normal_matrix = unscaled.inverse().transpose();
@@ -89,43 +101,65 @@ impl Mesh {
         }
         self.check_counts(name)?;
         let fits = |p: &DVec3| p.abs().cmple(DVec3::splat(SceneError::MAX_COORDINATE)).all();
-        let positions = self.map_vertices(name, "position", &self.positions, |p| Some(transform.transform_point3(p)).filter(fits))?;
+        let positions = self.map_vertices(name, "position", &self.positions, |p| {
+            Some(transform.transform_point3(p)).filter(fits)
+        })?;
         let normals = match &self.normals {
-            Some(normals) => Some(self.map_vertices(name, "normal", normals, |n| (normal_matrix * n.try_normalize()?).try_normalize())?),
+            Some(normals) => Some(self.map_vertices(name, "normal", normals, |n| {
+                (normal_matrix * n.try_normalize()?).try_normalize()
+            })?),
             None => None,
         };
         if let Some(uvs) = &self.uvs {
             self.map_vertices(name, "texture coordinate", uvs, |uv| uv.is_finite().then_some(uv))?;
         }
         let mirrored = determinant < 0.0;
-        let (mut triangles, mut indices) = (Vec::with_capacity(self.indices.len()), Vec::with_capacity(self.indices.len()));
+        let (mut triangles, mut indices) =
+            (Vec::with_capacity(self.indices.len()), Vec::with_capacity(self.indices.len()));
         for &[a, b, c] in &self.indices {
             let corners = if mirrored { [a, c, b] } else { [a, b, c] };
             let triangle = Triangle { vertices: corners.map(|i| positions[i as usize]) };
             let normal_length = triangle.cross().length();
             // Also drops triangles so small that their normal underflows.
-            if normal_length.is_finite() && normal_length > 0.0 && triangle.cross().try_normalize().is_some() {
+            if normal_length.is_finite()
+                && normal_length > 0.0
+                && triangle.cross().try_normalize().is_some()
+            {
                 triangles.push(Shape::Triangle(triangle));
                 indices.push(corners);
             }
         }
         let dropped = self.indices.len() - triangles.len();
         let has_attributes = normals.is_some() || self.uvs.is_some();
-        let attributes = has_attributes.then(|| Attributes { normals, uvs: self.uvs.clone(), indices });
+        let attributes =
+            has_attributes.then(|| Attributes { normals, uvs: self.uvs.clone(), indices });
         Ok(PlacedMesh { triangles, attributes, dropped })
     }
 
     fn check_counts(&self, name: &str) -> Result<(), SceneError> {
         let expected = self.positions.len();
-        let counts = [("normal", self.normals.as_ref().map(Vec::len)), ("texture coordinate", self.uvs.as_ref().map(Vec::len))];
+        let counts = [
+            ("normal", self.normals.as_ref().map(Vec::len)),
+            ("texture coordinate", self.uvs.as_ref().map(Vec::len)),
+        ];
         for (attribute, found) in counts {
             if let Some(found) = found.filter(|&found| found != expected) {
-                return Err(SceneError::AttributeCount { object: name.to_owned(), attribute, found, expected });
+                return Err(SceneError::AttributeCount {
+                    object: name.to_owned(),
+                    attribute,
+                    found,
+                    expected,
+                });
             }
         }
         for (triangle, indices) in self.indices.iter().enumerate() {
             if let Some(&index) = indices.iter().find(|&&i| i as usize >= expected) {
-                return Err(SceneError::IndexOutOfRange { object: name.to_owned(), triangle, index, vertices: expected });
+                return Err(SceneError::IndexOutOfRange {
+                    object: name.to_owned(),
+                    triangle,
+                    index,
+                    vertices: expected,
+                });
             }
         }
         Ok(())
@@ -142,9 +176,17 @@ impl Mesh {
             object: name.to_owned(),
             attribute,
             vertex,
-            reason: if attribute == "normal" { "zero, infinite or not a number" } else { "infinite, not a number or too large" },
+            reason: if attribute == "normal" {
+                "zero, infinite or not a number"
+            } else {
+                "infinite, not a number or too large"
+            },
         };
-        values.iter().enumerate().map(|(vertex, &value)| f(value).ok_or_else(|| refuse(vertex))).collect()
+        values
+            .iter()
+            .enumerate()
+            .map(|(vertex, &value)| f(value).ok_or_else(|| refuse(vertex)))
+            .collect()
     }
 }
 
@@ -175,9 +217,11 @@ impl Attributes {
         Some(self.indices.iter().map(|corners| corners.map(|i| uvs[i as usize])).collect())
     }
 
-    /// What the attributes make of a point of a triangle of this surface that is `flat` without them, its uv barycentric.
+    /// What the attributes make of a point of a triangle of this surface that is `flat` without
+    /// them, its uv barycentric.
     ///
-    /// A shading normal on the back of its triangle is negated, so that both normals always agree about the side.
+    /// A shading normal on the back of its triangle is negated, so that both normals always agree
+    /// about the side.
     pub fn at(&self, index: usize, triangle: Triangle, flat: Shading) -> Shading {
         let Some(&indices) = self.indices.get(index) else { return flat };
         let [a, b, c] = indices.map(|i| i as usize);
@@ -194,7 +238,8 @@ impl Attributes {
             let (d1, d2) = (uv[b] - uv[a], uv[c] - uv[a]);
             // Solves for dp/du; only its direction matters, so the determinant's sign is enough.
             let tangent = ((q - p) * d2.y - (r - p) * d1.y) * d1.perp_dot(d2).signum();
-            x.tangent = if d1.perp_dot(d2) != 0.0 && tangent.is_finite() { tangent } else { flat.tangent };
+            x.tangent =
+                if d1.perp_dot(d2) != 0.0 && tangent.is_finite() { tangent } else { flat.tangent };
         }
         x
     }
@@ -224,12 +269,18 @@ mod tests {
     fn attributes_follow_the_vertices_through_a_mirror() {
         let mesh = Mesh {
             positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
-            normals: Some(vec![DVec3::new(0.1, 0.0, 1.0), DVec3::new(0.5, 0.0, 1.0), DVec3::new(0.0, 0.5, 1.0)]),
+            normals: Some(vec![
+                DVec3::new(0.1, 0.0, 1.0),
+                DVec3::new(0.5, 0.0, 1.0),
+                DVec3::new(0.0, 0.5, 1.0),
+            ]),
             uvs: Some(vec![DVec2::new(0.2, 0.3), DVec2::new(0.6, 0.3), DVec2::new(0.2, 0.9)]),
             indices: vec![[0, 1, 2]],
         };
         for mirror in [1.0, -1.0] {
-            let placed = mesh.place("thing", &DAffine3::from_scale(DVec3::new(mirror, 1.0, 1.0))).expect("valid");
+            let placed = mesh
+                .place("thing", &DAffine3::from_scale(DVec3::new(mirror, 1.0, 1.0)))
+                .expect("valid");
             let (shape, attributes) = (&placed.triangles[0], placed.attributes.expect("given"));
             let ray = crate::geometry::Ray::new(DVec3::new(0.25 * mirror, 0.5, 1.0), -DVec3::Z);
             let flat = shape.point_at_hit(&ray, &shape.intersect(&ray).expect("aimed at it"));
@@ -250,8 +301,11 @@ mod tests {
             ..Mesh::default()
         };
         let placed = mesh.place("thing", &DAffine3::IDENTITY).expect("valid");
-        let (triangle, attributes) = (placed.triangles[0].as_triangle().expect("one"), placed.attributes.expect("given"));
-        for (u, v, expected) in [(0.0, 0.0, DVec3::Z), (0.5, 0.0, DVec3::Z), (0.0, 1.0, DVec3::new(-0.6, 0.0, 0.8))] {
+        let (triangle, attributes) =
+            (placed.triangles[0].as_triangle().expect("one"), placed.attributes.expect("given"));
+        for (u, v, expected) in
+            [(0.0, 0.0, DVec3::Z), (0.5, 0.0, DVec3::Z), (0.0, 1.0, DVec3::new(-0.6, 0.0, 0.8))]
+        {
             let x = attributes.at(0, triangle, Shading::of(&triangle.point_at(u, v)));
             assert_relative_eq!(x.normal, expected, epsilon = 1e-15);
         }

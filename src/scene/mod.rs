@@ -1,4 +1,5 @@
-//! The [`Scene`] trait, the one seam for other renderers, the ready-made [`World`], and a gallery of worlds.
+//! The [`Scene`] trait, the one seam for other renderers, the ready-made [`World`], and a gallery
+//! of worlds.
 
 mod binary;
 mod builder;
@@ -38,9 +39,11 @@ use crate::endpoint::{Light, LightId};
 use crate::geometry::SurfacePoint;
 use glam::{DVec2, DVec3};
 
-/// What an integrator asks of a scene. A host renderer implements it over its own geometry and materials.
+/// What an integrator asks of a scene. A host renderer implements it over its own geometry and
+/// materials.
 ///
-/// Points go in, not rays: the scene owns robustness, so a surface never shadows itself and no epsilon leaks into integrators.
+/// Points go in, not rays: the scene owns robustness, so a surface never shadows itself and no
+/// epsilon leaks into integrators.
 pub trait Scene: Sync {
     /// How a point scatters: an enum, one concrete model, or `&dyn Bsdf`; the host decides.
     type Bsdf<'a>: Bsdf
@@ -49,15 +52,19 @@ pub trait Scene: Sync {
     /// The type of lights; may be `dyn Light`.
     type Light: Light + ?Sized;
 
-    /// The nearest surface point that the ray from `from` into the unit vector `direction` meets, never `from` itself.
+    /// The nearest surface point that the ray from `from` into the unit vector `direction` meets,
+    /// never `from` itself.
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint>;
 
-    /// Whether the open segment between two points is free. For a point at infinity the position tells where the segment ends.
+    /// Whether the open segment between two points is free. For a point at infinity the position
+    /// tells where the segment ends.
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool;
 
-    /// What [`intersect`](Self::intersect) says of many rays. `found` gets each answer once, with the ray's place in the iterator, in any order.
+    /// What [`intersect`](Self::intersect) says of many rays. `found` gets each answer once, with
+    /// the ray's place in the iterator, in any order.
     ///
-    /// A scene overrides this where it gains from seeing rays that do not depend on one another: while one waits for memory, others go on.
+    /// A scene overrides this where it gains from seeing rays that do not depend on one another:
+    /// while one waits for memory, others go on.
     fn intersect_many<'a>(
         &self,
         rays: impl Iterator<Item = (&'a SurfacePoint, DVec3)>,
@@ -68,8 +75,13 @@ pub trait Scene: Sync {
         }
     }
 
-    /// What [`visible`](Self::visible) says of many segments. `answer` gets each answer once, with the segment's place in the iterator, in any order.
-    fn visible_many<'a>(&self, segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>, mut answer: impl FnMut(usize, bool)) {
+    /// What [`visible`](Self::visible) says of many segments. `answer` gets each answer once, with
+    /// the segment's place in the iterator, in any order.
+    fn visible_many<'a>(
+        &self,
+        segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>,
+        mut answer: impl FnMut(usize, bool),
+    ) {
         for (index, (a, b)) in segments.enumerate() {
             answer(index, self.visible(a, b));
         }
@@ -89,7 +101,8 @@ pub trait Scene: Sync {
     /// A light by its id.
     fn light(&self, id: LightId) -> &Self::Light;
 
-    /// Chooses a light with a number in `[0, 1)`; returns its probability too. `None` if there is no light.
+    /// Chooses a light with a number in `[0, 1)`; returns its probability too. `None` if there is
+    /// no light.
     fn pick_light(&self, u: f64) -> Option<(LightId, f64)>;
 
     /// The probability with which `pick_light` chooses a light.
@@ -101,7 +114,8 @@ pub trait Scene: Sync {
     }
 }
 
-/// A scene whose surfaces can be sampled uniformly by area; only uniform-area path sampling asks for it.
+/// A scene whose surfaces can be sampled uniformly by area; only uniform-area path sampling asks
+/// for it.
 pub trait SurfaceArea: Scene {
     /// Total area of all surfaces.
     fn total_area(&self) -> f64;

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-/// A set of features that a scene has. A scene that is not sure whether it has one says so: more is always safe.
+/// A set of features that a scene has. A scene that is not sure whether it has one says so: more is
+/// always safe.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Needs(u32);
 
@@ -31,7 +32,8 @@ impl Needs {
     pub const GLOSSY_LOBES: Self = Self(512);
     /// Light that reaches a surface. Without it all that can be seen is emitters, directly.
     pub const ILLUMINATION: Self = Self(1024);
-    /// Light that reaches one surface from another. Without it, as on a single convex object under the sky, light scatters once.
+    /// Light that reaches one surface from another. Without it, as on a single convex object under
+    /// the sky, light scatters once.
     pub const INTERREFLECTION: Self = Self(2048);
     /// Materials or area lights that differ from point to point.
     pub const TEXTURES: Self = Self(4096);
@@ -84,7 +86,8 @@ impl Needs {
         self.0 & other.0 == other.0
     }
 
-    /// The largest number of scattering events that a path with light in it can have; `None` if there is no bound.
+    /// The largest number of scattering events that a path with light in it can have; `None` if
+    /// there is no bound.
     #[inline]
     #[must_use]
     pub const fn most_bounces(self) -> Option<u32> {
@@ -107,7 +110,11 @@ impl std::ops::BitOr for Needs {
 
 impl fmt::Display for Needs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<&str> = (0..).zip(Self::NAMES).filter(|(bit, _)| self.0 >> bit & 1 == 1).map(|(_, name)| name).collect();
+        let names: Vec<&str> = (0..)
+            .zip(Self::NAMES)
+            .filter(|(bit, _)| self.0 >> bit & 1 == 1)
+            .map(|(_, name)| name)
+            .collect();
         f.write_str(if names.is_empty() { "nothing" } else { "" })?;
         f.write_str(&names.join(", "))
     }
@@ -129,7 +136,10 @@ mod tests {
         assert_eq!(Needs::ALL.0.count_ones() as usize, Needs::NAMES.len());
         assert_eq!(Needs::NONE.to_string(), "nothing");
         assert_eq!(Needs::SINGLE.into_iter().fold(Needs::NONE, Needs::union), Needs::ALL);
-        assert_eq!((Needs::DIRAC_LIGHTS | Needs::ENVIRONMENT).to_string(), "environment, Dirac lights");
+        assert_eq!(
+            (Needs::DIRAC_LIGHTS | Needs::ENVIRONMENT).to_string(),
+            "environment, Dirac lights"
+        );
         assert_eq!(Needs::ALL.without(Needs::ENVIRONMENT) | Needs::ENVIRONMENT, Needs::ALL);
     }
 

@@ -1,9 +1,12 @@
-//! Many queries at once on a processor with vectors of sixteen numbers: sixteen rays are tested against one facet after the other. In a scene of few facets that takes no tree.
+//! Many queries at once on a processor with vectors of sixteen numbers: sixteen rays are tested
+//! against one facet after the other. In a scene of few facets that takes no tree.
 //!
-//! Rays of a camera, which visit mostly the same, walk through the tree sixteen at a time in larger scenes: each node's boxes are tested one after the other, and what any ray enters is visited.
+//! Rays of a camera, which visit mostly the same, walk through the tree sixteen at a time in larger
+//! scenes: each node's boxes are tested one after the other, and what any ray enters is visited.
 //! Each ray passes what it would pass alone, by the same numbers.
 //!
-//! Tolerances, hits that are held back and exact tests are those of the walk through the tree, so the answers are the same.
+//! Tolerances, hits that are held back and exact tests are those of the walk through the tree, so
+//! the answers are the same.
 
 use super::bvh::Bvh;
 use super::query::{Found, Hit, Query, Segment};
@@ -19,13 +22,15 @@ pub(super) const FEW: usize = 48;
 /// Rays of a packet.
 pub(super) const RAYS: usize = 16;
 
-/// Whether an instruction set is one with which packets are faster than rays that take turns: one of 16 lanes.
+/// Whether an instruction set is one with which packets are faster than rays that take turns: one
+/// of 16 lanes.
 #[inline(always)]
 fn pays<S: Simd>(_: S) -> bool {
     S::f32s::LEN == RAYS
 }
 
-/// The rays of a packet in the space of the boxes, by axis. A limit that is no number is that of a lane without ray.
+/// The rays of a packet in the space of the boxes, by axis. A limit that is no number is that of a
+/// lane without ray.
 struct Packet {
     origin: [[f32; RAYS]; 3],
     direction: [[f32; RAYS]; 3],
@@ -68,8 +73,11 @@ impl Rays {
     /// Up to sixteen; a ray that does not enter the scene leaves its lane empty.
     #[inline(always)]
     fn new(bvh: &Bvh, queries: &[Query]) -> Self {
-        let mut rays =
-            Self { packet: Packet::new(), rays: [(Ray::new(DVec3::ZERO, DVec3::X), 0.0); RAYS], origins: [SurfacePoint::NONE; RAYS] };
+        let mut rays = Self {
+            packet: Packet::new(),
+            rays: [(Ray::new(DVec3::ZERO, DVec3::X), 0.0); RAYS],
+            origins: [SurfacePoint::NONE; RAYS],
+        };
         for (lane, query) in queries.iter().enumerate().take(RAYS) {
             if let Some((origin, direction, moved)) = bvh.entry(query.origin, query.direction) {
                 rays.packet.set(lane, bvh, origin, direction, FAR);
@@ -93,7 +101,11 @@ impl Rows {
     fn new<S: Simd>(simd: S, block: Block<'_>) -> Self {
         let Facets { vertex, edge1, edge2, normal, tolerance, slack } = Facets::new(simd, block);
         let rows = |v: [f32x4<S>; 3]| [v[0].to_array(), v[1].to_array(), v[2].to_array()];
-        Self { vectors: [rows(vertex), rows(edge1), rows(edge2), rows(normal)], tolerance: tolerance.to_array(), slack: slack.to_array() }
+        Self {
+            vectors: [rows(vertex), rows(edge1), rows(edge2), rows(normal)],
+            tolerance: tolerance.to_array(),
+            slack: slack.to_array(),
+        }
     }
 
     /// One of them in all lanes.
@@ -116,11 +128,17 @@ impl Rows {
 /// What [`Bvh::closest`] says of many rays in a scene of few facets. Returns whether that pays.
 #[inline(never)]
 pub(super) fn closest<'a>(bvh: &'a Bvh, queries: &[Query], hits: &mut [Option<Hit<'a>>]) -> bool {
-    !bvh.few.is_empty() && dispatch!(bvh.level, simd => pays(simd) && closest_with(simd, bvh, queries, hits))
+    !bvh.few.is_empty()
+        && dispatch!(bvh.level, simd => pays(simd) && closest_with(simd, bvh, queries, hits))
 }
 
 #[inline(always)]
-fn closest_with<'a, S: Simd>(simd: S, bvh: &'a Bvh, queries: &[Query], hits: &mut [Option<Hit<'a>>]) -> bool {
+fn closest_with<'a, S: Simd>(
+    simd: S,
+    bvh: &'a Bvh,
+    queries: &[Query],
+    hits: &mut [Option<Hit<'a>>],
+) -> bool {
     for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
         let rays = Rays::new(bvh, queries);
         let mut search = Search::new(simd, bvh, &rays);
@@ -132,15 +150,26 @@ fn closest_with<'a, S: Simd>(simd: S, bvh: &'a Bvh, queries: &[Query], hits: &mu
     true
 }
 
-/// What [`Bvh::closest`] says of up to sixteen rays that visit mostly the same: they walk through the tree together. Returns whether they can and it pays:
-/// not if the signs of their directions differ.
+/// What [`Bvh::closest`] says of up to sixteen rays that visit mostly the same: they walk through
+/// the tree together. Returns whether they can and it pays: not if the signs of their directions
+/// differ.
 #[inline(never)]
-pub(super) fn closest_together<'a>(bvh: &'a Bvh, queries: &[Query], hits: &mut [Option<Hit<'a>>]) -> bool {
-    queries.len() >= RAYS / 2 && dispatch!(bvh.level, simd => pays(simd) && closest_together_with(simd, bvh, queries, hits))
+pub(super) fn closest_together<'a>(
+    bvh: &'a Bvh,
+    queries: &[Query],
+    hits: &mut [Option<Hit<'a>>],
+) -> bool {
+    queries.len() >= RAYS / 2
+        && dispatch!(bvh.level, simd => pays(simd) && closest_together_with(simd, bvh, queries, hits))
 }
 
 #[inline(always)]
-fn closest_together_with<'a, S: Simd>(simd: S, bvh: &'a Bvh, queries: &[Query], hits: &mut [Option<Hit<'a>>]) -> bool {
+fn closest_together_with<'a, S: Simd>(
+    simd: S,
+    bvh: &'a Bvh,
+    queries: &[Query],
+    hits: &mut [Option<Hit<'a>>],
+) -> bool {
     let rays = Rays::new(bvh, queries);
     let mut search = Search::new(simd, bvh, &rays);
     let Some(planes) = Planes::new(simd, &search) else { return false };
@@ -156,7 +185,8 @@ struct Entry {
     child: u32,
 }
 
-/// How the rays of a packet meet planes: reciprocals of directions, minus origin times them, and along which axes all rays run downwards.
+/// How the rays of a packet meet planes: reciprocals of directions, minus origin times them, and
+/// along which axes all rays run downwards.
 struct Planes<S: Simd> {
     reciprocal: [f32x16<S>; 3],
     offset: [f32x16<S>; 3],
@@ -164,15 +194,18 @@ struct Planes<S: Simd> {
 }
 
 impl<S: Simd> Planes<S> {
-    /// `None` if directions do not have the same signs. The numbers are those of a [`BoxRay`](super::traverse::BoxRay).
+    /// `None` if directions do not have the same signs. The numbers are those of a
+    /// [`BoxRay`](super::traverse::BoxRay).
     #[inline(always)]
     fn new(simd: S, search: &Search<'_, '_, S>) -> Option<Self> {
-        let mut planes = Self { reciprocal: search.direction, offset: search.origin, backwards: [false; 3] };
+        let mut planes =
+            Self { reciprocal: search.direction, offset: search.origin, backwards: [false; 3] };
         let empty = !search.limit.simd_eq(search.limit);
         for axis in 0..3 {
             let d = search.direction[axis];
             let smallest = f32x16::splat(simd, SMALLEST);
-            let reciprocal = f32x16::splat(simd, 1.0) / d.abs().simd_lt(smallest).select(smallest.copysign(d), d);
+            let reciprocal = f32x16::splat(simd, 1.0)
+                / d.abs().simd_lt(smallest).select(smallest.copysign(d), d);
             planes.reciprocal[axis] = reciprocal;
             planes.offset[axis] = -search.origin[axis] * reciprocal;
             let backwards = reciprocal.simd_lt(0.0);
@@ -186,7 +219,13 @@ impl<S: Simd> Planes<S> {
 
     /// Where the rays enter a box of a node, and which of them do so before their limits.
     #[inline(always)]
-    fn enter(&self, simd: S, node: Node<'_>, lane: usize, limit: f32x16<S>) -> (f32x16<S>, mask32x16<S>) {
+    fn enter(
+        &self,
+        simd: S,
+        node: Node<'_>,
+        lane: usize,
+        limit: f32x16<S>,
+    ) -> (f32x16<S>, mask32x16<S>) {
         let plane = |axis: usize, side: bool| {
             let plane = f32x16::splat(simd, f32::from_bits(node.planes(axis, side)[lane % WIDTH]));
             plane.mul_add(self.reciprocal[axis], self.offset[axis])
@@ -238,7 +277,13 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
     fn test(&mut self, simd: S, block: Block<'a>) {
         let rows = Rows::new(simd, block);
         for lane in 0..LANES {
-            let tested = Tested::new(simd, &self.origin, &self.direction, self.limit, rows.facet(simd, lane));
+            let tested = Tested::new(
+                simd,
+                &self.origin,
+                &self.direction,
+                self.limit,
+                rows.facet(simd, lane),
+            );
             if !tested.hits.any_true() {
                 continue;
             }
@@ -246,8 +291,10 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
             let primitive = u32x16::splat(simd, candidate.primitive());
             let certain = tested.hits & tested.certain();
             let (near, far) = tested.interval(simd);
-            let dropped =
-                certain & (primitive.simd_eq(self.held_primitive) | primitive.simd_eq(self.origin_primitive) | near.simd_gt(self.limit));
+            let dropped = certain
+                & (primitive.simd_eq(self.held_primitive)
+                    | primitive.simd_eq(self.origin_primitive)
+                    | near.simd_gt(self.limit));
             let nearer = certain & !dropped & far.simd_lt(self.held_near);
             let mut to_hold = nearer.to_bitmask();
             while to_hold != 0 {
@@ -262,7 +309,12 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
                 while unclear != 0 {
                     let lane = take(&mut unclear) % RAYS;
                     let Rays { rays, origins, .. } = self.rays;
-                    if let Some(nearer) = self.bvh.test_early(candidate, &rays[lane].0, origins[lane], &mut self.early[lane]) {
+                    if let Some(nearer) = self.bvh.test_early(
+                        candidate,
+                        &rays[lane].0,
+                        origins[lane],
+                        &mut self.early[lane],
+                    ) {
                         limits[lane] = limits[lane].min(nearer);
                     }
                 }
@@ -324,7 +376,8 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
         let Rays { rays, origins, .. } = self.rays;
         for (lane, hit) in hits.iter_mut().enumerate().take(RAYS) {
             let (ray, moved) = &rays[lane];
-            let found = self.bvh.decide(self.held[lane], self.early[lane].take(), ray, origins[lane]);
+            let found =
+                self.bvh.decide(self.held[lane], self.early[lane].take(), ray, origins[lane]);
             *hit = found.map(|found| found.hit(ray, *moved));
         }
     }
@@ -333,18 +386,30 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
 /// What [`Bvh::is_free`] says of many segments in a scene of few facets. Returns whether that pays.
 #[inline(never)]
 pub(super) fn are_free(bvh: &Bvh, segments: &[Result<Segment, bool>], free: &mut [bool]) -> bool {
-    !bvh.few.is_empty() && dispatch!(bvh.level, simd => pays(simd) && are_free_with(simd, bvh, segments, free))
+    !bvh.few.is_empty()
+        && dispatch!(bvh.level, simd => pays(simd) && are_free_with(simd, bvh, segments, free))
 }
 
 #[inline(always)]
-fn are_free_with<S: Simd>(simd: S, bvh: &Bvh, segments: &[Result<Segment, bool>], free: &mut [bool]) -> bool {
+fn are_free_with<S: Simd>(
+    simd: S,
+    bvh: &Bvh,
+    segments: &[Result<Segment, bool>],
+    free: &mut [bool],
+) -> bool {
     for (segments, answers) in segments.chunks(RAYS).zip(free.chunks_mut(RAYS)) {
         let mut inside = [Segment::free(DVec3::ZERO, DVec3::ZERO, 0.0); RAYS];
         let (mut packet, mut free, mut unknown) = (Packet::new(), 0, 0);
         for (lane, segment) in segments.iter().enumerate() {
             match segment.and_then(|segment| bvh.part_inside(&segment).ok_or(true)) {
                 Ok(segment) => {
-                    packet.set(lane, bvh, segment.origin, segment.direction, bvh.round_up(segment.length).min(FAR));
+                    packet.set(
+                        lane,
+                        bvh,
+                        segment.origin,
+                        segment.direction,
+                        bvh.round_up(segment.length).min(FAR),
+                    );
                     inside[lane] = segment;
                     unknown |= 1 << lane;
                 }
@@ -361,7 +426,13 @@ fn are_free_with<S: Simd>(simd: S, bvh: &Bvh, segments: &[Result<Segment, bool>]
 
 /// Which segments of a packet, given by a bit for each, nothing lies on.
 #[inline(always)]
-fn unblocked<S: Simd>(simd: S, bvh: &Bvh, packet: &Packet, segments: &[Segment; RAYS], mut free: u64) -> u64 {
+fn unblocked<S: Simd>(
+    simd: S,
+    bvh: &Bvh,
+    packet: &Packet,
+    segments: &[Segment; RAYS],
+    mut free: u64,
+) -> u64 {
     let (origin, direction, limit) = packet.load(simd);
     let origins = u32x16::from_fn(simd, |lane| segments[lane].ends.origin);
     let ends = u32x16::from_fn(simd, |lane| segments[lane].ends.end);

@@ -1,4 +1,5 @@
-//! What is asked of the tree, and what it answers: rays and segments that start and end where the primitives that they lie on are not in the way.
+//! What is asked of the tree, and what it answers: rays and segments that start and end where the
+//! primitives that they lie on are not in the way.
 
 use super::wide::Candidate;
 use crate::geometry::{Intersection, Place, Ray, SurfacePoint, gamma};
@@ -63,7 +64,8 @@ impl Segment {
         Self { origin, direction, length, ends: Ends::FREE }
     }
 
-    /// What to ask of the tree to find out whether two points of a scene around `center` see each other, or whether they do if that is clear without.
+    /// What to ask of the tree to find out whether two points of a scene around `center` see each
+    /// other, or whether they do if that is clear without.
     #[inline(always)]
     pub fn between(a: &SurfacePoint, b: &SurfacePoint, center: DVec3) -> Result<Self, bool> {
         let (a, b) = match (a.place, b.place) {
@@ -92,7 +94,11 @@ impl Segment {
             let length = segment.length();
             (origin, segment / length, length)
         };
-        if !(origin.is_finite() && direction.is_finite() && direction != DVec3::ZERO && length.is_finite()) {
+        if !(origin.is_finite()
+            && direction.is_finite()
+            && direction != DVec3::ZERO
+            && length.is_finite())
+        {
             return Err(false);
         }
         // Hits within the rounding of the distance itself belong to the end.
@@ -108,7 +114,8 @@ pub(super) struct Hit<'a> {
     pub primitive: u32,
     /// Where it is in the tree.
     pub candidate: Candidate<'a>,
-    /// Where the ray starts that the intersection refers to, which may be further on than where the one that was asked for does.
+    /// Where the ray starts that the intersection refers to, which may be further on than where the
+    /// one that was asked for does.
     pub origin: DVec3,
     /// Its direction, of unit length.
     pub direction: DVec3,
@@ -136,12 +143,19 @@ impl<'a> Found<'a> {
     #[inline(always)]
     pub fn hit(self, ray: &Ray, moved: f64) -> Hit<'a> {
         let Found { candidate, intersection } = self;
-        Hit { primitive: candidate.primitive(), candidate, origin: ray.origin, direction: ray.direction, moved, intersection }
+        Hit {
+            primitive: candidate.primitive(),
+            candidate,
+            origin: ray.origin,
+            direction: ray.direction,
+            moved,
+            intersection,
+        }
     }
 }
 
-/// The end of a segment at which to start the ray: the one closer to the scene's centre, whose rounding is the smaller one. So the answer does not depend on
-/// the order of the ends.
+/// The end of a segment at which to start the ray: the one closer to the scene's centre, whose
+/// rounding is the smaller one. So the answer does not depend on the order of the ends.
 #[inline]
 fn starts_segment(a: &SurfacePoint, b: &SurfacePoint, center: DVec3) -> bool {
     let distance = |x: &SurfacePoint| x.position.distance_squared(center);
@@ -156,8 +170,8 @@ fn contact(x: &SurfacePoint) -> u32 {
     if x.place == Place::Area { x.primitive } else { SurfacePoint::NONE }
 }
 
-/// The length of a direction may be off by rounding, and by a little more where a user computed it; anything else is made unit length.
-/// `None` if it has no length.
+/// The length of a direction may be off by rounding, and by a little more where a user computed it;
+/// anything else is made unit length. `None` if it has no length.
 #[inline(always)]
 pub(super) fn unit(direction: DVec3) -> Option<DVec3> {
     let length_squared = direction.length_squared();

@@ -1,14 +1,21 @@
-//! Materials as integrators meet them: the model at a point, with textures looked up there and with the side that is seen.
+//! Materials as integrators meet them: the model at a point, with textures looked up there and with
+//! the side that is seen.
 
 use crate::bsdf::ggx::LEAST_ALPHA;
-use crate::bsdf::{Bsdf, BsdfSample, DiracValue, Lobes, MetallicRoughness, Mixture, Model, Plastic, SimpleModel, Walk};
+use crate::bsdf::{
+    Bsdf, BsdfSample, DiracValue, Lobes, MetallicRoughness, Mixture, Model, Plastic, SimpleModel,
+    Walk,
+};
 use crate::math::{PerProjected, Rgb};
 use crate::texture::Texture;
 use glam::{DVec2, DVec3};
 
 /// A checked material.
 #[derive(Clone, Debug, PartialEq)]
-#[allow(clippy::large_enum_variant, reason = "the usual variant must not be behind another pointer")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "the usual variant must not be behind another pointer"
+)]
 pub(crate) enum Scattering {
     /// The same everywhere and on both sides.
     Uniform(Model),
@@ -46,7 +53,8 @@ pub(crate) enum LayerModel {
     Uniform(SimpleModel),
     /// With the albedo of its body.
     Plastic(Plastic, Texture),
-    /// Base colour; roughness in green and metalness in blue; reflectance of the coat at normal incidence.
+    /// Base colour; roughness in green and metalness in blue; reflectance of the coat at normal
+    /// incidence.
     MetallicRoughness { base_color: Texture, surface: Texture, coat: f64 },
 }
 
@@ -78,10 +86,14 @@ impl LayerModel {
             Self::Plastic(plastic, albedo) => plastic.with_albedo(albedo.range()[1]).lobes(),
             Self::MetallicRoughness { base_color, surface, .. } => {
                 let [least, greatest] = surface.range();
-                let when = |condition: bool, lobes: Lobes| if condition { lobes } else { Lobes::NONE };
+                let when =
+                    |condition: bool, lobes: Lobes| if condition { lobes } else { Lobes::NONE };
                 when(least.g() * least.g() < LEAST_ALPHA, Lobes::DIRAC_REFLECTION)
                     | when(greatest.g() * greatest.g() >= LEAST_ALPHA, Lobes::GLOSSY_REFLECTION)
-                    | when(least.b() < 1.0 && !base_color.range()[1].is_black(), Lobes::DIFFUSE_REFLECTION)
+                    | when(
+                        least.b() < 1.0 && !base_color.range()[1].is_black(),
+                        Lobes::DIFFUSE_REFLECTION,
+                    )
             }
         }
     }
@@ -97,7 +109,8 @@ impl Layer {
     }
 
     fn is_uniform(&self) -> bool {
-        matches!(self.model, LayerModel::Uniform(_)) && self.tints.iter().all(|tint| tint.as_constant().is_some())
+        matches!(self.model, LayerModel::Uniform(_))
+            && self.tints.iter().all(|tint| tint.as_constant().is_some())
     }
 }
 
@@ -117,7 +130,12 @@ impl Stack {
                 };
                 let colours = [first.tint(uv) * weights[0], second.tint(uv) * weights[1]];
                 let total = weights[0] + weights[1];
-                Mixture::of_valid([first.model(uv), second.model(uv)], colours, weights.map(|weight| weight / total)).into()
+                Mixture::of_valid(
+                    [first.model(uv), second.model(uv)],
+                    colours,
+                    weights.map(|weight| weight / total),
+                )
+                .into()
             }
             [] => Model::BLACK,
         }
@@ -255,15 +273,33 @@ mod tests {
 
     #[test]
     fn textured_and_sided_materials_agree_with_themselves() {
-        let plastic = Material::Plastic { albedo: board(), specular: Rgb::WHITE, relative_ior: 1.5, colour_shift: true };
-        let rough = Material::RoughMirror { reflectance: Rgb::splat(0.9), alpha: DVec2::new(0.3, 0.4) };
+        let plastic = Material::Plastic {
+            albedo: board(),
+            specular: Rgb::WHITE,
+            relative_ior: 1.5,
+            colour_shift: true,
+        };
+        let rough =
+            Material::RoughMirror { reflectance: Rgb::splat(0.9), alpha: DVec2::new(0.3, 0.4) };
         let beckmann = Material::Beckmann { rough: Box::new(rough.clone()) };
         let materials = [
             lambert(0.7).tinted(board()),
             lambert(0.7).one_sided(),
-            Material::Sided { front: Box::new(lambert(0.3)), back: Box::new(rough.tinted(board())) },
-            Material::Blend { components: Box::new([Material::Null, lambert(0.6).tinted(board()).one_sided()]), amount: board() },
-            Material::Blend { components: Box::new([Material::Dielectric { relative_ior: 1.5 }, beckmann.one_sided()]), amount: board() },
+            Material::Sided {
+                front: Box::new(lambert(0.3)),
+                back: Box::new(rough.tinted(board())),
+            },
+            Material::Blend {
+                components: Box::new([Material::Null, lambert(0.6).tinted(board()).one_sided()]),
+                amount: board(),
+            },
+            Material::Blend {
+                components: Box::new([
+                    Material::Dielectric { relative_ior: 1.5 },
+                    beckmann.one_sided(),
+                ]),
+                amount: board(),
+            },
             plastic.one_sided(),
         ];
         let directions = [DVec3::new(0.48, 0.36, 0.8), DVec3::new(0.48, 0.36, -0.8)];
@@ -271,9 +307,17 @@ mod tests {
         for (index, material) in materials.iter().enumerate() {
             let scattering = material.scattering().expect("valid");
             for uv in PLACES {
-                for (fixed, walk) in directions.iter().flat_map(|w| [(*w, Walk::Camera), (*w, Walk::Light)]) {
+                for (fixed, walk) in
+                    directions.iter().flat_map(|w| [(*w, Walk::Camera), (*w, Walk::Light)])
+                {
                     let mut sampler = Independent { seed: index as u64 }.sampler(7, 0);
-                    let report = check(&SurfaceBsdf::new(&scattering, uv), fixed, walk, &mut sampler, 10_000);
+                    let report = check(
+                        &SurfaceBsdf::new(&scattering, uv),
+                        fixed,
+                        walk,
+                        &mut sampler,
+                        10_000,
+                    );
                     assert_eq!(
                         report.verdict(0.01, cases),
                         Ok(()),
@@ -290,7 +334,9 @@ mod tests {
             let scattering = material.scattering().expect("valid");
             SurfaceBsdf::new(&scattering, uv).eval(DVec3::Z * z, DVec3::Z * z) * PI
         };
-        let near = |a: Rgb, b: Rgb| (0..3).for_each(|c| approx::assert_relative_eq!(a[c], b[c], max_relative = 1e-14));
+        let near = |a: Rgb, b: Rgb| {
+            (0..3).for_each(|c| approx::assert_relative_eq!(a[c], b[c], max_relative = 1e-14))
+        };
         let tinted = lambert(0.5).tinted(board());
         near(f(&tinted, PLACES[0], 1.0), Rgb::new(0.1, 0.25, 0.4));
         near(f(&tinted, PLACES[1], -1.0), Rgb::new(0.45, 0.05, 0.15));
@@ -299,9 +345,13 @@ mod tests {
         near(f(&sided, PLACES[0], -1.0), Rgb::splat(0.6));
         assert_eq!(f(&lambert(0.6).one_sided(), PLACES[0], -1.0), Rgb::BLACK);
         let half = Texture::from(Rgb::splat(0.25));
-        let blend = Material::Blend { components: Box::new([lambert(0.2), lambert(0.6)]), amount: half };
+        let blend =
+            Material::Blend { components: Box::new([lambert(0.2), lambert(0.6)]), amount: half };
         near(f(&blend, PLACES[0], 1.0), Rgb::splat(0.75 * 0.2 + 0.25 * 0.6));
-        assert!(!blend.scattering().expect("valid").is_textured() && tinted.scattering().expect("valid").is_textured());
+        assert!(
+            !blend.scattering().expect("valid").is_textured()
+                && tinted.scattering().expect("valid").is_textured()
+        );
     }
 
     #[test]
@@ -309,9 +359,21 @@ mod tests {
         use crate::bsdf::BsdfError;
         let glass = Material::Dielectric { relative_ior: 1.5 };
         assert_eq!(glass.clone().one_sided().scattering(), Err(BsdfError::SidedTransmission));
-        let blend = |a: Material, b: Material| Material::Blend { components: Box::new([a, b]), amount: board() };
-        assert_eq!(blend(blend(lambert(0.1), lambert(0.2)), glass.clone()).scattering(), Err(BsdfError::NestedMixture));
-        assert_eq!(Material::Beckmann { rough: Box::new(glass) }.scattering(), Err(BsdfError::NotRough));
-        assert!(matches!(lambert(0.5).tinted(Rgb::splat(1.5)).scattering(), Err(BsdfError::Reflectance(_))));
+        let blend = |a: Material, b: Material| Material::Blend {
+            components: Box::new([a, b]),
+            amount: board(),
+        };
+        assert_eq!(
+            blend(blend(lambert(0.1), lambert(0.2)), glass.clone()).scattering(),
+            Err(BsdfError::NestedMixture)
+        );
+        assert_eq!(
+            Material::Beckmann { rough: Box::new(glass) }.scattering(),
+            Err(BsdfError::NotRough)
+        );
+        assert!(matches!(
+            lambert(0.5).tinted(Rgb::splat(1.5)).scattering(),
+            Err(BsdfError::Reflectance(_))
+        ));
     }
 }

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-/// `(p - center) / extent`. A cube around the scene becomes a part of [-1, 1]³, at least a sixth as wide, such that positions that are f32 numbers stay so,
-/// as those of most files are: the extent is a power of two, and along each axis the centre is 0, or an f32 number so far away that its difference
-/// from one within the cube is an f32 number, too (Sterbenz 1974).
+/// `(p - center) / extent`. A cube around the scene becomes a part of [-1, 1]³, at least a sixth as
+/// wide, such that positions that are f32 numbers stay so, as those of most files are: the extent
+/// is a power of two, and along each axis the centre is 0, or an f32 number so far away that its
+/// difference from one within the cube is an f32 number, too (Sterbenz 1974).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Space {
     center: DVec3,
@@ -15,7 +16,8 @@ pub(super) struct Space {
 impl Space {
     /// The space for a cube, given by its centre and half its side.
     pub fn new(center: DVec3, extent: f64) -> Self {
-        let origin = center.map(|x| if x.abs() <= 2.0 * extent { 0.0 } else { f64::from(x as f32) });
+        let origin =
+            center.map(|x| if x.abs() <= 2.0 * extent { 0.0 } else { f64::from(x as f32) });
         let size = (center - origin).abs().max_element() + extent;
         let extent = size.log2().ceil().exp2();
         Self { center: origin, extent, inverse_extent: 1.0 / extent }
@@ -52,7 +54,9 @@ mod tests {
             let space = Space::new(center, extent);
             for i in 0..1000 {
                 let part = |n: u32| f64::from((i * n) % 1001) / 500.0 - 1.0;
-                let p = (center + extent * DVec3::new(part(7), part(19), part(101))).as_vec3().as_dvec3();
+                let p = (center + extent * DVec3::new(part(7), part(19), part(101)))
+                    .as_vec3()
+                    .as_dvec3();
                 let placed = space.place(p);
                 assert!(placed.abs().max_element() <= 1.0 + 1e-6, "{placed}");
                 assert_eq!(placed.as_vec3().as_dvec3(), placed, "{p} in {space:?}");

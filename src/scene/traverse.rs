@@ -1,7 +1,9 @@
-//! How a ray walks through the wide tree: front to back for the nearest hit, in any order to find out whether there is one.
+//! How a ray walks through the wide tree: front to back for the nearest hit, in any order to find
+//! out whether there is one.
 //!
-//! Eight boxes or four triangles are tested at a time, in f32, with tolerances that let nothing slip; what passes is handed to the caller, whose
-//! exact test decides. Written once for all instruction sets; the caller chooses one at run time.
+//! Eight boxes or four triangles are tested at a time, in f32, with tolerances that let nothing
+//! slip; what passes is handed to the caller, whose exact test decides. Written once for all
+//! instruction sets; the caller chooses one at run time.
 
 use super::bvh::ROUNDOFF;
 use super::wide::{Block, Candidate, Child, LANES, Line, Node, WIDTH, Wide};
@@ -10,7 +12,8 @@ use fearless_simd::{Simd, f32x4, f32x8, i32x8, prelude::*, u32x4, u32x8};
 /// A bound on the distance of any hit, since rays start in or at the cube [-1, 1]³.
 pub(super) const FAR: f32 = 4.0;
 
-/// Entries that a ray's stack holds before it moves some to the heap; few in tests, so that it comes to that.
+/// Entries that a ray's stack holds before it moves some to the heap; few in tests, so that it
+/// comes to that.
 const STACK: usize = if cfg!(test) { 16 } else { 64 };
 
 /// A ray in the space of the boxes.
@@ -30,7 +33,8 @@ impl BoxRay {
     pub fn new(origin: glam::Vec3, direction: glam::Vec3) -> Self {
         let (origin, direction) = (origin.to_array(), direction.to_array());
         // A component too small to matter still needs a finite reciprocal.
-        let reciprocal = direction.map(|d| 1.0 / if d.abs() < SMALLEST { SMALLEST.copysign(d) } else { d });
+        let reciprocal =
+            direction.map(|d| 1.0 / if d.abs() < SMALLEST { SMALLEST.copysign(d) } else { d });
         let offset = [0, 1, 2].map(|i| -origin[i] * reciprocal[i]);
         let backwards = reciprocal.map(|r| r < 0.0);
         Self { origin, direction, reciprocal, offset, backwards }
@@ -65,23 +69,34 @@ impl<S: Simd> Splat<S> {
     }
 }
 
-/// The distances at which the ray enters a node's boxes, as bits, and a bit for each that it enters before `limit`.
+/// The distances at which the ray enters a node's boxes, as bits, and a bit for each that it enters
+/// before `limit`.
 ///
-/// Floats that are not negative have the order of their bits, and finding the greater of two integers takes less time. Negative ones have
-/// the reverse order, but since 0 is among the distances of entry and a box that is left at a negative one is missed, it does not matter.
+/// Floats that are not negative have the order of their bits, and finding the greater of two
+/// integers takes less time. Negative ones have the reverse order, but since 0 is among the
+/// distances of entry and a box that is left at a negative one is missed, it does not matter.
 #[inline(always)]
-fn enter<S: Simd>(simd: S, ray: &BoxRay, wide: &Splat<S>, node: Node<'_>, limit: f32) -> (i32x8<S>, u64) {
+fn enter<S: Simd>(
+    simd: S,
+    ray: &BoxRay,
+    wide: &Splat<S>,
+    node: Node<'_>,
+    limit: f32,
+) -> (i32x8<S>, u64) {
     let plane = |axis: usize, side: bool| {
         let plane = u32x8::load_array_ref(simd, node.planes(axis, side)).bitcast::<f32x8<S>>();
         plane.mul_add(wide.reciprocal[axis], wide.offset[axis]).bitcast::<i32x8<S>>()
     };
     let [x, y, z] = ray.backwards;
     let near = plane(0, x).max(plane(1, y)).max(plane(2, z).max(i32x8::splat(simd, 0)));
-    let far = plane(0, !x).min(plane(1, !y)).min(plane(2, !z).min(i32x8::splat(simd, limit.to_bits() as i32)));
+    let far = plane(0, !x)
+        .min(plane(1, !y))
+        .min(plane(2, !z).min(i32x8::splat(simd, limit.to_bits() as i32)));
     (near, near.simd_le(far).to_bitmask())
 }
 
-/// Triangles, in each lane the same or another: a vertex, edges and normal, by how much edge functions and distance may be off.
+/// Triangles, in each lane the same or another: a vertex, edges and normal, by how much edge
+/// functions and distance may be off.
 pub(super) struct Facets<V> {
     pub vertex: [V; 3],
     pub edge1: [V; 3],
@@ -111,7 +126,11 @@ impl<S: Simd> Facets<f32x4<S>> {
 
 #[inline(always)]
 fn cross<S: Simd, V: SimdFloat<S>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
-    [a[1].mul_sub(b[2], a[2] * b[1]), a[2].mul_sub(b[0], a[0] * b[2]), a[0].mul_sub(b[1], a[1] * b[0])]
+    [
+        a[1].mul_sub(b[2], a[2] * b[1]),
+        a[2].mul_sub(b[0], a[0] * b[2]),
+        a[0].mul_sub(b[1], a[1] * b[0]),
+    ]
 }
 
 #[inline(always)]
@@ -119,7 +138,8 @@ fn dot<S: Simd, V: SimdFloat<S>>(a: [V; 3], b: [V; 3]) -> V {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
-/// What the test in f32 says about rays and triangles, in each lane one of each; see "Why no triangle is missed" in [`super::bvh`].
+/// What the test in f32 says about rays and triangles, in each lane one of each; see "Why no
+/// triangle is missed" in [`super::bvh`].
 pub(super) struct Tested<S: Simd, V: SimdBase<S>> {
     /// Which triangles the ray may hit before the limit.
     pub hits: V::Mask,
@@ -224,8 +244,8 @@ fn take_last(bits: &mut u64) -> usize {
     lane
 }
 
-/// What a ray has yet to visit, the nearest last. How many of the entries count is told by the walk, which the compiler keeps in registers
-/// that way.
+/// What a ray has yet to visit, the nearest last. How many of the entries count is told by the
+/// walk, which the compiler keeps in registers that way.
 pub(super) struct Stack<T> {
     entries: [T; STACK],
     heap: Vec<T>,
@@ -289,7 +309,14 @@ pub(super) struct Nearest<'a> {
 impl Default for Nearest<'_> {
     #[inline(always)]
     fn default() -> Self {
-        Self { limit: FAR, child: Child(0), length: 0, held: None, held_primitive: u32::MAX, held_near: f32::INFINITY }
+        Self {
+            limit: FAR,
+            child: Child(0),
+            length: 0,
+            held: None,
+            held_primitive: u32::MAX,
+            held_near: f32::INFINITY,
+        }
     }
 }
 
@@ -330,8 +357,9 @@ impl Wide {
         prefetch(simd, self.lines.as_ptr().wrapping_add(child.line()).cast::<[Line; 4]>());
     }
 
-    /// Visits one node or leaf on the way to the nearest hit, and offers candidates roughly from near to far. `test` gets one and returns the
-    /// limit from then on if it has come down. A hit that is certain is held back, which `prepare` gets to know; the last one of them is yet to
+    /// Visits one node or leaf on the way to the nearest hit, and offers candidates roughly from
+    /// near to far. `test` gets one and returns the limit from then on if it has come down. A hit
+    /// that is certain is held back, which `prepare` gets to know; the last one of them is yet to
     /// be tested at the end. The ray does not hit the primitive `origin` unless `test` says so.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
@@ -349,7 +377,8 @@ impl Wide {
         if walk.child.is_leaf() {
             let Some(block) = self.block(walk.child.line()) else { return Step::Done };
             let limit = f32x4::splat(simd, walk.limit);
-            let tested = Tested::new(simd, &wide.origin, &wide.direction, limit, Facets::new(simd, block));
+            let tested =
+                Tested::new(simd, &wide.origin, &wide.direction, limit, Facets::new(simd, block));
             let mut hits = tested.hits.to_bitmask();
             if hits != 0 {
                 let certain = tested.certain().to_bitmask();
@@ -360,11 +389,16 @@ impl Wide {
                     let candidate = Candidate { block, lane };
                     let primitive = candidate.primitive();
                     let certain = certain >> lane & 1 != 0;
-                    if certain && (primitive == walk.held_primitive || primitive == origin || near[lane] > walk.limit) {
+                    if certain
+                        && (primitive == walk.held_primitive
+                            || primitive == origin
+                            || near[lane] > walk.limit)
+                    {
                         continue;
                     }
                     if certain && far[lane] < walk.held_near {
-                        (walk.held, walk.held_primitive, walk.held_near) = (Some(candidate), primitive, near[lane]);
+                        (walk.held, walk.held_primitive, walk.held_near) =
+                            (Some(candidate), primitive, near[lane]);
                         walk.limit = walk.limit.min(far[lane]);
                         prepare(candidate);
                         continue;
@@ -422,8 +456,8 @@ impl Wide {
         Step::Done
     }
 
-    /// Visits one node or leaf until `test` is true of any candidate before the limit. It gets one and whether that is certainly hit well before
-    /// the limit.
+    /// Visits one node or leaf until `test` is true of any candidate before the limit. It gets one
+    /// and whether that is certainly hit well before the limit.
     #[inline(always)]
     pub fn step_to_any<'a, S: Simd>(
         &'a self,
@@ -437,7 +471,8 @@ impl Wide {
         if walk.child.is_leaf() {
             let Some(block) = self.block(walk.child.line()) else { return Step::Done };
             let limit = f32x4::splat(simd, walk.limit);
-            let tested = Tested::new(simd, &wide.origin, &wide.direction, limit, Facets::new(simd, block));
+            let tested =
+                Tested::new(simd, &wide.origin, &wide.direction, limit, Facets::new(simd, block));
             let mut hits = tested.hits.to_bitmask();
             if hits != 0 {
                 let certain = tested.certain_before(limit).to_bitmask();

@@ -1,4 +1,5 @@
-//! Where a scene asks more of f64 than it has: found when the scene is built, reported, and rendered all the same.
+//! Where a scene asks more of f64 than it has: found when the scene is built, reported, and
+//! rendered all the same.
 
 use super::builder::Surface;
 use super::material::Material;
@@ -9,7 +10,8 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::fmt;
 
-/// A limit of the arithmetic that a scene goes beyond. docs/numerics.md has the measurements behind the limits.
+/// A limit of the arithmetic that a scene goes beyond. docs/numerics.md has the measurements behind
+/// the limits.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -22,8 +24,9 @@ pub enum Warning {
         /// How many the mesh has.
         triangles: usize,
     },
-    /// Fewer than [`Warning::LEAST_DIGITS`] decimal digits of an object's coordinates tell its points apart, because it is small for its
-    /// distance from the origin. Images have about one digit less.
+    /// Fewer than [`Warning::LEAST_DIGITS`] decimal digits of an object's coordinates tell its
+    /// points apart, because it is small for its distance from the origin. Images have about one
+    /// digit less.
     FewDigits {
         /// The surface; `None` if it is the whole scene.
         object: Option<String>,
@@ -32,29 +35,33 @@ pub enum Warning {
         /// Its largest coordinate.
         coordinate: f64,
     },
-    /// A roughness below 1e-4, where models behave as if it were 0 along both axes, or 1e-4 if the other one is not as small.
+    /// A roughness below 1e-4, where models behave as if it were 0 along both axes, or 1e-4 if the
+    /// other one is not as small.
     Roughness {
         /// The material.
         material: String,
         /// Its roughness.
         alpha: DVec2,
     },
-    /// Rough glass whose index is so close to 1 that it is rendered as smooth glass: it bends no ray measurably.
+    /// Rough glass whose index is so close to 1 that it is rendered as smooth glass: it bends no
+    /// ray measurably.
     IndexMatched {
         /// The material.
         material: String,
         /// Its index of refraction.
         relative_ior: f64,
     },
-    /// The square of a radiance leaves the range of f64: means are right, but variances and standard errors are not.
+    /// The square of a radiance leaves the range of f64: means are right, but variances and
+    /// standard errors are not.
     Radiance {
         /// The surface.
         object: String,
         /// The largest component of its radiance.
         radiance: f64,
     },
-    /// A primitive of an emissive surface is there twice, within one surface or two. A ray sees the first, but connections and uniform-area
-    /// sampling may end on either, so integrators do not agree.
+    /// A primitive of an emissive surface is there twice, within one surface or two. A ray sees the
+    /// first, but connections and uniform-area sampling may end on either, so integrators do not
+    /// agree.
     CoincidentEmitter {
         /// The surface that emits.
         object: String,
@@ -78,30 +85,43 @@ impl Warning {
             }
         };
         match *material {
-            Material::RoughMirror { alpha, .. } | Material::RoughConductor { alpha, .. } => rough(alpha),
+            Material::RoughMirror { alpha, .. } | Material::RoughConductor { alpha, .. } => {
+                rough(alpha)
+            }
             Material::RoughDielectric { relative_ior, alpha } => {
                 rough(alpha);
                 if relative_ior != 1.0 && (relative_ior - 1.0).abs() < INDEX_MATCHED {
                     warnings.push(Self::IndexMatched { material: name.to_owned(), relative_ior });
                 }
             }
-            Material::Mixture { ref components, .. } => components.iter().for_each(|part| Self::of_material(name, part, warnings)),
+            Material::Mixture { ref components, .. } => {
+                components.iter().for_each(|part| Self::of_material(name, part, warnings))
+            }
             _ => {}
         }
     }
 
     /// What is lost by where surfaces are and how bright.
-    pub(super) fn of_surfaces(surfaces: &[Surface], shapes: &[Shape], scene: &Bounds, warnings: &mut Vec<Self>) {
+    pub(super) fn of_surfaces(
+        surfaces: &[Surface],
+        shapes: &[Shape],
+        scene: &Bounds,
+        warnings: &mut Vec<Self>,
+    ) {
         let before = warnings.len();
         warnings.extend(Self::of_bounds(None, scene));
         if warnings.len() == before {
             warnings.extend(surfaces.iter().filter_map(|surface| {
-                let bounds = surface.range(shapes).iter().fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
+                let bounds = surface
+                    .range(shapes)
+                    .iter()
+                    .fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
                 Self::of_bounds(Some(&surface.name), &bounds)
             }));
         }
         for surface in surfaces {
-            if let Some(radiance) = surface.emission.as_ref().map(|(radiance, _)| radiance.range()[1].max_component())
+            if let Some(radiance) =
+                surface.emission.as_ref().map(|(radiance, _)| radiance.range()[1].max_component())
                 && !Self::RADIANCE.contains(&radiance)
             {
                 warnings.push(Self::Radiance { object: surface.name.clone(), radiance });
@@ -118,7 +138,8 @@ impl Warning {
     }
 
     fn of_coincidence(surfaces: &[Surface], shapes: &[Shape], warnings: &mut Vec<Self>) {
-        let (emitters, others): (Vec<&Surface>, Vec<&Surface>) = surfaces.iter().partition(|surface| surface.emission.is_some());
+        let (emitters, others): (Vec<&Surface>, Vec<&Surface>) =
+            surfaces.iter().partition(|surface| surface.emission.is_some());
         if emitters.is_empty() {
             return;
         }
@@ -128,12 +149,17 @@ impl Warning {
             for shape in surface.range(shapes) {
                 match first.entry(key(shape)) {
                     Entry::Occupied(entry) => coincident = Some(*entry.get()),
-                    Entry::Vacant(entry) if surface.emission.is_some() => _ = entry.insert(&surface.name),
+                    Entry::Vacant(entry) if surface.emission.is_some() => {
+                        _ = entry.insert(&surface.name)
+                    }
                     Entry::Vacant(_) => {}
                 }
             }
             let name = |name: &str| name.to_owned();
-            warnings.extend(coincident.map(|object| Self::CoincidentEmitter { object: name(object), other: name(&surface.name) }));
+            warnings.extend(coincident.map(|object| Self::CoincidentEmitter {
+                object: name(object),
+                other: name(&surface.name),
+            }));
         }
     }
 }
@@ -147,12 +173,23 @@ fn digits(size: f64, coordinate: f64) -> f64 {
 fn key(shape: &Shape) -> [u64; 12] {
     let mut points = match *shape {
         Shape::Triangle(Triangle { vertices: [a, b, c] }) => [a, b, c, DVec3::INFINITY],
-        Shape::Quad(Quad { origin, edge_u, edge_v }) => [origin, origin + edge_u, origin + edge_v, origin + edge_u + edge_v],
-        Shape::Sphere(sphere) => [sphere.center, DVec3::new(sphere.radius, sphere.cos_min, sphere.cos_max), sphere.axis, DVec3::ZERO],
-        Shape::Disk(disk) => [disk.center, DVec3::splat(disk.radius), disk.normal.abs(), DVec3::ZERO],
+        Shape::Quad(Quad { origin, edge_u, edge_v }) => {
+            [origin, origin + edge_u, origin + edge_v, origin + edge_u + edge_v]
+        }
+        Shape::Sphere(sphere) => [
+            sphere.center,
+            DVec3::new(sphere.radius, sphere.cos_min, sphere.cos_max),
+            sphere.axis,
+            DVec3::ZERO,
+        ],
+        Shape::Disk(disk) => {
+            [disk.center, DVec3::splat(disk.radius), disk.normal.abs(), DVec3::ZERO]
+        }
     };
     if matches!(shape, Shape::Triangle(_) | Shape::Quad(_)) {
-        points.sort_by(|p, q| p.to_array().partial_cmp(&q.to_array()).unwrap_or(std::cmp::Ordering::Equal));
+        points.sort_by(|p, q| {
+            p.to_array().partial_cmp(&q.to_array()).unwrap_or(std::cmp::Ordering::Equal)
+        });
     }
     // -0 is 0.
     std::array::from_fn(|i| (points[i / 3][i % 3] + 0.0).to_bits())
@@ -162,7 +199,10 @@ impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::DroppedTriangles { object, dropped, triangles } => {
-                write!(f, "\"{object}\": {dropped} of {triangles} triangles have no area and were left out")
+                write!(
+                    f,
+                    "\"{object}\": {dropped} of {triangles} triangles have no area and were left out"
+                )
             }
             Self::FewDigits { object, size, coordinate } => {
                 match object {
@@ -176,20 +216,37 @@ impl fmt::Display for Warning {
                 )
             }
             Self::Roughness { material, alpha } => {
-                let as_what = if alpha.max_element() < LEAST_ALPHA { "a smooth surface" } else { "1e-4" };
-                write!(f, "material \"{material}\": roughness {:e}, {:e} is below 1e-4 and rendered as {as_what}", alpha.x, alpha.y)
+                let as_what =
+                    if alpha.max_element() < LEAST_ALPHA { "a smooth surface" } else { "1e-4" };
+                write!(
+                    f,
+                    "material \"{material}\": roughness {:e}, {:e} is below 1e-4 and rendered as {as_what}",
+                    alpha.x, alpha.y
+                )
             }
             Self::IndexMatched { material, relative_ior } => {
-                write!(f, "material \"{material}\": the index of refraction {relative_ior} is so close to 1 that its roughness is left out")
+                write!(
+                    f,
+                    "material \"{material}\": the index of refraction {relative_ior} is so close to 1 that its roughness is left out"
+                )
             }
             Self::Radiance { object, radiance } => {
-                write!(f, "\"{object}\": radiance {radiance:.1e} has a square out of range: standard errors will be wrong")
+                write!(
+                    f,
+                    "\"{object}\": radiance {radiance:.1e} has a square out of range: standard errors will be wrong"
+                )
             }
             Self::CoincidentEmitter { object, other } if object == other => {
-                write!(f, "\"{object}\": a primitive of this emitter is there twice; integrators will not agree")
+                write!(
+                    f,
+                    "\"{object}\": a primitive of this emitter is there twice; integrators will not agree"
+                )
             }
             Self::CoincidentEmitter { object, other } => {
-                write!(f, "\"{object}\": a primitive of this emitter coincides with one of \"{other}\"; integrators will not agree")
+                write!(
+                    f,
+                    "\"{object}\": a primitive of this emitter coincides with one of \"{other}\"; integrators will not agree"
+                )
             }
         }
     }

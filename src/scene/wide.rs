@@ -1,8 +1,10 @@
-//! The tree that rays walk through: nodes of eight boxes and leaves of four triangles, side by side for SIMD.
+//! The tree that rays walk through: nodes of eight boxes and leaves of four triangles, side by side
+//! for SIMD.
 //!
-//! It is made from a binary tree by choosing, for every binary node, whether it becomes a leaf, a node of its own, or dissolves into its
-//! parent, so that the expected cost by the surface area heuristic is least (Ylitie, Karras and Laine 2017, section 3). All numbers are
-//! f32 in the space of the boxes; [`super::bvh`] says what their rounding amounts to.
+//! It is made from a binary tree by choosing, for every binary node, whether it becomes a leaf, a
+//! node of its own, or dissolves into its parent, so that the expected cost by the surface area
+//! heuristic is least (Ylitie, Karras and Laine 2017, section 3). All numbers are f32 in the space
+//! of the boxes; [`super::bvh`] says what their rounding amounts to.
 
 use super::bvh;
 use glam::DVec3;
@@ -17,8 +19,8 @@ pub(super) const LANES: usize = 4;
 /// What testing a node's boxes costs, in tests of a block.
 const NODE_COST: f32 = 1.0;
 
-/// A cache line. Nodes and blocks are made of them and lie in one array, a node's blocks right behind it, where the processor finds them
-/// soonest.
+/// A cache line. Nodes and blocks are made of them and lie in one array, a node's blocks right
+/// behind it, where the processor finds them soonest.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(super) struct Line(pub [[u32; 8]; 2]);
@@ -78,14 +80,16 @@ pub(super) enum Facet {
     Opaque,
 }
 
-/// Four triangles: for each axis a vertex and the edges to the others, by how much what is computed from them may be off, and their primitives.
+/// Four triangles: for each axis a vertex and the edges to the others, by how much what is computed
+/// from them may be off, and their primitives.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<'a>(pub &'a [Line; Block::LINES]);
 
 impl<'a> Block<'a> {
     pub const LINES: usize = 3;
 
-    /// By how much the edge functions may be off: 0 for what is always a candidate, negative for a lane that is empty.
+    /// By how much the edge functions may be off: 0 for what is always a candidate, negative for a
+    /// lane that is empty.
     const TOLERANCE: usize = 9;
     const DISTANCE_TOLERANCE: usize = 10;
     const PRIMITIVE: usize = 11;
@@ -155,7 +159,11 @@ impl Candidate<'_> {
         let x = |row| f64::from(f32::from_bits(self.number(row)));
         let (i, j, k) = (i % 3, j % 3, k % 3);
         let a = DVec3::new(x(i), x(j), x(k));
-        [a, a + DVec3::new(x(3 + i), x(3 + j), x(3 + k)), a + DVec3::new(x(6 + i), x(6 + j), x(6 + k))]
+        [
+            a,
+            a + DVec3::new(x(3 + i), x(3 + j), x(3 + k)),
+            a + DVec3::new(x(6 + i), x(6 + j), x(6 + k)),
+        ]
     }
 }
 
@@ -167,18 +175,26 @@ pub(super) struct Wide {
     pub blocks: usize,
 }
 
-/// Least costs of the subtree below a binary node: as one leaf or node, and as a forest of at most 2, 3, … 7 of them.
+/// Least costs of the subtree below a binary node: as one leaf or node, and as a forest of at most
+/// 2, 3, … 7 of them.
 type Costs = [f32; WIDTH - 1];
 
 impl Wide {
-    /// Collapses a binary tree, whose root is its first node. `facet` tells primitive and shape of a reference.
-    pub fn collapse(tree: &[Bvh2Node], references: &[u32], facet: impl Fn(u32) -> (u32, Facet)) -> Self {
+    /// Collapses a binary tree, whose root is its first node. `facet` tells primitive and shape of
+    /// a reference.
+    pub fn collapse(
+        tree: &[Bvh2Node],
+        references: &[u32],
+        facet: impl Fn(u32) -> (u32, Facet),
+    ) -> Self {
         let mut wide = Self::default();
         if tree.is_empty() {
             return wide;
         }
         let (counts, costs) = costs(tree);
-        let is_leaf = |index: u32| counts[index as usize] as usize <= LANES && leaf_is_best(tree, &costs, index);
+        let is_leaf = |index: u32| {
+            counts[index as usize] as usize <= LANES && leaf_is_best(tree, &costs, index)
+        };
         // Binary nodes to make wide ones of, with the line and lane of the parent that lead there.
         let mut work: Vec<(u32, Option<(usize, usize)>)> = vec![(0, None)];
         let mut children = Vec::new();
@@ -197,15 +213,22 @@ impl Wide {
                 forest(tree, &costs, first + 1, WIDTH - left, &mut children);
             }
             // What is likely to be in the way of a shadow ray first: leaves, then large boxes.
-            children.sort_by_key(|&child| (!is_leaf(child), std::cmp::Reverse(tree[child as usize].aabb().half_area().to_bits())));
-            let nothing = Line([[f32::INFINITY.to_bits(); WIDTH], [f32::NEG_INFINITY.to_bits(); WIDTH]]);
+            children.sort_by_key(|&child| {
+                (
+                    !is_leaf(child),
+                    std::cmp::Reverse(tree[child as usize].aabb().half_area().to_bits()),
+                )
+            });
+            let nothing =
+                Line([[f32::INFINITY.to_bits(); WIDTH], [f32::NEG_INFINITY.to_bits(); WIDTH]]);
             wide.lines.extend([nothing, nothing, nothing, Line([[0; WIDTH]; 2])]);
             wide.nodes += 1;
             for (lane, &child) in children.iter().enumerate() {
                 let bounds = tree[child as usize].aabb();
                 for axis in 0..3 {
                     let Line([low, high]) = &mut wide.lines[node + axis];
-                    (low[lane], high[lane]) = (bounds.min[axis].to_bits(), bounds.max[axis].to_bits());
+                    (low[lane], high[lane]) =
+                        (bounds.min[axis].to_bits(), bounds.max[axis].to_bits());
                 }
                 if is_leaf(child) {
                     wide.lines[node + 3].0[0][lane] = Child::LEAF | wide.lines.len() as u32;
@@ -303,7 +326,12 @@ fn forest(tree: &[Bvh2Node], costs: &[Costs], index: u32, roots: usize, found: &
 }
 
 /// The block of all references below a binary node; parts of the same facet are one.
-fn block(tree: &[Bvh2Node], references: &[u32], index: u32, facet: &impl Fn(u32) -> (u32, Facet)) -> [Line; Block::LINES] {
+fn block(
+    tree: &[Bvh2Node],
+    references: &[u32],
+    index: u32,
+    facet: &impl Fn(u32) -> (u32, Facet),
+) -> [Line; Block::LINES] {
     let mut found: Vec<u32> = Vec::with_capacity(LANES);
     let mut stack = vec![index];
     while let Some(index) = stack.pop() {
@@ -320,7 +348,10 @@ fn block(tree: &[Bvh2Node], references: &[u32], index: u32, facet: &impl Fn(u32)
 }
 
 /// Blocks of all references, without a tree.
-pub(super) fn blocks(references: &[u32], facet: impl Fn(u32) -> (u32, Facet)) -> Vec<[Line; Block::LINES]> {
+pub(super) fn blocks(
+    references: &[u32],
+    facet: impl Fn(u32) -> (u32, Facet),
+) -> Vec<[Line; Block::LINES]> {
     references.chunks(LANES).map(|found| block_of(found, &facet)).collect()
 }
 
@@ -347,7 +378,8 @@ fn block_of(found: &[u32], facet: &impl Fn(u32) -> (u32, Facet)) -> [Line; Block
         let up = |x: f64| (x as f32).next_up().to_bits();
         let size = edge1.abs().element_sum() + edge2.abs().element_sum();
         rows[Block::TOLERANCE][lane] = up(bvh::EDGE_TOLERANCE * size + bvh::TOLERANCE_F64);
-        rows[Block::DISTANCE_TOLERANCE][lane] = up(bvh::DISTANCE_TOLERANCE * edge1.length() * edge2.length() + bvh::TOLERANCE_F64);
+        rows[Block::DISTANCE_TOLERANCE][lane] =
+            up(bvh::DISTANCE_TOLERANCE * edge1.length() * edge2.length() + bvh::TOLERANCE_F64);
     }
     let half = |k: usize| {
         let ([a, b, c, d], [e, f, g, h]) = (rows[2 * k], rows[2 * k + 1]);

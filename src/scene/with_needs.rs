@@ -6,7 +6,8 @@ use crate::geometry::SurfacePoint;
 use glam::{DVec2, DVec3};
 use std::fmt;
 
-/// A scene with other needs: with [`Needs::ALL`] nothing is left out, which shows what leaving out saves and that it changes nothing.
+/// A scene with other needs: with [`Needs::ALL`] nothing is left out, which shows what leaving out
+/// saves and that it changes nothing.
 pub struct WithNeeds<'a, S: ?Sized> {
     /// The scene.
     pub scene: &'a S,
@@ -44,11 +45,19 @@ impl<S: Scene + ?Sized> Scene for WithNeeds<'_, S> {
         self.scene.visible(a, b)
     }
     #[inline]
-    fn intersect_many<'b>(&self, rays: impl Iterator<Item = (&'b SurfacePoint, DVec3)>, found: impl FnMut(usize, Option<SurfacePoint>)) {
+    fn intersect_many<'b>(
+        &self,
+        rays: impl Iterator<Item = (&'b SurfacePoint, DVec3)>,
+        found: impl FnMut(usize, Option<SurfacePoint>),
+    ) {
         self.scene.intersect_many(rays, found);
     }
     #[inline]
-    fn visible_many<'b>(&self, segments: impl Iterator<Item = (&'b SurfacePoint, &'b SurfacePoint)>, answer: impl FnMut(usize, bool)) {
+    fn visible_many<'b>(
+        &self,
+        segments: impl Iterator<Item = (&'b SurfacePoint, &'b SurfacePoint)>,
+        answer: impl FnMut(usize, bool),
+    ) {
         self.scene.visible_many(segments, answer);
     }
     #[inline]

@@ -14,8 +14,8 @@ use glam::{DVec2, DVec3};
 
 /// A scene made by a [`WorldBuilder`](super::WorldBuilder). Immutable; share it between threads.
 ///
-/// Primitives are numbered surface by surface in the order in which surfaces were added. Of surfaces at the same distance, a ray sees
-/// that of the lowest number.
+/// Primitives are numbered surface by surface in the order in which surfaces were added. Of
+/// surfaces at the same distance, a ray sees that of the lowest number.
 pub struct World {
     bvh: Bvh,
     bounds: Bounds,
@@ -51,7 +51,20 @@ impl World {
         }
         let needs = needs(&materials, &surfaces, &lights, environment, &bvh, &bounds);
         let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
-        Self { bvh, bounds, materials, surfaces, surface_of, lights, environment, light_choice, area_choice, total_area, needs, warnings }
+        Self {
+            bvh,
+            bounds,
+            materials,
+            surfaces,
+            surface_of,
+            lights,
+            environment,
+            light_choice,
+            area_choice,
+            total_area,
+            needs,
+            warnings,
+        }
     }
 
     /// The box around all surfaces; empty if there is none.
@@ -81,7 +94,9 @@ impl World {
     /// Number of triangles that were left out because they have no area.
     #[must_use]
     pub fn dropped_triangles(&self) -> usize {
-        let dropped = |warning: &Warning| if let Warning::DroppedTriangles { dropped, .. } = warning { *dropped } else { 0 };
+        let dropped = |warning: &Warning| {
+            if let Warning::DroppedTriangles { dropped, .. } = warning { *dropped } else { 0 }
+        };
         self.warnings.iter().map(dropped).sum()
     }
 
@@ -134,30 +149,43 @@ impl World {
         self.bvh.statistics()
     }
 
-    /// The primitive that a ray meets first and its distance: [`Scene::intersect`] without the surface point, for whoever needs no more, from
-    /// an origin that lies on no surface. A direction that is not of unit length is made so; a ray that is none hits nothing.
+    /// The primitive that a ray meets first and its distance: [`Scene::intersect`] without the
+    /// surface point, for whoever needs no more, from an origin that lies on no surface. A
+    /// direction that is not of unit length is made so; a ray that is none hits nothing.
     #[must_use]
     pub fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
         self.bvh.closest(Query::free(origin, direction), primitive_and_distance)
     }
 
-    /// [`first_hit`](Self::first_hit) of many rays, given by origin and direction. `found` gets each answer once, with the ray's place in the
-    /// iterator, in any order.
-    pub fn first_hits(&self, rays: impl Iterator<Item = (DVec3, DVec3)>, mut found: impl FnMut(usize, Option<(u32, f64)>)) {
+    /// [`first_hit`](Self::first_hit) of many rays, given by origin and direction. `found` gets
+    /// each answer once, with the ray's place in the iterator, in any order.
+    pub fn first_hits(
+        &self,
+        rays: impl Iterator<Item = (DVec3, DVec3)>,
+        mut found: impl FnMut(usize, Option<(u32, f64)>),
+    ) {
         let queries = rays.map(|(origin, direction)| Query::free(origin, direction));
         self.bvh.closest_many(queries, |index, hit| found(index, hit.map(primitive_and_distance)));
     }
 
-    /// Whether a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an end that lie on no surface.
+    /// Whether a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an
+    /// end that lie on no surface.
     #[must_use]
     pub fn is_clear(&self, origin: DVec3, direction: DVec3, length: f64) -> bool {
         self.bvh.is_free(&Segment::free(origin, direction, length))
     }
 
-    /// [`is_clear`](Self::is_clear) of many rays, given by origin, direction and length. `answer` gets each answer once, with the ray's place in
-    /// the iterator, in any order.
-    pub fn are_clear(&self, rays: impl Iterator<Item = (DVec3, DVec3, f64)>, answer: impl FnMut(usize, bool)) {
-        self.bvh.are_free(rays.map(|(origin, direction, length)| Ok(Segment::free(origin, direction, length))), answer);
+    /// [`is_clear`](Self::is_clear) of many rays, given by origin, direction and length. `answer`
+    /// gets each answer once, with the ray's place in the iterator, in any order.
+    pub fn are_clear(
+        &self,
+        rays: impl Iterator<Item = (DVec3, DVec3, f64)>,
+        answer: impl FnMut(usize, bool),
+    ) {
+        self.bvh.are_free(
+            rays.map(|(origin, direction, length)| Ok(Segment::free(origin, direction, length))),
+            answer,
+        );
     }
 
     /// The surface point of a hit.
@@ -168,24 +196,41 @@ impl World {
         Some(self.complete(hit.primitive, Some(triangle), x))
     }
 
-    /// The same for a shape that is no triangle. Apart, so that points of triangles need not be where it leaves its own.
+    /// The same for a shape that is no triangle. Apart, so that points of triangles need not be
+    /// where it leaves its own.
     #[inline(never)]
     fn point_of_other(&self, hit: &Hit<'_>) -> Option<SurfacePoint> {
-        let x = self.bvh.shape(hit.primitive)?.point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection);
+        let x = self
+            .bvh
+            .shape(hit.primitive)?
+            .point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection);
         Some(self.complete(hit.primitive, None, x))
     }
 
     /// Gives a point of a shape, perhaps of a triangle, what the scene knows about it.
     #[inline(always)]
-    fn complete(&self, primitive: u32, triangle: Option<Triangle>, x: SurfacePoint) -> SurfacePoint {
+    fn complete(
+        &self,
+        primitive: u32,
+        triangle: Option<Triangle>,
+        x: SurfacePoint,
+    ) -> SurfacePoint {
         let id = self.surface_of[primitive as usize];
         let surface = &self.surfaces[id as usize];
         let mut shading = Shading::of(&x);
         if let (Some(attributes), Some(triangle)) = (&surface.attributes, triangle) {
-            shading = attributes.at((primitive - surface.first_primitive) as usize, triangle, shading);
+            shading =
+                attributes.at((primitive - surface.first_primitive) as usize, triangle, shading);
         }
         // All fields at once, so that the point is made where it is needed.
-        SurfacePoint { primitive, surface: id, shading_normal: shading.normal, tangent: shading.tangent, uv: shading.uv, ..x }
+        SurfacePoint {
+            primitive,
+            surface: id,
+            shading_normal: shading.normal,
+            tangent: shading.tangent,
+            uv: shading.uv,
+            ..x
+        }
     }
 }
 
@@ -196,13 +241,17 @@ impl Scene for World {
     #[inline]
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         // The point is made where it is needed.
-        self.bvh.closest(Query::leaving(from, direction), |hit| hit).and_then(|hit| self.point_of(&hit))
+        self.bvh
+            .closest(Query::leaving(from, direction), |hit| hit)
+            .and_then(|hit| self.point_of(&hit))
     }
 
-    /// Coincident points, two points at infinity and points that are not finite do not see each other: they have no geometry term.
+    /// Coincident points, two points at infinity and points that are not finite do not see each
+    /// other: they have no geometry term.
     #[inline]
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
-        Segment::between(a, b, self.bvh.center()).map_or_else(|visible| visible, |segment| self.bvh.is_free(&segment))
+        Segment::between(a, b, self.bvh.center())
+            .map_or_else(|visible| visible, |segment| self.bvh.is_free(&segment))
     }
 
     #[inline]
@@ -212,17 +261,24 @@ impl Scene for World {
         mut found: impl FnMut(usize, Option<SurfacePoint>),
     ) {
         let queries = rays.map(|(from, direction)| Query::leaving(from, direction));
-        self.bvh.closest_many(queries, |index, hit| found(index, hit.and_then(|hit| self.point_of(&hit))));
+        self.bvh.closest_many(queries, |index, hit| {
+            found(index, hit.and_then(|hit| self.point_of(&hit)))
+        });
     }
 
     #[inline]
-    fn visible_many<'a>(&self, segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>, answer: impl FnMut(usize, bool)) {
+    fn visible_many<'a>(
+        &self,
+        segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>,
+        answer: impl FnMut(usize, bool),
+    ) {
         self.bvh.are_free(segments.map(|(a, b)| Segment::between(a, b, self.bvh.center())), answer);
     }
 
     #[inline]
     fn bsdf(&self, x: &SurfacePoint) -> SurfaceBsdf<'_> {
-        self.material_at(x).map_or(SurfaceBsdf::new(&Scattering::BLACK, DVec2::ZERO), |(_, bsdf)| bsdf)
+        self.material_at(x)
+            .map_or(SurfaceBsdf::new(&Scattering::BLACK, DVec2::ZERO), |(_, bsdf)| bsdf)
     }
 
     #[inline]
@@ -265,8 +321,11 @@ impl SurfaceArea for World {
     fn sample_surface(&self, u1: f64, u2: DVec2) -> SurfacePoint {
         let chosen = self.area_choice.sample(u1).map(|(index, _)| index);
         match chosen.and_then(|primitive| Some((primitive, self.bvh.shape(primitive)?))) {
-            Some((primitive, shape)) => self.complete(primitive, shape.as_triangle(), shape.sample_area(u2)),
-            // A world without surfaces: a point that nothing is known about and that scatters nothing.
+            Some((primitive, shape)) => {
+                self.complete(primitive, shape.as_triangle(), shape.sample_area(u2))
+            }
+            // A world without surfaces: a point that nothing is known about and that scatters
+            // nothing.
             None => SurfacePoint::dirac(DVec3::ZERO),
         }
     }
@@ -287,11 +346,16 @@ fn needs(
     bounds: &Bounds,
 ) -> Needs {
     let when = |condition: bool, need: Needs| if condition { need } else { Needs::NONE };
-    let any_light = |is: &dyn Fn(&BoxedLight) -> bool| lights.iter().any(|(_, light)| !light.is_black() && is(light));
-    let lobes = surfaces.iter().fold(Lobes::NONE, |lobes, s| lobes | materials[s.material.0 as usize].lobes());
+    let any_light = |is: &dyn Fn(&BoxedLight) -> bool| {
+        lights.iter().any(|(_, light)| !light.is_black() && is(light))
+    };
+    let lobes = surfaces
+        .iter()
+        .fold(Lobes::NONE, |lobes, s| lobes | materials[s.material.0 as usize].lobes());
     let smooth = surfaces.iter().any(|s| s.attributes.as_ref().is_some_and(|a| a.is_smooth()));
     let is_textured = |s: &Surface| {
-        let emits_pattern = s.emission.as_ref().is_some_and(|(radiance, _)| radiance.as_constant().is_none());
+        let emits_pattern =
+            s.emission.as_ref().is_some_and(|(radiance, _)| radiance.as_constant().is_none());
         emits_pattern || materials[s.material.0 as usize].is_textured()
     };
     let is_flat = |shape: &Shape| !matches!(shape, Shape::Sphere(_));
@@ -300,11 +364,14 @@ fn needs(
         [surface] if surface.primitives == 1 => shapes.shape(0).map(|shape| (surface, shape)),
         _ => None,
     };
-    // Nothing on a flat surface sees anything else of it; nor on a ball from outside, where light of the sky and its own stays.
+    // Nothing on a flat surface sees anything else of it; nor on a ball from outside, where light
+    // of the sky and its own stays.
     let convex = single.is_some_and(|(surface, shape)| {
-        let outside = lights.len() == usize::from(environment.is_some()) + usize::from(surface.light.is_some());
+        let outside = lights.len()
+            == usize::from(environment.is_some()) + usize::from(surface.light.is_some());
         let own = surface.emission.as_ref().is_none_or(|(_, two_sided)| !two_sided);
-        is_flat(shape) || (is_ball(shape) && outside && own && !lobes.intersects(Lobes::TRANSMISSION))
+        is_flat(shape)
+            || (is_ball(shape) && outside && own && !lobes.intersects(Lobes::TRANSMISSION))
     });
     when(surfaces.iter().any(is_textured), Needs::TEXTURES)
         | when(any_light(&|light| light.can_be_hit()), Needs::HITTABLE_LIGHTS)
@@ -391,11 +458,22 @@ mod tests {
         builder.add_light("off", stub(0.0))?;
         builder.add_light("on", stub(2.0))?;
         builder.set_environment("sky", stub(1.0))?;
-        assert_eq!(builder.set_environment("heaven", stub(1.0)), Err(SceneError::SecondEnvironment { name: "heaven".into() }));
-        assert_eq!(builder.add_light("on", stub(1.0)), Err(SceneError::DuplicateName { name: "on".into() }));
+        assert_eq!(
+            builder.set_environment("heaven", stub(1.0)),
+            Err(SceneError::SecondEnvironment { name: "heaven".into() })
+        );
+        assert_eq!(
+            builder.add_light("on", stub(1.0)),
+            Err(SceneError::DuplicateName { name: "on".into() })
+        );
         builder.add_sphere("ball", Sphere::new(DVec3::ZERO, 1.0), grey)?;
-        let lamp = builder.add_quad("lamp", Quad { origin: DVec3::Z * 2.0, edge_u: DVec3::X, edge_v: DVec3::Y }, grey)?;
-        let power_of_others = 3.0 * Bounds { min: DVec3::splat(-1.0), max: DVec3::new(1.0, 1.0, 2.0) }.radius();
+        let lamp = builder.add_quad(
+            "lamp",
+            Quad { origin: DVec3::Z * 2.0, edge_u: DVec3::X, edge_v: DVec3::Y },
+            grey,
+        )?;
+        let power_of_others =
+            3.0 * Bounds { min: DVec3::splat(-1.0), max: DVec3::new(1.0, 1.0, 2.0) }.radius();
         let radiance = Rgb::splat(power_of_others / std::f64::consts::PI);
         builder.set_emission(lamp, Emission { radiance, two_sided: false })?;
         let world = builder.build()?;
@@ -409,8 +487,13 @@ mod tests {
             let (light, pmf) = world.pick_light(f64::from(i) / 1000.0).expect("there are lights");
             assert!(pmf > 0.0 && pmf == world.pick_pmf(light) && light != id("off"));
         }
-        let hit = world.intersect(&SurfacePoint::dirac(DVec3::new(0.5, 0.5, 5.0)), -DVec3::Z).expect("the lamp");
-        assert_eq!((world.surface_name(&hit), world.light_at(&hit)), (Some("lamp"), Some(id("lamp"))));
+        let hit = world
+            .intersect(&SurfacePoint::dirac(DVec3::new(0.5, 0.5, 5.0)), -DVec3::Z)
+            .expect("the lamp");
+        assert_eq!(
+            (world.surface_name(&hit), world.light_at(&hit)),
+            (Some("lamp"), Some(id("lamp")))
+        );
         let expected = Needs::HITTABLE_LIGHTS
             | Needs::DIRAC_LIGHTS
             | Needs::CONNECTIBLE_LIGHTS
@@ -431,7 +514,10 @@ mod tests {
         assert!(world.intersect(&a, DVec3::X).is_none());
         assert!(world.visible(&a, &b));
         assert_eq!((world.pick_light(0.5), world.total_area()), (None, 0.0));
-        assert_eq!(world.bsdf(&world.sample_surface(0.5, DVec2::ZERO)).model(true), crate::bsdf::Model::BLACK);
+        assert_eq!(
+            world.bsdf(&world.sample_surface(0.5, DVec2::ZERO)).model(true),
+            crate::bsdf::Model::BLACK
+        );
         Ok(())
     }
 
@@ -439,11 +525,16 @@ mod tests {
     fn lights_without_a_proper_power_are_refused() {
         for power in [-1.0, f64::NAN, f64::INFINITY] {
             let mut builder = WorldBuilder::new();
-            builder.add_light("bad", Stub { power, radius: 1.0 }).expect("power is known only when the scene is");
+            builder
+                .add_light("bad", Stub { power, radius: 1.0 })
+                .expect("power is known only when the scene is");
             builder.set_environment("sky", stub(1.0)).expect("valid");
             let black = builder.add_material("black", Material::Black).expect("valid");
             builder.add_sphere("ball", Sphere::new(DVec3::ZERO, 1.0), black).expect("valid");
-            assert!(matches!(builder.build(), Err(SceneError::Parameter { parameter: "power", .. })));
+            assert!(matches!(
+                builder.build(),
+                Err(SceneError::Parameter { parameter: "power", .. })
+            ));
         }
     }
 

@@ -18,7 +18,13 @@ fn thin_lens() {
 #[test]
 fn orthographic() {
     let team = Team::with_light(Depth::up_to(2)).general();
-    assert_agree("orthographic", &lit_room(), &parallel_camera(), &team.named(), &Comparison::default());
+    assert_agree(
+        "orthographic",
+        &lit_room(),
+        &parallel_camera(),
+        &team.named(),
+        &Comparison::default(),
+    );
 }
 
 /// Both ends at infinity: no technique may join them directly.
@@ -27,10 +33,17 @@ fn orthographic_under_an_environment() {
     let mut room = Room::open(grey());
     room.environment(sky(Lookup::PiecewiseConstant));
     let team = Team::with_light(Depth::up_to(2));
-    assert_agree("orthographic, environment", &room.build(), &parallel_camera(), &team.named(), &Comparison::default());
+    assert_agree(
+        "orthographic, environment",
+        &room.build(),
+        &parallel_camera(),
+        &team.named(),
+        &Comparison::default(),
+    );
 }
 
-/// The border pixels are blocks of their own in the comparison; light tracing must splat what is outside of the film into it.
+/// The border pixels are blocks of their own in the comparison; light tracing must splat what is
+/// outside of the film into it.
 #[test]
 fn filters() {
     let team = Team::new(Depth::up_to(1)).path().light().bidirectional();
@@ -49,7 +62,13 @@ fn filters_blur_alike() {
     room.emit(lamp, Rgb::WHITE, false);
     let (world, team) = (room.build(), Team::with_light(Depth::up_to(0)));
     for filter in [Filter::Tent, Filter::Gaussian { standard_deviation: 1.5 }] {
-        assert_agree(&format!("{filter:?}"), &world, &camera(), &team.named(), &Comparison { filter, ..Comparison::default() });
+        assert_agree(
+            &format!("{filter:?}"),
+            &world,
+            &camera(),
+            &team.named(),
+            &Comparison { filter, ..Comparison::default() },
+        );
     }
 }
 
@@ -61,16 +80,36 @@ fn crop_windows() {
     let comparison = Comparison { filter: Filter::Tent, target: 0.0025, ..Comparison::default() };
     let team = Team::new(Depth::up_to(1)).path().light().bidirectional();
     let crop = |m: compare::Measured| compare::Measured {
-        images: m.images.iter().map(|image| image.crop(min.to_array(), max.to_array()).expect("inside")).collect(),
+        images: m
+            .images
+            .iter()
+            .map(|image| image.crop(min.to_array(), max.to_array()).expect("inside"))
+            .collect(),
         ..m
     };
-    let window = |whole: &dyn pathspace::endpoint::Camera, part: &dyn pathspace::endpoint::Camera, case: &str| {
-        let mut measured: Vec<_> = team.named().into_iter().map(|i| measure(&world, part, i, &comparison)).collect();
+    let window = |whole: &dyn pathspace::endpoint::Camera,
+                  part: &dyn pathspace::endpoint::Camera,
+                  case: &str| {
+        let mut measured: Vec<_> =
+            team.named().into_iter().map(|i| measure(&world, part, i, &comparison)).collect();
         let finer = Comparison { target: 0.001, ..comparison };
-        measured.push(crop(measure(&world, whole, ("path, whole film", &PathTracer::up_to(1)), &finer)));
+        measured.push(crop(measure(
+            &world,
+            whole,
+            ("path, whole film", &PathTracer::up_to(1)),
+            &finer,
+        )));
         compare::assert_measurements_agree(case, &measured, &comparison);
     };
     window(&camera(), &camera().with_window(min, max).expect("inside"), "crop, pinhole");
-    window(&lens_camera(), &lens_camera().with_window(min, max).expect("inside"), "crop, thin lens");
-    window(&parallel_camera(), &parallel_camera().with_window(min, max).expect("inside"), "crop, orthographic");
+    window(
+        &lens_camera(),
+        &lens_camera().with_window(min, max).expect("inside"),
+        "crop, thin lens",
+    );
+    window(
+        &parallel_camera(),
+        &parallel_camera().with_window(min, max).expect("inside"),
+        "crop, orthographic",
+    );
 }

@@ -16,7 +16,12 @@ fn mirror_beside_the_floor() {
     let mut room = Room::open(grey());
     room.lamp(0.5, 4.0);
     // Leans over the room from the front, below the camera's view, its front towards the back wall.
-    room.quad(v(-1.0, -1.2, -0.1), v(2.0, 0.0, 0.0), v(0.0, -0.3, 0.45), Material::Mirror { reflectance: Rgb::new(0.9, 0.8, 0.7) });
+    room.quad(
+        v(-1.0, -1.2, -0.1),
+        v(2.0, 0.0, 0.0),
+        v(0.0, -0.3, 0.45),
+        Material::Mirror { reflectance: Rgb::new(0.9, 0.8, 0.7) },
+    );
     Team::with_light(THREE).general().agree("mirror", room);
 }
 
@@ -25,10 +30,20 @@ fn mirror_beside_the_floor() {
 fn mirror_in_view() {
     let mut room = Room::closed_above(grey());
     room.lamp(0.5, 4.0);
-    room.sphere(Sphere::new(v(0.4, -0.2, 1.1), 0.3), Material::Mirror { reflectance: Rgb::new(0.9, 0.8, 0.7) });
+    room.sphere(
+        Sphere::new(v(0.4, -0.2, 1.1), 0.3),
+        Material::Mirror { reflectance: Rgb::new(0.9, 0.8, 0.7) },
+    );
     let general = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
     Team::standard(Depth::up_to(4))
-        .with("general, s < 2", Bidirectional { techniques: general, depth: Depth::up_to(4), ..Bidirectional::default() })
+        .with(
+            "general, s < 2",
+            Bidirectional {
+                techniques: general,
+                depth: Depth::up_to(4),
+                ..Bidirectional::default()
+            },
+        )
         .agree_within(0.004, "mirror in view", room);
 }
 
@@ -48,7 +63,12 @@ fn glass_pane_under_the_lamp() {
 fn lamp_inside_glass() {
     let mut room = Room::open(grey());
     room.lamp(0.8, 4.0);
-    room.quad(v(-2.0, -2.0, 1.85), v(0.0, 4.0, 0.0), v(4.0, 0.0, 0.0), Material::Dielectric { relative_ior: 1.5 });
+    room.quad(
+        v(-2.0, -2.0, 1.85),
+        v(0.0, 4.0, 0.0),
+        v(4.0, 0.0, 0.0),
+        Material::Dielectric { relative_ior: 1.5 },
+    );
     Team::with_light(THREE).balance().general().agree_within(0.004, "lamp inside glass", room);
 }
 
@@ -66,7 +86,12 @@ fn glass_ball_before_the_lamp() {
 fn camera_and_room_inside_a_medium() {
     let mut room = Room::open(grey());
     room.lamp(0.8, 4.0);
-    room.quad(v(-9.0, -9.0, 1.85), v(18.0, 0.0, 0.0), v(0.0, 18.0, 0.0), Material::Dielectric { relative_ior: 1.33 });
+    room.quad(
+        v(-9.0, -9.0, 1.85),
+        v(18.0, 0.0, 0.0),
+        v(0.0, 18.0, 0.0),
+        Material::Dielectric { relative_ior: 1.33 },
+    );
     Team::with_light(THREE).agree_within(0.004, "under water", room);
 }
 
@@ -118,7 +143,8 @@ fn mixture(other: Material, weights: [f64; 2]) -> Material {
     Material::Mixture { components: Box::new([lambert(0.7, 0.6, 0.5), other]), weights }
 }
 
-/// Seen directly, a mirror in a mixture shows the room to path tracing and nothing to light tracing; so it is out of view, lighting the floor.
+/// Seen directly, a mirror in a mixture shows the room to path tracing and nothing to light
+/// tracing; so it is out of view, lighting the floor.
 #[test]
 fn mixture_with_a_mirror() {
     let mut room = Room::open(grey());
@@ -130,7 +156,10 @@ fn mixture_with_a_mirror() {
 
 #[test]
 fn mixture_with_a_mirror_in_view() {
-    let mut room = Room::closed_above(mixture(Material::Mirror { reflectance: Rgb::new(0.9, 0.8, 0.7) }, [0.6, 0.3]));
+    let mut room = Room::closed_above(mixture(
+        Material::Mirror { reflectance: Rgb::new(0.9, 0.8, 0.7) },
+        [0.6, 0.3],
+    ));
     room.lamp(0.5, 4.0);
     Team::standard(THREE).agree("mixture in view", room);
 }
@@ -142,7 +171,8 @@ fn mixture_with_a_rough_conductor() {
     Team::with_light(THREE).agree("mixture with metal", room);
 }
 
-/// A null interface is a scattering event and nothing else: every path through it is one event longer.
+/// A null interface is a scattering event and nothing else: every path through it is one event
+/// longer.
 #[test]
 fn null_interface() {
     let mut room = Room::open(grey());
@@ -156,7 +186,11 @@ fn smooth_room(material: Material) -> Room {
     let mut room = Room::default();
     let sphere = Mesh::icosphere(1);
     let normals = sphere.positions.clone();
-    let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(0.7), glam::DQuat::IDENTITY, v(0.0, 0.0, 0.8));
+    let transform = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(0.7),
+        glam::DQuat::IDENTITY,
+        v(0.0, 0.0, 0.8),
+    );
     room.mesh(&Mesh { normals: Some(normals), ..sphere }, transform, material);
     room.quad(v(-1.0, -1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), lambert(0.6, 0.5, 0.4));
     let lamp = room.quad(v(2.0, -1.5, 0.3), v(0.0, 0.0, 1.2), v(0.0, 1.2, 0.0), black());
@@ -166,19 +200,30 @@ fn smooth_room(material: Material) -> Room {
 
 #[test]
 fn smooth_normals() {
-    Team::with_light(THREE).balance().general().agree("smooth normals", smooth_room(lambert(0.8, 0.7, 0.6)));
+    Team::with_light(THREE)
+        .balance()
+        .general()
+        .agree("smooth normals", smooth_room(lambert(0.8, 0.7, 0.6)));
 }
 
-/// Hits sample the shading cosine and connections evaluate it: each alone must find the same, as must a light tracer.
+/// Hits sample the shading cosine and connections evaluate it: each alone must find the same, as
+/// must a light tracer.
 #[test]
 fn smooth_normals_under_an_environment() {
     let mut room = Room::default();
     let sphere = Mesh::icosphere(0);
     let normals = sphere.positions.clone();
-    let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(1.2), glam::DQuat::IDENTITY, v(0.0, 0.0, 0.7));
+    let transform = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(1.2),
+        glam::DQuat::IDENTITY,
+        v(0.0, 0.0, 0.7),
+    );
     room.mesh(&Mesh { normals: Some(normals), ..sphere }, transform, lambert(0.8, 0.7, 0.6));
     room.environment(ConstantEnvironment::new(Rgb::new(0.5, 0.7, 1.0)).expect("valid"));
-    Team::with_light(Depth::exactly(1)).emission_only().next_event_only().agree("smooth normals, environment", room);
+    Team::with_light(Depth::exactly(1))
+        .emission_only()
+        .next_event_only()
+        .agree("smooth normals, environment", room);
 }
 
 /// Light from the sphere to the floor and back: the walk's own factor.
@@ -187,9 +232,17 @@ fn two_bounces_on_smooth_normals() {
     let mut room = smooth_room(lambert(0.8, 0.7, 0.6));
     let sphere = Mesh::icosphere(0);
     let normals = sphere.positions.clone();
-    let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(0.4), glam::DQuat::IDENTITY, v(1.1, 0.3, 0.6));
+    let transform = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(0.4),
+        glam::DQuat::IDENTITY,
+        v(1.1, 0.3, 0.6),
+    );
     room.mesh(&Mesh { normals: Some(normals), ..sphere }, transform, lambert(0.8, 0.7, 0.6));
-    Team::new(Depth::exactly(2)).path().light().agree_within(0.004, "two bounces on smooth normals", room);
+    Team::new(Depth::exactly(2)).path().light().agree_within(
+        0.004,
+        "two bounces on smooth normals",
+        room,
+    );
 }
 
 #[test]
@@ -197,19 +250,29 @@ fn smooth_normals_on_metal() {
     Team::with_light(Depth::up_to(2)).agree("smooth metal", smooth_room(metal(0.5, 0.5)));
 }
 
-/// Smooth normals at a Dirac vertex: the lens of glass is not seen by the camera but lights the floor.
+/// Smooth normals at a Dirac vertex: the lens of glass is not seen by the camera but lights the
+/// floor.
 #[test]
 fn smooth_normals_on_glass() {
     let mut room = Room::open(grey());
     room.lamp(0.95, 3.0);
     let sphere = Mesh::icosphere(1);
     let normals = sphere.positions.clone();
-    let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(0.2), glam::DQuat::IDENTITY, v(0.2, 0.1, 1.76));
-    room.mesh(&Mesh { normals: Some(normals), ..sphere }, transform, Material::Dielectric { relative_ior: 1.5 });
+    let transform = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(0.2),
+        glam::DQuat::IDENTITY,
+        v(0.2, 0.1, 1.76),
+    );
+    room.mesh(
+        &Mesh { normals: Some(normals), ..sphere },
+        transform,
+        Material::Dielectric { relative_ior: 1.5 },
+    );
     Team::with_light(THREE).agree_within(0.004, "smooth glass", room);
 }
 
-/// Two planes a millionth apart, light and camera on opposite sides of nothing but the gap's rim, and corners where 1/r² is unbounded.
+/// Two planes a millionth apart, light and camera on opposite sides of nothing but the gap's rim,
+/// and corners where 1/r² is unbounded.
 #[test]
 fn corners_and_thin_gaps() {
     let mut room = Room::closed_above(grey());

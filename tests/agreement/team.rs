@@ -4,7 +4,9 @@ use crate::compare::{Comparison, Named, assert_agree};
 use crate::rooms::{Room, camera, lambert, v};
 use glam::DVec2;
 use pathspace::endpoint::{EnvironmentMap, Lookup};
-use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, PathTracing, UniformArea};
+use pathspace::integrator::{
+    Bidirectional, Depth, LightTracer, PathTracer, PathTracing, UniformArea,
+};
 use pathspace::math::Rgb;
 use pathspace::path::{Heuristic, TechniqueSet};
 use pathspace::render::Render;
@@ -26,7 +28,8 @@ impl Team {
         self
     }
 
-    /// Path tracing and bidirectional path tracing, which see everything but Dirac lights through Dirac lobes.
+    /// Path tracing and bidirectional path tracing, which see everything but Dirac lights through
+    /// Dirac lobes.
     pub fn standard(depth: Depth) -> Self {
         Self::new(depth).path().bidirectional()
     }
@@ -43,12 +46,18 @@ impl Team {
 
     pub fn emission_only(self) -> Self {
         let depth = self.depth;
-        self.with("path, emission only", PathTracer { mode: PathTracing::EmissionOnly, depth, ..PathTracer::default() })
+        self.with(
+            "path, emission only",
+            PathTracer { mode: PathTracing::EmissionOnly, depth, ..PathTracer::default() },
+        )
     }
 
     pub fn next_event_only(self) -> Self {
         let depth = self.depth;
-        self.with("path, next event only", PathTracer { mode: PathTracing::NextEventOnly, depth, ..PathTracer::default() })
+        self.with(
+            "path, next event only",
+            PathTracer { mode: PathTracing::NextEventOnly, depth, ..PathTracer::default() },
+        )
     }
 
     pub fn light(self) -> Self {
@@ -68,16 +77,27 @@ impl Team {
 
     pub fn balance(self) -> Self {
         let depth = self.depth;
-        self.with("bidirectional, balance", Bidirectional { depth, heuristic: Heuristic::Balance, ..Bidirectional::default() })
+        self.with(
+            "bidirectional, balance",
+            Bidirectional { depth, heuristic: Heuristic::Balance, ..Bidirectional::default() },
+        )
     }
 
-    /// The general kernel with the techniques of the path tracer, and with those of the light tracer.
+    /// The general kernel with the techniques of the path tracer, and with those of the light
+    /// tracer.
     pub fn general(self) -> Self {
         let depth = self.depth;
-        let path = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+        let path =
+            TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
         let light = TechniqueSet { lens_sampling: true, ..TechniqueSet::NONE };
-        self.with("general, s < 2", Bidirectional { techniques: path, depth, ..Bidirectional::default() })
-            .with("general, t = 1", Bidirectional { techniques: light, depth, ..Bidirectional::default() })
+        self.with(
+            "general, s < 2",
+            Bidirectional { techniques: path, depth, ..Bidirectional::default() },
+        )
+        .with(
+            "general, t = 1",
+            Bidirectional { techniques: light, depth, ..Bidirectional::default() },
+        )
     }
 
     pub fn named(&self) -> Vec<Named<'_>> {
@@ -89,7 +109,13 @@ impl Team {
     }
 
     pub fn agree_within(&self, target: f64, case: &str, room: Room) {
-        assert_agree(case, &room.build(), &camera(), &self.named(), &Comparison { target, ..Comparison::default() });
+        assert_agree(
+            case,
+            &room.build(),
+            &camera(),
+            &self.named(),
+            &Comparison { target, ..Comparison::default() },
+        );
     }
 }
 
@@ -104,7 +130,11 @@ pub fn black() -> Material {
 }
 
 pub fn metal(x: f64, y: f64) -> Material {
-    Material::RoughConductor { eta: Rgb::new(0.2, 0.9, 1.2), k: Rgb::new(3.9, 2.5, 2.2), alpha: DVec2::new(x, y) }
+    Material::RoughConductor {
+        eta: Rgb::new(0.2, 0.9, 1.2),
+        k: Rgb::new(3.9, 2.5, 2.2),
+        alpha: DVec2::new(x, y),
+    }
 }
 
 pub fn sky(lookup: Lookup) -> EnvironmentMap {
@@ -114,7 +144,9 @@ pub fn sky(lookup: Lookup) -> EnvironmentMap {
         (x, y) if y < 5 => Rgb::new(0.2 + 0.05 * f64::from(x), 0.5, 0.1 * f64::from(y)),
         _ => Rgb::BLACK,
     };
-    EnvironmentMap::new(16, 8, (0..128).map(pixel).collect(), EnvironmentMap::Z_UP).expect("valid").with_lookup(lookup)
+    EnvironmentMap::new(16, 8, (0..128).map(pixel).collect(), EnvironmentMap::Z_UP)
+        .expect("valid")
+        .with_lookup(lookup)
 }
 
 pub fn lit_room() -> World {

@@ -24,9 +24,17 @@ fn bounces_add_up() {
     for (name, make) in makers {
         let limit = if name == "uniform area" { 1 } else { 3 };
         let whole = make(Depth::up_to(limit));
-        let whole = measure(&world, &camera(), (&format!("{name}, up to {limit}"), &*whole), &comparison);
+        let whole =
+            measure(&world, &camera(), (&format!("{name}, up to {limit}"), &*whole), &comparison);
         let parts: Vec<_> = (0..=limit)
-            .map(|k| measure(&world, &camera(), (&format!("{name}, exactly {k}"), &*make(Depth::exactly(k))), &comparison))
+            .map(|k| {
+                measure(
+                    &world,
+                    &camera(),
+                    (&format!("{name}, exactly {k}"), &*make(Depth::exactly(k))),
+                    &comparison,
+                )
+            })
             .collect();
         let mut sum = parts[0].images.clone();
         for (i, image) in sum.iter_mut().enumerate() {
@@ -34,7 +42,8 @@ fn bounces_add_up() {
                 *pixel = parts.iter().map(|part| part.images[i].pixels()[j]).sum();
             }
         }
-        let sum = compare::Measured { name: format!("{name}, sum"), images: sum, samples_per_pixel: 0 };
+        let sum =
+            compare::Measured { name: format!("{name}, sum"), images: sum, samples_per_pixel: 0 };
         compare::assert_measurements_agree(name, &[whole, sum], &comparison);
     }
 }
@@ -53,8 +62,17 @@ fn roulette_replaces_a_deep_limit() {
         .with("path, early roulette", PathTracer { roulette: early, ..PathTracer::default() })
         .with("light, fixed survival", LightTracer { roulette: harsh, ..LightTracer::default() })
         .with("bidirectional, fixed", Bidirectional { roulette: harsh, ..Bidirectional::default() })
-        .with("path, 24 bounces", PathTracer { depth: deep, roulette: Roulette::NEVER, ..PathTracer::default() });
-    assert_agree("roulette", &world, &camera(), &team.named(), &Comparison { target: 0.0025, ..Comparison::default() });
+        .with(
+            "path, 24 bounces",
+            PathTracer { depth: deep, roulette: Roulette::NEVER, ..PathTracer::default() },
+        );
+    assert_agree(
+        "roulette",
+        &world,
+        &camera(),
+        &team.named(),
+        &Comparison { target: 0.0025, ..Comparison::default() },
+    );
 }
 
 /// Every (s, t) alone and unweighted has the mean of path tracing at this path length.
@@ -62,13 +80,20 @@ fn techniques_alone(case: &str, world: &World, bounces: u32, comparison: &Compar
     let depth = Depth::exactly(bounces);
     let only = |s: u16| {
         let only = Some(Technique { s, t: bounces as u16 + 2 - s });
-        Bidirectional { techniques: TechniqueSet { only, ..TechniqueSet::BIDIRECTIONAL }, depth, ..Bidirectional::default() }
+        Bidirectional {
+            techniques: TechniqueSet { only, ..TechniqueSet::BIDIRECTIONAL },
+            depth,
+            ..Bidirectional::default()
+        }
     };
-    let alone: Vec<(String, Bidirectional)> =
-        (0..=bounces as u16 + 1).map(|s| (format!("only ({s}, {})", bounces as u16 + 2 - s), only(s))).collect();
+    let alone: Vec<(String, Bidirectional)> = (0..=bounces as u16 + 1)
+        .map(|s| (format!("only ({s}, {})", bounces as u16 + 2 - s), only(s)))
+        .collect();
     let path = PathTracer { depth, ..PathTracer::default() };
     let mut team: Vec<Named<'_>> = vec![("path", &path)];
-    team.extend(alone.iter().map(|(name, integrator)| (name.as_str(), integrator as &dyn Render<World>)));
+    team.extend(
+        alone.iter().map(|(name, integrator)| (name.as_str(), integrator as &dyn Render<World>)),
+    );
     assert_agree(&format!("{case}, {bounces} bounces"), world, &camera(), &team, comparison);
 }
 
@@ -87,9 +112,19 @@ fn each_technique_alone_on_metal() {
 #[test]
 #[ignore = "the same with longer paths"]
 fn each_technique_alone_on_longer_paths() {
-    techniques_alone("Lambert", &apart(grey()), 2, &Comparison { target: 0.005, ..Comparison::default() });
+    techniques_alone(
+        "Lambert",
+        &apart(grey()),
+        2,
+        &Comparison { target: 0.005, ..Comparison::default() },
+    );
     for material in [grey(), metal(0.5, 0.5)] {
-        techniques_alone("three bounces", &apart(material), 3, &Comparison { target: 0.006, most: 20_000, ..Comparison::default() });
+        techniques_alone(
+            "three bounces",
+            &apart(material),
+            3,
+            &Comparison { target: 0.006, most: 20_000, ..Comparison::default() },
+        );
     }
 }
 
@@ -101,12 +136,25 @@ fn without_any_one_technique() {
         let depth = Depth::exactly(u32::from(bounces));
         let without = |s| {
             let without = Some(Technique { s, t: bounces + 2 - s });
-            Bidirectional { techniques: TechniqueSet { without, ..TechniqueSet::BIDIRECTIONAL }, depth, ..Bidirectional::default() }
+            Bidirectional {
+                techniques: TechniqueSet { without, ..TechniqueSet::BIDIRECTIONAL },
+                depth,
+                ..Bidirectional::default()
+            }
         };
-        let sets: Vec<(String, Bidirectional)> = (0..=bounces + 1).map(|s| (format!("without s = {s}"), without(s))).collect();
+        let sets: Vec<(String, Bidirectional)> =
+            (0..=bounces + 1).map(|s| (format!("without s = {s}"), without(s))).collect();
         let path = PathTracer { depth, ..PathTracer::default() };
         let mut team: Vec<Named<'_>> = vec![("path", &path)];
-        team.extend(sets.iter().map(|(name, integrator)| (name.as_str(), integrator as &dyn Render<World>)));
-        assert_agree(&format!("without one, {bounces} bounces"), &world, &camera(), &team, &Comparison::default());
+        team.extend(
+            sets.iter().map(|(name, integrator)| (name.as_str(), integrator as &dyn Render<World>)),
+        );
+        assert_agree(
+            &format!("without one, {bounces} bounces"),
+            &world,
+            &camera(),
+            &team,
+            &Comparison::default(),
+        );
     }
 }

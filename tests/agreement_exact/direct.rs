@@ -17,9 +17,22 @@ fn above_floor(case: &str, light: impl Fn(&mut Room), irradiance: f64) {
     room.disk(DVec3::ZERO, DVec3::Z, 0.3, lambert(0.5, 0.5, 0.5));
     light(&mut room);
     let mut team = from_camera(Depth::exactly(1));
-    team.push(("next event only", Box::new(path_mode(PathTracing::NextEventOnly, Depth::exactly(1)))));
-    team.push(("uniform area", Box::new(UniformArea { depth: Depth::exactly(1), ..UniformArea::default() })));
-    assert_all(case, &room.build(), &narrow(v(0.3, 0.0, 0.5), DVec3::ZERO), &team, [irradiance * 0.5 * FRAC_1_PI; 3], 0.002);
+    team.push((
+        "next event only",
+        Box::new(path_mode(PathTracing::NextEventOnly, Depth::exactly(1))),
+    ));
+    team.push((
+        "uniform area",
+        Box::new(UniformArea { depth: Depth::exactly(1), ..UniformArea::default() }),
+    ));
+    assert_all(
+        case,
+        &room.build(),
+        &narrow(v(0.3, 0.0, 0.5), DVec3::ZERO),
+        &team,
+        [irradiance * 0.5 * FRAC_1_PI; 3],
+        0.002,
+    );
 }
 
 #[test]
@@ -56,11 +69,13 @@ fn e03_rectangle_seen_directly() {
     let mut room = Room::default();
     let rectangle = room.quad(v(-0.25, -0.2, 2.0), v(0.0, 0.4, 0.0), v(0.5, 0.0, 0.0), BLACK);
     room.emit(rectangle, Rgb::WHITE, false);
-    let camera = PinholeCamera::new(DVec3::ZERO, DVec3::Z, DVec3::Y, 60.0, UVec2::splat(8)).expect("valid camera");
+    let camera = PinholeCamera::new(DVec3::ZERO, DVec3::Z, DVec3::Y, 60.0, UVec2::splat(8))
+        .expect("valid camera");
     assert_all("E03", &room.build(), &camera, &everybody(Depth::up_to(0)), [0.0375; 3], 0.002);
 }
 
-/// A wall of radiance 1 at z = 2, facing down, behind what `interfaces` adds; seen from the origin along z.
+/// A wall of radiance 1 at z = 2, facing down, behind what `interfaces` adds; seen from the origin
+/// along z.
 fn wall_behind(interfaces: impl Fn(&mut Room)) -> (World, PinholeCamera) {
     let mut room = Room::default();
     let wall = room.quad(v(-5.0, -5.0, 2.0), v(0.0, 10.0, 0.0), v(10.0, 0.0, 0.0), BLACK);
@@ -82,7 +97,11 @@ fn c03_slab() {
         pane(room, 1.0, false, glass.clone());
         pane(room, 1.1, true, glass.clone());
     });
-    for (depth, expected) in [(Depth::up_to(2), 0.9216), (Depth::up_to(4), 0.923_074_56), (Depth::default(), 0.923_076_923_076_923_1)] {
+    for (depth, expected) in [
+        (Depth::up_to(2), 0.9216),
+        (Depth::up_to(4), 0.923_074_56),
+        (Depth::default(), 0.923_076_923_076_923_1),
+    ] {
         assert_all("C03", &world, &camera, &from_camera(depth), [expected; 3], 0.001);
     }
 }
@@ -90,11 +109,20 @@ fn c03_slab() {
 #[test]
 fn c08_looking_out_of_a_medium() {
     // The camera is behind the interface, in the denser medium.
-    let (world, camera) = wall_behind(|room| pane(room, 1.0, true, Material::Dielectric { relative_ior: 1.5 }));
+    let (world, camera) =
+        wall_behind(|room| pane(room, 1.0, true, Material::Dielectric { relative_ior: 1.5 }));
     assert_all("C08", &world, &camera, &from_camera(Depth::up_to(1)), [2.16; 3], 0.001);
     // Radiance falls by n² the other way: (1 - R)/n².
-    let (world, camera) = wall_behind(|room| pane(room, 1.0, false, Material::Dielectric { relative_ior: 1.5 }));
-    assert_all("C08, looking in", &world, &camera, &from_camera(Depth::up_to(1)), [0.96 / 2.25; 3], 0.001);
+    let (world, camera) =
+        wall_behind(|room| pane(room, 1.0, false, Material::Dielectric { relative_ior: 1.5 }));
+    assert_all(
+        "C08, looking in",
+        &world,
+        &camera,
+        &from_camera(Depth::up_to(1)),
+        [0.96 / 2.25; 3],
+        0.001,
+    );
 }
 
 #[test]
@@ -110,9 +138,17 @@ fn c13_index_matched_interface() {
             pane(room, 1.1, true, material.clone());
         });
         for (name, integrator) in from_camera(Depth::up_to(2)) {
-            let measured = measure(&world, &camera, (name, integrator.as_ref()), &Comparison { most: 4, ..Comparison::default() });
+            let measured = measure(
+                &world,
+                &camera,
+                (name, integrator.as_ref()),
+                &Comparison { most: 4, ..Comparison::default() },
+            );
             let pixels = measured.images.iter().flat_map(|image| image.pixels());
-            assert!(pixels.into_iter().all(|p| p.0.iter().all(|c| (c - 1.0).abs() < 1e-12)), "{name}, {material:?}");
+            assert!(
+                pixels.into_iter().all(|p| p.0.iter().all(|c| (c - 1.0).abs() < 1e-12)),
+                "{name}, {material:?}"
+            );
         }
     }
 }

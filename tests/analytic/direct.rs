@@ -2,8 +2,13 @@
 
 use crate::entry::{Entry, RARE};
 use crate::measure::Method::{self, Bidirectional, Emission, Light, Path, UniformArea};
-use crate::scenes::{Stage, camera, cube, footprint, lambert, mean_over_square, polygon_irradiance, sphere_irradiance, square_light};
-use pathspace::endpoint::{self, ConstantEnvironment, DirectionalLight, EnvironmentMap, OrthographicCamera, PointLight};
+use crate::scenes::{
+    Stage, camera, cube, footprint, lambert, mean_over_square, polygon_irradiance,
+    sphere_irradiance, square_light,
+};
+use pathspace::endpoint::{
+    self, ConstantEnvironment, DirectionalLight, EnvironmentMap, OrthographicCamera, PointLight,
+};
 use pathspace::endpoint::{DirectionSample, Endpoint, PointSample};
 use pathspace::geometry::{Bounds, Frame, Quad, Sphere, SurfacePoint};
 use pathspace::glam::{DAffine3, DVec2, DVec3, UVec2};
@@ -38,17 +43,26 @@ fn b01_point_light() {
         let d = position - DVec3::new(x, y, 0.0);
         0.5 / PI * 5.0 * d.z / d.length().powi(3)
     });
-    Entry::new("B01", &world, &eye(0.5), ONE).within(RARE, LIGHT_RAYS).check_value(&[Light], "mean", mean);
+    Entry::new("B01", &world, &eye(0.5), ONE).within(RARE, LIGHT_RAYS).check_value(
+        &[Light],
+        "mean",
+        mean,
+    );
 }
 
 #[test]
 fn b02_directional_light() {
     let mut stage = Stage::default();
     stage.square(0.0, 0.5, true, lambert(0.5));
-    stage.light(DirectionalLight::new(DVec3::new(0.75f64.sqrt(), 0.0, -0.5), Rgb::splat(3.0)).expect("valid"));
+    stage.light(
+        DirectionalLight::new(DVec3::new(0.75f64.sqrt(), 0.0, -0.5), Rgb::splat(3.0))
+            .expect("valid"),
+    );
     let (world, eye) = (stage.build(), eye(0.5));
     Entry::new("B02", &world, &eye, ONE).within(1e-6, 100_000).check(&[Path], "");
-    Entry::new("B02", &world, &eye, ONE).within(RARE, LIGHT_RAYS).check(&[Light, Bidirectional], "");
+    Entry::new("B02", &world, &eye, ONE)
+        .within(RARE, LIGHT_RAYS)
+        .check(&[Light, Bidirectional], "");
 }
 
 type Radiance = fn(f64) -> f64;
@@ -80,7 +94,8 @@ impl Endpoint for Sky {
             |power| {
                 let z = (1.0 - u.x).powf(1.0 / (power + 1.0));
                 let (sin, cos) = (2.0 * PI * u.y).sin_cos();
-                Frame::from_normal(self.axis).to_world((1.0 - z * z).sqrt() * DVec3::new(cos, sin, 0.0) + DVec3::Z * z)
+                Frame::from_normal(self.axis)
+                    .to_world((1.0 - z * z).sqrt() * DVec3::new(cos, sin, 0.0) + DVec3::Z * z)
             },
         );
         let point = SurfacePoint::infinite(DVec3::ZERO, -towards);
@@ -88,15 +103,26 @@ impl Endpoint for Sky {
     }
     fn point_pdf(&self, point: &SurfacePoint) -> PerArea {
         let z = self.cosine(point);
-        PerArea(self.power.map_or(0.25 / PI, |power| if z > 0.0 { (power + 1.0) / (2.0 * PI) * z.powf(power) } else { 0.0 }))
+        PerArea(self.power.map_or(0.25 / PI, |power| {
+            if z > 0.0 { (power + 1.0) / (2.0 * PI) * z.powf(power) } else { 0.0 }
+        }))
     }
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
         let direction = point.geometric_normal;
         let frame = Frame::from_normal(direction);
         let p = square_to_disk(u) * self.radius;
-        let from = SurfacePoint { position: self.center + frame.x * p.x + frame.y * p.y - direction * (1.01 * self.radius), ..*point };
+        let from = SurfacePoint {
+            position: self.center + frame.x * p.x + frame.y * p.y
+                - direction * (1.01 * self.radius),
+            ..*point
+        };
         let pdf = self.direction_pdf(point, direction);
-        Some(DirectionSample { from, direction, pdf, weight: self.emit(point, direction) / pdf.value() })
+        Some(DirectionSample {
+            from,
+            direction,
+            pdf,
+            weight: self.emit(point, direction) / pdf.value(),
+        })
     }
     fn direction_pdf(&self, _: &SurfacePoint, _: DVec3) -> PerProjected {
         PerProjected(1.0 / (PI * self.radius * self.radius))
@@ -138,8 +164,12 @@ fn b03_cosine_power_environment() {
             stage.build()
         };
         let view = camera(DVec3::new(0.0, -0.3, 1.0), DVec3::ZERO, 1.0);
-        Entry::new("B03", &world(1e3), &view, ONE).within(RARE, LIGHT_RAYS).check(&FROM_INFINITY, key);
-        Entry::new("B03", &world(0.5), &eye(0.5), ONE).within(RARE, LIGHT_RAYS).check(&[Light, Bidirectional], key);
+        Entry::new("B03", &world(1e3), &view, ONE)
+            .within(RARE, LIGHT_RAYS)
+            .check(&FROM_INFINITY, key);
+        Entry::new("B03", &world(0.5), &eye(0.5), ONE)
+            .within(RARE, LIGHT_RAYS)
+            .check(&[Light, Bidirectional], key);
     }
 }
 
@@ -157,16 +187,24 @@ fn b05_linear_environment() {
 fn b06_square_light() {
     let world = square_light(0.5, DVec3::ZERO, 1.0, 1.0);
     Entry::new("B06", &world, &eye(1e-4), ONE).check(&POINT, "L");
-    let lamp = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 2.0));
-    let mean = mean_over_square(0.5, |x, y| 0.5 / PI * polygon_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &lamp));
-    Entry::new("B06", &world, &eye(0.5), ONE).within(RARE, LIGHT_RAYS).check_value(&[Light, Bidirectional], "mean", mean);
+    let lamp =
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 2.0));
+    let mean = mean_over_square(0.5, |x, y| {
+        0.5 / PI * polygon_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &lamp)
+    });
+    Entry::new("B06", &world, &eye(0.5), ONE).within(RARE, LIGHT_RAYS).check_value(
+        &[Light, Bidirectional],
+        "mean",
+        mean,
+    );
 }
 
 /// Turned so that the receiver faces upwards.
 #[test]
 fn b07_triangle_light() {
     let frame = Frame::from_normal(DVec3::new(0.36, -0.48, 0.8));
-    let corners = [[0.2, 0.1, 0.6], [1.4, 0.3, 1.1], [0.3, 1.2, 1.7]].map(|v| frame.to_local(DVec3::from(v)));
+    let corners =
+        [[0.2, 0.1, 0.6], [1.4, 0.3, 1.1], [0.3, 1.2, 1.7]].map(|v| frame.to_local(DVec3::from(v)));
     let mesh = Mesh { positions: corners.to_vec(), indices: vec![[0, 1, 2]], ..Mesh::default() };
     let mut stage = Stage::default();
     stage.square(0.0, 0.4, true, lambert(1.0));
@@ -176,9 +214,15 @@ fn b07_triangle_light() {
     let narrow = footprint(DVec3::ZERO, 0.2, 1e-5);
     let entry = Entry::new("B07", &world, &narrow, ONE).within(RARE, LIGHT_RAYS);
     entry.check_value(&POINT, "E/π", entry.expected("") / PI);
-    let mean = mean_over_square(0.4, |x, y| polygon_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &corners) / PI);
+    let mean = mean_over_square(0.4, |x, y| {
+        polygon_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &corners) / PI
+    });
     let wide = footprint(DVec3::ZERO, 0.2, 0.4);
-    Entry::new("B07", &world, &wide, ONE).within(0.01, LIGHT_RAYS).check_value(&[Light, Bidirectional], "mean", mean);
+    Entry::new("B07", &world, &wide, ONE).within(0.01, LIGHT_RAYS).check_value(
+        &[Light, Bidirectional],
+        "mean",
+        mean,
+    );
 }
 
 #[test]
@@ -192,8 +236,14 @@ fn b09_sphere_light() {
     let narrow = eye(1e-4);
     let entry = Entry::new("B09", &world, &narrow, ONE);
     entry.check_value(&POINT, "E/π", entry.expected("") / PI);
-    let mean = mean_over_square(0.5, |x, y| sphere_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &sphere) / PI);
-    Entry::new("B09", &world, &eye(0.5), ONE).within(RARE, LIGHT_RAYS).check_value(&[Light, Bidirectional], "mean", mean);
+    let mean = mean_over_square(0.5, |x, y| {
+        sphere_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &sphere) / PI
+    });
+    Entry::new("B09", &world, &eye(0.5), ONE).within(RARE, LIGHT_RAYS).check_value(
+        &[Light, Bidirectional],
+        "mean",
+        mean,
+    );
 }
 
 #[test]
@@ -220,15 +270,22 @@ fn b11_disk_light() {
 
 #[test]
 fn b13_wall_before_the_sky() {
-    let wall = [[1.0, -2.0, 0.0], [1.0, 2.0, 0.0], [1.0, 2.0, 1.0], [1.0, -2.0, 1.0]].map(DVec3::from);
+    let wall =
+        [[1.0, -2.0, 0.0], [1.0, 2.0, 0.0], [1.0, 2.0, 1.0], [1.0, -2.0, 1.0]].map(DVec3::from);
     let mut stage = Stage::default();
     stage.square(0.0, 0.5, true, lambert(1.0));
     stage.face(Quad { origin: wall[0], edge_u: DVec3::Y * 4.0, edge_v: DVec3::Z }, Material::Black);
     stage.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid"));
     let world = stage.build();
     Entry::new("B13", &world, &eye(1e-4), ONE).check(&FROM_INFINITY, "L_rho1");
-    let mean = mean_over_square(0.5, |x, y| 1.0 - polygon_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &wall) / PI);
-    Entry::new("B13", &world, &eye(0.5), ONE).within(RARE, LIGHT_RAYS).check_value(&[Light, Bidirectional], "mean", mean);
+    let mean = mean_over_square(0.5, |x, y| {
+        1.0 - polygon_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &wall) / PI
+    });
+    Entry::new("B13", &world, &eye(0.5), ONE).within(RARE, LIGHT_RAYS).check_value(
+        &[Light, Bidirectional],
+        "mean",
+        mean,
+    );
 }
 
 #[test]
@@ -236,12 +293,18 @@ fn b15_hot_pixel() {
     let pixel = |i: u32| if (i / 128, i % 128) == (5, 17) { Rgb::splat(1e6) } else { Rgb::BLACK };
     let mut stage = Stage::default();
     stage.square(0.0, 0.5, true, lambert(1.0));
-    stage.environment(EnvironmentMap::new(128, 64, (0..64 * 128).map(pixel).collect(), EnvironmentMap::Z_UP).expect("valid"));
+    stage.environment(
+        EnvironmentMap::new(128, 64, (0..64 * 128).map(pixel).collect(), EnvironmentMap::Z_UP)
+            .expect("valid"),
+    );
     let (world, eye) = (stage.build(), eye(0.5));
-    Entry::new("B15", &world, &eye, ONE).within(RARE, LIGHT_RAYS).check(&[Path, Light, Bidirectional], "L_rho1");
+    Entry::new("B15", &world, &eye, ONE)
+        .within(RARE, LIGHT_RAYS)
+        .check(&[Path, Light, Bidirectional], "L_rho1");
 }
 
-/// Received flux by an orthographic camera that sees the receiver and nothing else: π times the mean of its radiance times its film's area.
+/// Received flux by an orthographic camera that sees the receiver and nothing else: π times the
+/// mean of its radiance times its film's area.
 #[test]
 fn b17_coaxial_disks() {
     for (emitter, receiver) in [(1.0, 0.5), (0.5, 1.0)] {
@@ -250,7 +313,9 @@ fn b17_coaxial_disks() {
         let lamp = stage.disk(DVec3::Z * 1.5, DVec3::NEG_Z, emitter, Material::Black);
         stage.glow(lamp, 1.0);
         let world = stage.build();
-        let eye = OrthographicCamera::new(DVec3::Z, DVec3::ZERO, DVec3::Y, 2.0 * receiver, UVec2::ONE).expect("valid");
+        let eye =
+            OrthographicCamera::new(DVec3::Z, DVec3::ZERO, DVec3::Y, 2.0 * receiver, UVec2::ONE)
+                .expect("valid");
         let entry = Entry::new("B17", &world, &eye, ONE).within(RARE, LIGHT_RAYS);
         let flux = entry.expected("flux_Le1");
         entry.check_value(&Method::ALL, "flux", flux / (PI * 4.0 * receiver * receiver));
@@ -269,7 +334,8 @@ fn b18_faces_of_a_cube() {
         }
         let world = stage.build();
         let center = DVec3::new(0.5, 0.5, 0.5);
-        let eye = OrthographicCamera::new(center, center - DVec3::Z, DVec3::Y, 1.0, UVec2::ONE).expect("valid");
+        let eye = OrthographicCamera::new(center, center - DVec3::Z, DVec3::Y, 1.0, UVec2::ONE)
+            .expect("valid");
         let entry = Entry::new("B18", &world, &eye, ONE);
         entry.check(&[Emission, Path, Light, Bidirectional], key);
         if key == "opposite" {
@@ -292,16 +358,23 @@ fn b19_cube_with_a_bright_ceiling() {
     let point = DVec3::new(0.5, 0.5, 0.0);
     let narrow = footprint(point, 0.5, 1e-4);
     Entry::new("B19", &world, &narrow, ONE).check(&POINT, "L_1bounce");
-    Entry::new("B19", &world, &narrow, Depth::exactly(2)).check(&[Emission, Path, Bidirectional], "L_2bounce");
+    Entry::new("B19", &world, &narrow, Depth::exactly(2))
+        .check(&[Emission, Path, Bidirectional], "L_2bounce");
 
-    let ceiling = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 1.0));
+    let ceiling =
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 1.0));
     let direct = |x: DVec3, n: DVec3| polygon_irradiance(x, n, &ceiling);
     let on_floor = |x: f64, y: f64| point + DVec3::new(x, y, 0.0);
     let wide = footprint(point, 0.5, 0.2);
     let mean = mean_over_square(0.2, |x, y| 0.5 / PI * direct(on_floor(x, y), DVec3::Z));
-    Entry::new("B19", &world, &wide, ONE).within(RARE, LIGHT_RAYS).check_value(&[Light, Bidirectional], "mean, 1", mean);
+    Entry::new("B19", &world, &wide, ONE).within(RARE, LIGHT_RAYS).check_value(
+        &[Light, Bidirectional],
+        "mean, 1",
+        mean,
+    );
 
-    // What the walls receive is smooth but at the ceiling's edge; the midpoint rule's error is below 1e-5.
+    // What the walls receive is smooth but at the ceiling's edge; the midpoint rule's error is
+    // below 1e-5.
     let steps = 200;
     let mut lit = Vec::new();
     for wall in &faces[..4] {
@@ -340,16 +413,27 @@ fn b20_tiny_far_sphere() {
     let entry = Entry::new("B20", &near, &narrow, ONE).within(1e-6, 100_000);
     entry.check_value(&[Path, Bidirectional], "E/π", entry.expected("E") / PI);
     // Light tracing hits a floor that is as large as the light is far.
-    let mean = mean_over_square(5e5, |x, y| 1e24 * sphere_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &sphere) / PI);
+    let mean = mean_over_square(5e5, |x, y| {
+        1e24 * sphere_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &sphere) / PI
+    });
     let wide = footprint(DVec3::ZERO, 5e5, 5e5);
-    Entry::new("B20", &world(5e5), &wide, ONE).within(RARE, LIGHT_RAYS).check_value(&[Light], "mean", mean);
+    Entry::new("B20", &world(5e5), &wide, ONE).within(RARE, LIGHT_RAYS).check_value(
+        &[Light],
+        "mean",
+        mean,
+    );
 }
 
 #[test]
 fn d01_white_furnace_of_ggx() {
     for alpha in [0.1, 0.3, 0.5, 1.0] {
         let mut stage = Stage::default();
-        stage.square(0.0, 10.0, true, Material::RoughMirror { reflectance: Rgb::WHITE, alpha: DVec2::splat(alpha) });
+        stage.square(
+            0.0,
+            10.0,
+            true,
+            Material::RoughMirror { reflectance: Rgb::WHITE, alpha: DVec2::splat(alpha) },
+        );
         stage.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid"));
         let world = stage.build();
         for mu in [1.0f64, 0.5, 0.1] {

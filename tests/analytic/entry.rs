@@ -14,7 +14,8 @@ pub const BUDGET: u64 = 100_000;
 pub const MOST: u64 = 3_000_000;
 /// The largest relative standard error by which a bias of 1 % is still seen.
 pub const ERROR: f64 = 0.0025;
-/// Where light walks rarely meet what is looked at, or camera walks the light: a bias of 3 % is seen.
+/// Where light walks rarely meet what is looked at, or camera walks the light: a bias of 3 % is
+/// seen.
 pub const RARE: f64 = 0.0075;
 
 /// The most rays for one value where every entry's own tolerance is asked for, if it is.
@@ -24,7 +25,9 @@ fn in_full() -> Option<f64> {
 }
 
 pub fn all() -> &'static [Value] {
-    static TABLE: LazyLock<Value> = LazyLock::new(|| serde_json::from_str(include_str!("../data/analytic.json")).expect("a JSON file"));
+    static TABLE: LazyLock<Value> = LazyLock::new(|| {
+        serde_json::from_str(include_str!("../data/analytic.json")).expect("a JSON file")
+    });
     TABLE["entries"].as_array().expect("entries")
 }
 
@@ -40,10 +43,21 @@ pub struct Entry<'a> {
 }
 
 impl<'a> Entry<'a> {
-    pub fn new(id: &'static str, world: &'a World, camera: &'a (dyn Camera + Send), depth: Depth) -> Self {
+    pub fn new(
+        id: &'static str,
+        world: &'a World,
+        camera: &'a (dyn Camera + Send),
+        depth: Depth,
+    ) -> Self {
         let data = all().iter().find(|entry| entry["id"] == id).expect("an entry of the table");
         let tolerance = data["relative_tolerance"].as_f64().expect("a tolerance");
-        Self { id, data, probe: Probe::new(world, camera, depth), error: tolerance.max(ERROR), rays: MOST }
+        Self {
+            id,
+            data,
+            probe: Probe::new(world, camera, depth),
+            error: tolerance.max(ERROR),
+            rays: MOST,
+        }
     }
 
     pub fn tolerance(&self) -> f64 {
@@ -69,7 +83,9 @@ impl<'a> Entry<'a> {
     /// Whether the entry names the integrator.
     fn names(&self, method: Method) -> bool {
         let keys = self.data["integrators"].as_array().expect("integrators");
-        keys.iter().filter_map(Value::as_str).any(|key| key == method.key() || key == "all" || key.split('(').next() == Some(method.key()))
+        keys.iter().filter_map(Value::as_str).any(|key| {
+            key == method.key() || key == "all" || key.split('(').next() == Some(method.key())
+        })
     }
 
     /// All these integrators, which the entry names, measure the value of a key.
@@ -86,16 +102,29 @@ impl<'a> Entry<'a> {
         for (seed, &method) in methods.iter().enumerate() {
             assert!(self.names(method), "{} does not name {method:?}", self.id);
             let seed = 1 + seed as u64;
-            let mut measured =
-                self.probe.estimate(method, expected, [self.tolerance(), self.error], (BUDGET.min(self.rays), self.rays), seed);
+            let mut measured = self.probe.estimate(
+                method,
+                expected,
+                [self.tolerance(), self.error],
+                (BUDGET.min(self.rays), self.rays),
+                seed,
+            );
             let mut allowed = self.error;
-            if let Some(most) = in_full().filter(|_| measured.relative_error(expected) > self.tolerance()) {
+            if let Some(most) =
+                in_full().filter(|_| measured.relative_error(expected) > self.tolerance())
+            {
                 let more = 1.2 * (measured.relative_error(expected) / self.tolerance()).powi(2);
                 if more * measured.rays as f64 <= most {
-                    measured = self.probe.sample(method, (more * measured.samples() as f64) as u64, seed);
+                    measured =
+                        self.probe.sample(method, (more * measured.samples() as f64) as u64, seed);
                     allowed = self.tolerance();
                 } else {
-                    println!("{} {what:12} {:6} would take {:.1e} rays", self.id, method.key(), more * measured.rays as f64);
+                    println!(
+                        "{} {what:12} {:6} would take {:.1e} rays",
+                        self.id,
+                        method.key(),
+                        more * measured.rays as f64
+                    );
                 }
             }
             let error = measured.relative_error(expected);
@@ -110,8 +139,16 @@ impl<'a> Entry<'a> {
                 if error <= self.tolerance() { "" } else { " (fast)" },
             );
             assert_eq!(measured.non_finite, 0, "{} {what} {method:?}", self.id);
-            assert!(measured.agrees(expected, self.tolerance()), "{} {what} {method:?}: {measured:?}, expected {expected:?}", self.id);
-            assert!(error <= allowed, "{} {what} {method:?}: the relative standard error {error} is above {allowed}", self.id);
+            assert!(
+                measured.agrees(expected, self.tolerance()),
+                "{} {what} {method:?}: {measured:?}, expected {expected:?}",
+                self.id
+            );
+            assert!(
+                error <= allowed,
+                "{} {what} {method:?}: the relative standard error {error} is above {allowed}",
+                self.id
+            );
         }
     }
 
@@ -119,7 +156,11 @@ impl<'a> Entry<'a> {
     pub fn check_blind(&self, methods: &[Method]) {
         for &method in methods {
             let measured: Measured = self.probe.sample(method, 20_000, 7);
-            assert!(measured.non_finite == 0 && measured.deviation([0.0; 3]) == 0.0, "{} {method:?}: {measured:?}", self.id);
+            assert!(
+                measured.non_finite == 0 && measured.deviation([0.0; 3]) == 0.0,
+                "{} {method:?}: {measured:?}",
+                self.id
+            );
         }
     }
 }

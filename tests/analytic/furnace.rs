@@ -16,11 +16,17 @@ const IN_A_BOX: [Method; 4] = [Emission, Path, Light, Bidirectional];
 const UNLIMITED: Depth = Depth { min_bounces: 0, max_bounces: None };
 
 fn boxed(albedo: f64) -> (World, PinholeCamera) {
-    (furnace_box(DVec3::ZERO, 1.0, &lambert(albedo), 1.0), camera(DVec3::splat(0.5), DVec3::new(1.0, 0.7, 0.4), 80.0))
+    (
+        furnace_box(DVec3::ZERO, 1.0, &lambert(albedo), 1.0),
+        camera(DVec3::splat(0.5), DVec3::new(1.0, 0.7, 0.4), 80.0),
+    )
 }
 
 fn sphere(albedo: f64) -> (World, PinholeCamera) {
-    (furnace_sphere(DVec3::ZERO, 1.0, &lambert(albedo), 1.0), camera(DVec3::ZERO, DVec3::new(1.0, 0.2, 0.1), 80.0))
+    (
+        furnace_sphere(DVec3::ZERO, 1.0, &lambert(albedo), 1.0),
+        camera(DVec3::ZERO, DVec3::new(1.0, 0.2, 0.1), 80.0),
+    )
 }
 
 #[test]
@@ -41,11 +47,14 @@ fn a02_truncated_furnace() {
     }
     let (world, eye) = boxed(0.8);
     for k in [1, 3] {
-        Entry::new("A02", &world, &eye, Depth::up_to(k)).within(RARE, MOST).check(&IN_A_BOX, &format!("k={k}"));
+        Entry::new("A02", &world, &eye, Depth::up_to(k))
+            .within(RARE, MOST)
+            .check(&IN_A_BOX, &format!("k={k}"));
     }
 }
 
-/// Without roulette every path of k bounces brings the same: no variance from the camera, little from the light.
+/// Without roulette every path of k bounces brings the same: no variance from the camera, little
+/// from the light.
 #[test]
 fn a03_white_furnace() {
     let (world, eye) = sphere(0.9999);
@@ -57,9 +66,18 @@ fn a03_white_furnace() {
     let entry = Entry::new("A03", &world, &eye, Depth::up_to(1000)).roulette(Roulette::NEVER);
     entry.check(&[Light, UniformArea], "k=1000");
     let expected = (1.0 - 0.9999f64.powi(21)) / 1e-4;
-    Entry::new("A03", &world, &eye, Depth::up_to(20)).check_value(&[Bidirectional], "k=20", expected);
-    // Roulette makes the number of bounces geometric, a relative variance of 1: 10⁴ rays for one sample.
-    Entry::new("A03", &world, &eye, UNLIMITED).within(0.08, 3_000_000).check_value(&[Emission], "inf", to_the_end_of_walks());
+    Entry::new("A03", &world, &eye, Depth::up_to(20)).check_value(
+        &[Bidirectional],
+        "k=20",
+        expected,
+    );
+    // Roulette makes the number of bounces geometric, a relative variance of 1: 10⁴ rays for one
+    // sample.
+    Entry::new("A03", &world, &eye, UNLIMITED).within(0.08, 3_000_000).check_value(
+        &[Emission],
+        "inf",
+        to_the_end_of_walks(),
+    );
 }
 
 /// The series of A03 up to the limit of all walks, 4 % below that without end.
@@ -111,7 +129,9 @@ fn a08_sphere_with_a_cap() {
     let down = camera(DVec3::ZERO, DVec3::NEG_Z, 53.0);
     Entry::new("A08", &world, &down, UNLIMITED).within(RARE, MOST).check(&Method::ALL, "wall");
     for k in 1..=3 {
-        Entry::new("A08", &world, &down, Depth::exactly(k)).within(0.02, MOST).check(&Method::ALL, &format!("bounce_{k}"));
+        Entry::new("A08", &world, &down, Depth::exactly(k))
+            .within(0.02, MOST)
+            .check(&Method::ALL, &format!("bounce_{k}"));
     }
     let up = camera(DVec3::ZERO, DVec3::Z, 40.0);
     Entry::new("A08", &world, &up, UNLIMITED).within(RARE, MOST).check(&Method::ALL, "cap");
@@ -120,7 +140,10 @@ fn a08_sphere_with_a_cap() {
 #[test]
 fn a10_point_light_in_a_sphere_with_a_port() {
     let mut stage = Stage::default();
-    stage.sphere(Sphere { inward: true, cos_max: 0.9, axis: DVec3::Z, ..Sphere::new(DVec3::ZERO, 1.0) }, lambert(0.9));
+    stage.sphere(
+        Sphere { inward: true, cos_max: 0.9, axis: DVec3::Z, ..Sphere::new(DVec3::ZERO, 1.0) },
+        lambert(0.9),
+    );
     stage.light(PointLight::new(DVec3::ZERO, Rgb::WHITE).expect("valid"));
     let (world, eye) = (stage.build(), camera(DVec3::new(0.1, 0.0, 0.3), DVec3::NEG_Z, 60.0));
     let entry = Entry::new("A10", &world, &eye, UNLIMITED).within(RARE, MOST);
@@ -128,8 +151,9 @@ fn a10_point_light_in_a_sphere_with_a_port() {
     entry.check_blind(&[Emission, UniformArea]);
 }
 
-/// Two half planes that meet at an angle; the camera looks at a point of one at distance 1 from the edge. The angle of the entry's formula is
-/// the supplement of the opening: at 0 the planes are one and reflect ρ of the sky.
+/// Two half planes that meet at an angle; the camera looks at a point of one at distance 1 from the
+/// edge. The angle of the entry's formula is the supplement of the opening: at 0 the planes are one
+/// and reflect ρ of the sky.
 #[test]
 fn a13_wedge() {
     for degrees in [60.0f64, 90.0, 120.0] {
@@ -142,7 +166,9 @@ fn a13_wedge() {
         stage.face(Quad { origin: corner, edge_u: along, edge_v: side * 1e4 }, lambert(0.6));
         stage.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid"));
         let (world, eye) = (stage.build(), camera(DVec3::new(1.0, 0.0, 0.5), DVec3::X, 1e-3));
-        Entry::new("A13", &world, &eye, UNLIMITED).within(RARE, MOST).check(&[Emission, Path, Bidirectional], &format!("{degrees}deg"));
+        Entry::new("A13", &world, &eye, UNLIMITED)
+            .within(RARE, MOST)
+            .check(&[Emission, Path, Bidirectional], &format!("{degrees}deg"));
     }
 }
 
@@ -162,15 +188,21 @@ fn a14_mirrors() {
     // 0.8³⁰⁰ is below the rounding of the sum.
     let deep = Depth::up_to(300);
     for (lower, key) in [(true, "hit_emissive_first"), (false, "hit_plain_first")] {
-        Entry::new("A14", &parallel(lower), &eye, deep).roulette(Roulette::NEVER).check(&[Emission], key);
+        Entry::new("A14", &parallel(lower), &eye, deep)
+            .roulette(Roulette::NEVER)
+            .check(&[Emission], key);
     }
     for k in [2, 4, 10] {
         let world = parallel(true);
-        Entry::new("A14", &world, &eye, Depth::up_to(k)).roulette(Roulette::NEVER).check(&[Emission], &format!("truncated_k={k}"));
+        Entry::new("A14", &world, &eye, Depth::up_to(k))
+            .roulette(Roulette::NEVER)
+            .check(&[Emission], &format!("truncated_k={k}"));
     }
     let world = furnace_box(DVec3::ZERO, 1.0, &mirror(0.8), 1.0);
     let eye = camera(DVec3::splat(0.5), DVec3::new(1.0, 0.7, 0.4), 80.0);
-    Entry::new("A14", &world, &eye, deep).roulette(Roulette::NEVER).check(&[Emission], "closed_mirror_box");
+    Entry::new("A14", &world, &eye, deep)
+        .roulette(Roulette::NEVER)
+        .check(&[Emission], "closed_mirror_box");
     let reflected = Depth { min_bounces: 1, max_bounces: Some(20) };
     Entry::new("A14", &world, &eye, reflected).check_blind(&[Light, UniformArea]);
 }

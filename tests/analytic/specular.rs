@@ -21,7 +21,10 @@ const COIN_RAYS: u64 = 8_000_000;
 
 fn assert_value(id: &str, key: &str, value: f64, tolerance: f64) {
     let expected = expected(id, key);
-    assert!((value - expected).abs() <= tolerance * expected.abs() + 1e-15, "{id} {key}: {value}, expected {expected}");
+    assert!(
+        (value - expected).abs() <= tolerance * expected.abs() + 1e-15,
+        "{id} {key}: {value}, expected {expected}"
+    );
 }
 
 fn reflectance(degrees: f64, relative_ior: f64) -> f64 {
@@ -40,7 +43,10 @@ fn c01_fresnel() {
     let s = ((cos - 1.5 * sin) / (cos + 1.5 * sin)).powi(2);
     assert!((dielectric(cos, sin, 1.5).reflectance - 0.5 * s).abs() < 1e-16);
     let critical = expected("C01", "critical_angle_deg");
-    assert!(reflectance(critical - 1e-6, 1.0 / 1.5) < 1.0 && reflectance(critical + 1e-6, 1.0 / 1.5) == 1.0);
+    assert!(
+        reflectance(critical - 1e-6, 1.0 / 1.5) < 1.0
+            && reflectance(critical + 1e-6, 1.0 / 1.5) == 1.0
+    );
 }
 
 #[test]
@@ -49,7 +55,10 @@ fn c02_diffuse_fresnel() {
         // ∫ 2 μ R dμ = ∫ R d(μ²)
         let n = 400_000;
         let at = |i: i32| (f64::from(i) + 0.5) / f64::from(n);
-        (0..n).map(|i| dielectric(at(i).sqrt(), (1.0 - at(i)).sqrt(), relative_ior).reflectance).sum::<f64>() / f64::from(n)
+        (0..n)
+            .map(|i| dielectric(at(i).sqrt(), (1.0 - at(i)).sqrt(), relative_ior).reflectance)
+            .sum::<f64>()
+            / f64::from(n)
     };
     assert_value("C02", "external", average(1.5), 1e-5);
     assert_value("C02", "internal", average(1.0 / 1.5), 1e-5);
@@ -68,7 +77,8 @@ fn c18_near_index_match() {
     assert_value("C18", "slab_T_n=1.0001", (1.0 - r) / (1.0 + r), 1e-12);
 }
 
-/// Panes of glass, each between two heights, and a wall of radiance 1 at z = 2 that looks down or at z = -2 that looks up.
+/// Panes of glass, each between two heights, and a wall of radiance 1 at z = 2 that looks down or
+/// at z = -2 that looks up.
 fn panes(heights: &[(f64, f64)], above: bool) -> World {
     let mut stage = Stage::default();
     for &(low, high) in heights {
@@ -91,7 +101,9 @@ fn c03_slab() {
     ] {
         let eye = camera(DVec3::new(-tangent, 0.0, -1.0), DVec3::ZERO, 1e-4);
         let error = if key.starts_with('R') { RARE } else { COIN };
-        Entry::new("C03", world, &eye, UNLIMITED).within(error, COIN_RAYS).check(&[Emission, Bidirectional], key);
+        Entry::new("C03", world, &eye, UNLIMITED)
+            .within(error, COIN_RAYS)
+            .check(&[Emission, Bidirectional], key);
     }
     let eye = camera(DVec3::NEG_Z, DVec3::ZERO, 1e-4);
     for m in [2, 4] {
@@ -102,10 +114,15 @@ fn c03_slab() {
 
 #[test]
 fn c05_pile_of_plates() {
-    let heights: Vec<(f64, f64)> = (0..10).map(|i| (0.02 * f64::from(i), 0.02 * f64::from(i) + 0.01)).collect();
+    let heights: Vec<(f64, f64)> =
+        (0..10).map(|i| (0.02 * f64::from(i), 0.02 * f64::from(i) + 0.01)).collect();
     let eye = camera(DVec3::NEG_Z, DVec3::ZERO, 1e-4);
-    Entry::new("C05", &panes(&heights, true), &eye, UNLIMITED).within(RARE, COIN_RAYS).check(&[Emission], "T");
-    Entry::new("C05", &panes(&heights, false), &eye, UNLIMITED).within(RARE, COIN_RAYS).check_value(&[Emission], "R", expected("C05", "R"));
+    Entry::new("C05", &panes(&heights, true), &eye, UNLIMITED)
+        .within(RARE, COIN_RAYS)
+        .check(&[Emission], "T");
+    Entry::new("C05", &panes(&heights, false), &eye, UNLIMITED)
+        .within(RARE, COIN_RAYS)
+        .check_value(&[Emission], "R", expected("C05", "R"));
 }
 
 /// Walks cut off after m + 1 events carry what has not left after m of them.
@@ -146,7 +163,8 @@ fn c08_looking_out_of_a_medium() {
     entry.check_blind(&[Light, UniformArea]);
 }
 
-/// Floor, slab, point light; the light is a spot as wide as needed, the floor a disk, the film the square around it.
+/// Floor, slab, point light; the light is a spot as wide as needed, the floor a disk, the film the
+/// square around it.
 #[test]
 fn c11_caustic_of_a_slab() {
     let mut stage = Stage::default();
@@ -183,6 +201,8 @@ fn c13_invisible_interface() {
         let wall = stage.square(1.0, 10.0, false, Material::Black);
         stage.glow(wall, 1.0);
         let (world, eye) = (stage.build(), camera(DVec3::NEG_Z, DVec3::ZERO, 30.0));
-        Entry::new("C13", &world, &eye, UNLIMITED).within(1e-12, 100_000).check(&[Emission, Bidirectional], "L");
+        Entry::new("C13", &world, &eye, UNLIMITED)
+            .within(1e-12, 100_000)
+            .check(&[Emission, Bidirectional], "L");
     }
 }

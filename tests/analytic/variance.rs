@@ -15,27 +15,41 @@ use pathspace::scene::SurfaceArea;
 
 fn assert_variance(what: &str, measured: &Measured, variance: f64, tolerance: f64) {
     let of_samples = measured.channels[1].variance();
-    println!("{what}: variance {of_samples:.6e}, expected {variance:.6e}, {} samples", measured.samples());
-    assert!((of_samples / variance - 1.0).abs() <= tolerance, "{what}: {of_samples}, expected {variance}");
+    println!(
+        "{what}: variance {of_samples:.6e}, expected {variance:.6e}, {} samples",
+        measured.samples()
+    );
+    assert!(
+        (of_samples / variance - 1.0).abs() <= tolerance,
+        "{what}: {of_samples}, expected {variance}"
+    );
 }
 
-/// Cosine-weighted directions inside a sphere are uniform in area: path tracing that samples no light has the variance of uniform-area sampling.
+/// Cosine-weighted directions inside a sphere are uniform in area: path tracing that samples no
+/// light has the variance of uniform-area sampling.
 #[test]
 fn f01_variance_of_hits() {
     let world = cap_sphere(DVec3::ZERO, 1.0, 0.5, 1.0);
     let eye = camera(DVec3::ZERO, DVec3::NEG_Z, 53.0);
     for k in 1..=3 {
-        let probe = Probe { roulette: Roulette::NEVER, ..Probe::new(&world, &eye, Depth::exactly(k)) };
+        let probe =
+            Probe { roulette: Roulette::NEVER, ..Probe::new(&world, &eye, Depth::exactly(k)) };
         for method in [UniformArea, Emission] {
             let measured = probe.sample(method, 300_000, 5);
             let mean = expected("F01", &format!("mean_k{k}"));
             assert!(measured.agrees([mean; 3], 0.0));
-            assert_variance(&format!("F01 k = {k} {method:?}"), &measured, expected("F01", &format!("var_k{k}")), 0.02);
+            assert_variance(
+                &format!("F01 k = {k} {method:?}"),
+                &measured,
+                expected("F01", &format!("var_k{k}")),
+                0.02,
+            );
         }
     }
 }
 
-/// With p = 0.3 the fourth moment is infinite, so the measured variance means nothing; the mean still does.
+/// With p = 0.3 the fourth moment is infinite, so the measured variance means nothing; the mean
+/// still does.
 #[test]
 fn f04_variance_of_roulette() {
     let world = furnace_sphere(DVec3::ZERO, 1.0, &lambert(0.5), 1.0);
@@ -44,9 +58,17 @@ fn f04_variance_of_roulette() {
         let roulette = Roulette { start: 0, survival: Survival::Fixed(p), ..Roulette::default() };
         let entry = Entry::new("F04", &world, &eye, Depth::default()).roulette(roulette);
         let measured = entry.probe.sample(Emission, 500_000, 6);
-        assert!(measured.agrees([entry.expected("mean"); 3], if p == 0.3 { 0.02 } else { 0.0 }), "p = {p}: {measured:?}");
+        assert!(
+            measured.agrees([entry.expected("mean"); 3], if p == 0.3 { 0.02 } else { 0.0 }),
+            "p = {p}: {measured:?}"
+        );
         if p > 0.3 {
-            assert_variance(&format!("F04 p = {p}"), &measured, entry.expected(&format!("var_p{p}")), entry.tolerance());
+            assert_variance(
+                &format!("F04 p = {p}"),
+                &measured,
+                entry.expected(&format!("var_p{p}")),
+                entry.tolerance(),
+            );
         }
         // No closed form of the variance, but the same mean.
         if p == 0.75 {
@@ -60,7 +82,11 @@ fn f04_variance_of_roulette() {
 fn f05_no_cap() {
     for albedo in [0.9f64, 0.97, 0.99, 0.999] {
         assert_eq!(Roulette::default().decide(100, 1.0, || 0.0), Termination::Continue);
-        let Termination::Survived { q } = Roulette::default().decide(100, albedo, || 1.0f64.next_down()) else { panic!("{albedo}") };
+        let Termination::Survived { q } =
+            Roulette::default().decide(100, albedo, || 1.0f64.next_down())
+        else {
+            panic!("{albedo}")
+        };
         // p > ρ²: finite variance.
         assert!((1.0 - q - albedo).abs() < 1e-15 && 1.0 - q > albedo * albedo);
     }
@@ -78,8 +104,11 @@ fn f09_tail_of_a_corner() {
     let (mut above_low, mut above_high, mut sum, mut pairs) = (0u32, 0u32, 0.0, 0u32);
     for i in 0..4_000_000 {
         let mut u = Independent { seed: 1 }.sampler(0, i);
-        // One point on each: the squares have the same area, so the first number chooses between them.
-        let mut on = |square: f64| world.sample_surface(0.5 * (square + u.next_1d()), DVec2::new(u.next_1d(), u.next_1d()));
+        // One point on each: the squares have the same area, so the first number chooses between
+        // them.
+        let mut on = |square: f64| {
+            world.sample_surface(0.5 * (square + u.next_1d()), DVec2::new(u.next_1d(), u.next_1d()))
+        };
         let (a, b) = (on(0.0), on(1.0));
         if a.primitive == b.primitive {
             continue;
@@ -92,7 +121,9 @@ fn f09_tail_of_a_corner() {
     }
     let mean = sum / f64::from(pairs);
     let index = (f64::from(above_low) / f64::from(above_high)).ln() / (high / low).ln();
-    println!("F09 mean {mean:.4}, tail index {index:.3} from {above_low} and {above_high} of {pairs}");
+    println!(
+        "F09 mean {mean:.4}, tail index {index:.3} from {above_low} and {above_high} of {pairs}"
+    );
     assert!((index / expected("F09", "tail_index") - 1.0).abs() < 0.05);
     // The mean converges with N^(-1/3): 0.6 % for 4e6.
     assert!((mean / expected("F09", "E[G]") - 1.0).abs() < 0.03);
@@ -102,7 +133,10 @@ fn f09_tail_of_a_corner() {
 fn f10_no_variance_under_a_point_light() {
     let mut stage = Stage::default();
     stage.square(0.0, 0.5, true, lambert(0.5));
-    stage.light(PointLight::new(2.0 * DVec3::new(0.5, 0.0, 0.75f64.sqrt()), Rgb::splat(5.0)).expect("valid"));
+    stage.light(
+        PointLight::new(2.0 * DVec3::new(0.5, 0.0, 0.75f64.sqrt()), Rgb::splat(5.0))
+            .expect("valid"),
+    );
     let (world, eye) = (stage.build(), footprint(DVec3::ZERO, 1.0, 1e-9));
     let probe = Probe { fixed: true, ..Probe::new(&world, &eye, Depth::exactly(1)) };
     for method in [Path, Bidirectional] {
@@ -115,7 +149,11 @@ fn f10_no_variance_under_a_point_light() {
 fn f12_variances_under_a_square_light() {
     let world = square_light(0.5, DVec3::ZERO, 1.0, 1.0);
     let eye = footprint(DVec3::ZERO, 1.0, 1e-4);
-    let probe = |heuristic| Probe { heuristic, roulette: Roulette::NEVER, ..Probe::new(&world, &eye, Depth::exactly(1)) };
+    let probe = |heuristic| Probe {
+        heuristic,
+        roulette: Roulette::NEVER,
+        ..Probe::new(&world, &eye, Depth::exactly(1))
+    };
     let cases: [(Method, Heuristic, &str); 3] = [
         (Emission, Heuristic::Balance, "var_cosine_sampling"),
         (Path, Heuristic::Balance, "var_balance"),
@@ -135,7 +173,8 @@ fn f12_variances_under_a_square_light() {
     assert_variance("F12 var_area_sampling", &measured, expected("F12", "var_area_sampling"), 0.02);
 }
 
-/// F15's means: the whole sphere emits, so emitter sampling and cosine sampling are the same density.
+/// F15's means: the whole sphere emits, so emitter sampling and cosine sampling are the same
+/// density.
 #[test]
 fn f15_means_in_an_emissive_sphere() {
     let world = furnace_sphere(DVec3::ZERO, 1.0, &lambert(0.9), 1.0);

@@ -1,4 +1,5 @@
-//! Exact answers: coefficients of smooth glass and of coinciding mirrors, albedos, and the limit of small roughness.
+//! Exact answers: coefficients of smooth glass and of coinciding mirrors, albedos, and the limit of
+//! small roughness.
 
 use crate::models::{lambert, rough_conductor, rough_glass};
 use crate::{Independent, direction};
@@ -26,7 +27,11 @@ fn refraction_of_smooth_glass() {
         assert_relative_eq!(sample.weight.r(), weight, max_relative = 1e-14);
         let (pdf, reverse) = if walk == Walk::Camera { (1.0, squeeze) } else { (squeeze, 1.0) };
         assert_relative_eq!(sample.pdf.value(), transmittance * pdf, max_relative = 1e-14);
-        assert_relative_eq!(sample.pdf_reverse.value(), transmittance * reverse, max_relative = 1e-14);
+        assert_relative_eq!(
+            sample.pdf_reverse.value(),
+            transmittance * reverse,
+            max_relative = 1e-14
+        );
     }
     // n = 1 passes straight through, whatever the roughness
     for model in [Model::from(glass_of(1.0)), rough_glass(1.0, (0.5, 0.5)).into()] {
@@ -38,14 +43,18 @@ fn refraction_of_smooth_glass() {
     let angle = (1.0f64 / 1.5).asin() + 1e-7;
     let inside = DVec3::new(angle.sin(), 0.0, -angle.cos());
     let sample = glass.sample(inside, Walk::Camera, 1.0f64.next_down(), DVec2::ZERO).unwrap();
-    assert_eq!((sample.pdf, sample.next), (PerProjected(1.0), DVec3::new(-inside.x, 0.0, inside.z)));
+    assert_eq!(
+        (sample.pdf, sample.next),
+        (PerProjected(1.0), DVec3::new(-inside.x, 0.0, inside.z))
+    );
 }
 
 fn glass_of(relative_ior: f64) -> Dielectric {
     Dielectric::new(relative_ior).unwrap()
 }
 
-/// Single-scattering albedo of height-correlated GGX with R = 1, within 4 standard errors and 0.1 %.
+/// Single-scattering albedo of height-correlated GGX with R = 1, within 4 standard errors and 0.1
+/// %.
 #[test]
 fn white_furnace_of_ggx() {
     let expected = [
@@ -55,19 +64,30 @@ fn white_furnace_of_ggx() {
         (1.0, [0.306_852_819_440_054_7, 0.450_693_855_665_945_2, 0.760_210_472_720_163]),
     ];
     for (alpha, albedos) in expected {
-        let model = RoughConductor::new(Reflectance::constant(Rgb::WHITE).unwrap(), Ggx::isotropic(alpha).unwrap());
+        let model = RoughConductor::new(
+            Reflectance::constant(Rgb::WHITE).unwrap(),
+            Ggx::isotropic(alpha).unwrap(),
+        );
         for (cosine, albedo) in [1.0, 0.5, 0.1].into_iter().zip(albedos) {
             for walk in [Walk::Camera, Walk::Light] {
                 let estimate = stratified_albedo(&model, direction(cosine, 0.3), walk, 1);
                 assert_relative_eq!(estimate.mean(), albedo, max_relative = 2e-3);
-                assert!(estimate.z_score(albedo).abs() < 4.0, "α = {alpha}, μ = {cosine}: {estimate:?}");
-                assert!(estimate.standard_error() < 1e-3 * albedo, "{}", estimate.standard_error() / albedo);
+                assert!(
+                    estimate.z_score(albedo).abs() < 4.0,
+                    "α = {alpha}, μ = {cosine}: {estimate:?}"
+                );
+                assert!(
+                    estimate.standard_error() < 1e-3 * albedo,
+                    "{}",
+                    estimate.standard_error() / albedo
+                );
             }
         }
     }
 }
 
-/// Albedo from independent replications of a stratified grid, which makes the standard error small and honest.
+/// Albedo from independent replications of a stratified grid, which makes the standard error small
+/// and honest.
 fn stratified_albedo(bsdf: &impl Bsdf, fixed: DVec3, walk: Walk, seed: u64) -> Estimate {
     let mut sampler = Independent::new(seed);
     let n = 64;
@@ -93,8 +113,18 @@ fn rough_glass_loses_no_more_than_multiple_scattering() {
             for side in [1.0, -1.0] {
                 for walk in [Walk::Camera, Walk::Light] {
                     let fixed = direction(0.7, 0.2) * DVec3::new(1.0, 1.0, side);
-                    let [red, ..] = directional_albedo(&rough_glass(relative_ior, alpha), fixed, walk, &mut Independent::new(3), 20_000);
-                    assert!(red.mean() <= 1.0 && red.mean() > 1.0 - loss, "α {alpha:?}, n {relative_ior}: {}", red.mean());
+                    let [red, ..] = directional_albedo(
+                        &rough_glass(relative_ior, alpha),
+                        fixed,
+                        walk,
+                        &mut Independent::new(3),
+                        20_000,
+                    );
+                    assert!(
+                        red.mean() <= 1.0 && red.mean() > 1.0 - loss,
+                        "α {alpha:?}, n {relative_ior}: {}",
+                        red.mean()
+                    );
                 }
             }
         }
@@ -109,16 +139,34 @@ fn roughness_threshold_is_continuous() {
         for walk in [Walk::Camera, Walk::Light] {
             for model in [|a: f64| rough_conductor((a, a)), |a: f64| rough_glass(1.5, (a, a))] {
                 let (dirac, finite) = (model(below), model(above));
-                assert!(!dirac.lobes().intersects(Lobes::FINITE) && !finite.lobes().intersects(Lobes::DIRAC));
+                assert!(
+                    !dirac.lobes().intersects(Lobes::FINITE)
+                        && !finite.lobes().intersects(Lobes::DIRAC)
+                );
                 let fixed = direction(cosine, 0.7);
-                let (a, b) = (stratified_albedo(&dirac, fixed, walk, 5), stratified_albedo(&finite, fixed, walk, 5));
+                let (a, b) = (
+                    stratified_albedo(&dirac, fixed, walk, 5),
+                    stratified_albedo(&finite, fixed, walk, 5),
+                );
                 let error = (a.standard_error().powi(2) + b.standard_error().powi(2)).sqrt();
-                assert!((a.mean() - b.mean()).abs() < 1e-3 * a.mean() + 4.0 * error, "μ = {cosine}: {} {}", a.mean(), b.mean());
+                assert!(
+                    (a.mean() - b.mean()).abs() < 1e-3 * a.mean() + 4.0 * error,
+                    "μ = {cosine}: {} {}",
+                    a.mean(),
+                    b.mean()
+                );
                 // the mirror limit: directions deviate by about α
                 let (u1, u2) = (0.9, DVec2::new(0.3, 0.5));
-                let (x, y) = (dirac.sample(fixed, walk, u1, u2).unwrap(), finite.sample(fixed, walk, u1, u2).unwrap());
+                let (x, y) = (
+                    dirac.sample(fixed, walk, u1, u2).unwrap(),
+                    finite.sample(fixed, walk, u1, u2).unwrap(),
+                );
                 assert!((x.next - y.next).length() < 10.0 * above, "{x:?} {y:?}");
-                assert_relative_eq!(x.weight.r(), y.weight.r(), max_relative = 2e-3 / cosine.sqrt());
+                assert_relative_eq!(
+                    x.weight.r(),
+                    y.weight.r(),
+                    max_relative = 2e-3 / cosine.sqrt()
+                );
             }
         }
     }
@@ -128,7 +176,9 @@ fn roughness_threshold_is_continuous() {
 #[test]
 fn coinciding_dirac_lobes_are_one() {
     let mirror: SimpleModel = Mirror::new(Rgb::splat(0.5)).unwrap().into();
-    let mixture = Mixture::with_probabilities([mirror, mirror, lambert()], [0.4, 0.2, 0.4], [1.0, 2.0, 1.0]).unwrap();
+    let mixture =
+        Mixture::with_probabilities([mirror, mirror, lambert()], [0.4, 0.2, 0.4], [1.0, 2.0, 1.0])
+            .unwrap();
     let fixed = direction(0.6, 0.1);
     for u1 in [0.1, 0.3, 0.7] {
         let sample = mixture.sample(fixed, Walk::Camera, u1, DVec2::splat(0.5)).unwrap();
@@ -137,6 +187,10 @@ fn coinciding_dirac_lobes_are_one() {
         assert_relative_eq!(sample.weight.r(), 0.3 / 0.75, max_relative = 1e-14);
     }
     // pdf and eval leave the Dirac lobes out, and keep the probability of the finite one
-    assert_relative_eq!(mixture.pdf(fixed, fixed, Walk::Camera).value(), 0.25 / std::f64::consts::PI, max_relative = 1e-14);
+    assert_relative_eq!(
+        mixture.pdf(fixed, fixed, Walk::Camera).value(),
+        0.25 / std::f64::consts::PI,
+        max_relative = 1e-14
+    );
     assert!(mixture.lobes().intersects(Lobes::DIRAC) && mixture.lobes().intersects(Lobes::FINITE));
 }

@@ -42,7 +42,8 @@ impl Bsdf for Faulty {
     }
 
     fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
-        let u2 = if matches!(self.1, Fault::Direction) { DVec2::new(u2.x, u2.y.powf(1.1)) } else { u2 };
+        let u2 =
+            if matches!(self.1, Fault::Direction) { DVec2::new(u2.x, u2.y.powf(1.1)) } else { u2 };
         let mut sample = self.0.sample(fixed, walk, u1, u2)?;
         match self.1 {
             Fault::SampledDensity => {
@@ -63,11 +64,19 @@ impl Bsdf for Faulty {
 fn faults_are_found() {
     let faults = |relative_ior: f64, fault: Fault, cosine: f64| -> Option<Failure> {
         let model = Faulty(rough_glass(relative_ior, (0.3, 0.3)).into(), fault);
-        check(&model, direction(cosine, 0.4), Walk::Light, &mut Independent::new(1), 100_000).verdict(0.01, 1).err()
+        check(&model, direction(cosine, 0.4), Walk::Light, &mut Independent::new(1), 100_000)
+            .verdict(0.01, 1)
+            .err()
     };
     assert!(matches!(faults(1.5, Fault::Density, 0.7), Some(Failure::Pdf(_))));
-    assert!(matches!(faults(1.5, Fault::SampledDensity, 0.7), Some(Failure::Density(_) | Failure::Normalization(_))));
-    assert!(matches!(faults(1.5, Fault::Squeeze, 0.7), Some(Failure::Weight(_) | Failure::Reciprocity(_))));
+    assert!(matches!(
+        faults(1.5, Fault::SampledDensity, 0.7),
+        Some(Failure::Density(_) | Failure::Normalization(_))
+    ));
+    assert!(matches!(
+        faults(1.5, Fault::Squeeze, 0.7),
+        Some(Failure::Weight(_) | Failure::Reciprocity(_))
+    ));
     assert!(matches!(faults(1.5, Fault::Weight, 0.7), Some(Failure::Weight(_))));
     assert!(matches!(faults(1.5, Fault::Direction, 0.7), Some(Failure::Density(_))));
     assert!(matches!(faults(1.5, Fault::Energy, 0.7), Some(Failure::Energy(..))));
@@ -98,13 +107,19 @@ impl Bsdf for Unsqueezed {
 #[test]
 fn missing_squeeze_of_smooth_glass_is_found() {
     let model = Unsqueezed(Dielectric::new(1.5).unwrap());
-    let report = |walk| check(&model, direction(0.7, 0.0), walk, &mut Independent::new(1), 1000).verdict(0.01, 1);
+    let report = |walk| {
+        check(&model, direction(0.7, 0.0), walk, &mut Independent::new(1), 1000).verdict(0.01, 1)
+    };
     assert!(matches!(report(Walk::Camera), Err(Failure::Weight(_))));
     assert_eq!(report(Walk::Light), Ok(()));
 }
 
 #[test]
 fn report_of_an_absorber_is_empty() {
-    let report: Report = check(&Model::BLACK, DVec3::Z, Walk::Camera, &mut Independent::new(1), 100);
-    assert_eq!((report.pdf_integral, report.finite_share.mean(), report.verdict(0.01, 1)), (0.0, 0.0, Ok(())));
+    let report: Report =
+        check(&Model::BLACK, DVec3::Z, Walk::Camera, &mut Independent::new(1), 100);
+    assert_eq!(
+        (report.pdf_integral, report.finite_share.mean(), report.verdict(0.01, 1)),
+        (0.0, 0.0, Ok(()))
+    );
 }

@@ -44,10 +44,16 @@ fn pane() -> SimpleModel {
 
 pub fn smooth_models() -> Vec<(String, Model)> {
     let mirror: SimpleModel = Mirror::new(Rgb::new(0.3, 0.6, 1.0)).unwrap().into();
-    let conductor: SimpleModel = Conductor::new(Rgb::new(0.2, 0.4, 1.4), Rgb::new(3.9, 2.5, 1.6)).unwrap().into();
+    let conductor: SimpleModel =
+        Conductor::new(Rgb::new(0.2, 0.4, 1.4), Rgb::new(3.9, 2.5, 1.6)).unwrap().into();
     let mixture = |components, weights| Mixture::new(components, weights).unwrap();
     let rough = rough_conductor((0.3, 0.3));
-    let probabilities = Mixture::with_probabilities([glass(1.5), rough_glass(1.5, (0.3, 0.2))], [0.6, 0.4], [3.0, 1.0]).unwrap();
+    let probabilities = Mixture::with_probabilities(
+        [glass(1.5), rough_glass(1.5, (0.3, 0.2))],
+        [0.6, 0.4],
+        [3.0, 1.0],
+    )
+    .unwrap();
     [
         ("lambert", lambert().into()),
         ("mirror", mirror.into()),
@@ -60,12 +66,23 @@ pub fn smooth_models() -> Vec<(String, Model)> {
         ("pane", pane().into()),
         ("smooth metallic-roughness", metallic_roughness(0.3, 0.0).into()),
         ("smooth metallic-roughness metal", metallic_roughness(1.0, 0.005).into()),
-        ("smooth metallic-roughness + mirror", mixture([metallic_roughness(0.3, 0.0), mirror], [0.5, 0.5]).into()),
+        (
+            "smooth metallic-roughness + mirror",
+            mixture([metallic_roughness(0.3, 0.0), mirror], [0.5, 0.5]).into(),
+        ),
         ("plastic", plastic(Rgb::WHITE, false).into()),
         ("saturated plastic", plastic(Rgb::new(0.5, 1.0, 0.0), true).into()),
         ("plastic + pane", mixture([plastic(Rgb::WHITE, true), pane()], [0.5, 0.5]).into()),
-        ("tinted conductor", Mixture::tinted([conductor], [Rgb::new(0.0, 0.3, 1.0)], [1.0]).unwrap().into()),
-        ("tinted mixture", Mixture::tinted([lambert(), rough], [Rgb::new(0.0, 0.3, 1.0), Rgb::BLACK], [0.7, 0.2]).unwrap().into()),
+        (
+            "tinted conductor",
+            Mixture::tinted([conductor], [Rgb::new(0.0, 0.3, 1.0)], [1.0]).unwrap().into(),
+        ),
+        (
+            "tinted mixture",
+            Mixture::tinted([lambert(), rough], [Rgb::new(0.0, 0.3, 1.0), Rgb::BLACK], [0.7, 0.2])
+                .unwrap()
+                .into(),
+        ),
         ("lambert + mirror", mixture([lambert(), mirror], [0.5, 0.5]).into()),
         ("lambert + glass", mixture([lambert(), glass(1.5)], [0.3, 0.7]).into()),
         ("lambert + rough", mixture([lambert(), rough], [0.6, 0.4]).into()),
@@ -81,17 +98,26 @@ pub fn rough_models() -> Vec<(String, Model)> {
     let mut models = Vec::new();
     for alpha in ROUGHNESS {
         models.push((format!("rough conductor {alpha:?}"), rough_conductor(alpha).into()));
-        models.push((format!("Beckmann conductor {alpha:?}"), SimpleModel::from(RoughConductor::new(gold(), beckmann(alpha))).into()));
+        models.push((
+            format!("Beckmann conductor {alpha:?}"),
+            SimpleModel::from(RoughConductor::new(gold(), beckmann(alpha))).into(),
+        ));
         let glass = RoughDielectric::new(1.5, beckmann(alpha)).unwrap();
         models.push((format!("Beckmann glass {alpha:?}"), SimpleModel::from(glass).into()));
         if alpha.0 == alpha.1 {
             for metalness in [0.0, 0.4, 1.0] {
-                models.push((format!("metallic-roughness {metalness} {alpha:?}"), metallic_roughness(metalness, alpha.0.sqrt()).into()));
+                models.push((
+                    format!("metallic-roughness {metalness} {alpha:?}"),
+                    metallic_roughness(metalness, alpha.0.sqrt()).into(),
+                ));
             }
         }
         // from both sides, so that the inverse indices are covered
         for relative_ior in [1.5, 1.05] {
-            models.push((format!("rough glass {relative_ior} {alpha:?}"), rough_glass(relative_ior, alpha).into()));
+            models.push((
+                format!("rough glass {relative_ior} {alpha:?}"),
+                rough_glass(relative_ior, alpha).into(),
+            ));
         }
     }
     models

@@ -1,4 +1,5 @@
-//! A host renderer of its own: the analytic sphere with an emissive cap, whose every answer is known (Le f_e ρ^k per bounce).
+//! A host renderer of its own: the analytic sphere with an emissive cap, whose every answer is
+//! known (Le f_e ρ^k per bounce).
 #![allow(dead_code, missing_docs, reason = "shared by several test programs")]
 
 use glam::{DVec2, DVec3, UVec2};
@@ -91,8 +92,14 @@ impl Endpoint for Cap {
         PerArea(1.0 / (2.0 * PI * (1.0 - self.cos)))
     }
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
-        let direction = Frame::from_normal(point.geometric_normal).to_world(square_to_cosine_hemisphere(u));
-        Some(DirectionSample { from: *point, direction, pdf: PerProjected(1.0 / PI), weight: Rgb::splat(PI) })
+        let direction =
+            Frame::from_normal(point.geometric_normal).to_world(square_to_cosine_hemisphere(u));
+        Some(DirectionSample {
+            from: *point,
+            direction,
+            pdf: PerProjected(1.0 / PI),
+            weight: Rgb::splat(PI),
+        })
     }
     fn direction_pdf(&self, point: &SurfacePoint, direction: DVec3) -> PerProjected {
         PerProjected(if point.geometric_normal.dot(direction) > 0.0 { 1.0 / PI } else { 0.0 })
@@ -118,7 +125,11 @@ impl Scene for SphereCap {
     fn intersect(&self, from: &SurfacePoint, w: DVec3) -> Option<SurfacePoint> {
         let o = from.position;
         let b = -o.dot(w);
-        let t = if from.place == Place::Area { 2.0 * b } else { b + (1.0 - (o + w * b).length_squared()).sqrt() };
+        let t = if from.place == Place::Area {
+            2.0 * b
+        } else {
+            b + (1.0 - (o + w * b).length_squared()).sqrt()
+        };
         (t > 0.0).then(|| on_sphere((o + w * t).normalize()))
     }
     fn visible(&self, _: &SurfacePoint, _: &SurfacePoint) -> bool {
@@ -150,7 +161,8 @@ impl SurfaceArea for SphereCap {
     }
 }
 
-/// A pinhole at the origin that looks down -z through a square film at distance 1 with the given half width.
+/// A pinhole at the origin that looks down -z through a square film at distance 1 with the given
+/// half width.
 pub struct DownCamera {
     pub half_width: f64,
 }
@@ -165,7 +177,12 @@ impl Endpoint for DownCamera {
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
         let p = (2.0 * u - 1.0) * self.half_width;
         let direction = DVec3::new(p.x, p.y, -1.0).normalize();
-        Some(DirectionSample { from: *point, direction, pdf: self.direction_pdf(point, direction), weight: Rgb::WHITE })
+        Some(DirectionSample {
+            from: *point,
+            direction,
+            pdf: self.direction_pdf(point, direction),
+            weight: Rgb::WHITE,
+        })
     }
     fn direction_pdf(&self, _: &SurfacePoint, w: DVec3) -> PerProjected {
         let area = 4.0 * self.half_width * self.half_width;

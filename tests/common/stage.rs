@@ -24,7 +24,13 @@ impl Stage {
         self.builder.add_material(name, material).expect("valid material")
     }
 
-    pub fn quad(&mut self, origin: DVec3, edge_u: DVec3, edge_v: DVec3, material: Material) -> SurfaceId {
+    pub fn quad(
+        &mut self,
+        origin: DVec3,
+        edge_u: DVec3,
+        edge_v: DVec3,
+        material: Material,
+    ) -> SurfaceId {
         self.face(Quad { origin, edge_u, edge_v }, material)
     }
 
@@ -45,7 +51,13 @@ impl Stage {
         self.builder.add_sphere(name, sphere, material).expect("valid sphere")
     }
 
-    pub fn disk(&mut self, center: DVec3, normal: DVec3, radius: f64, material: Material) -> SurfaceId {
+    pub fn disk(
+        &mut self,
+        center: DVec3,
+        normal: DVec3,
+        radius: f64,
+        material: Material,
+    ) -> SurfaceId {
         let (material, name) = (self.material(material), self.name());
         self.builder.add_disk(name, Disk { center, normal, radius }, material).expect("valid disk")
     }
@@ -56,7 +68,9 @@ impl Stage {
     }
 
     pub fn emit(&mut self, surface: SurfaceId, radiance: Rgb, two_sided: bool) {
-        self.builder.set_emission(surface, Emission { radiance, two_sided }).expect("valid emission");
+        self.builder
+            .set_emission(surface, Emission { radiance, two_sided })
+            .expect("valid emission");
     }
 
     /// Makes the front side of a surface emit.

@@ -16,7 +16,11 @@ fn map_of(height: u32, lookup: Lookup, radiance: impl Fn(DVec3) -> f64) -> Envir
     for row in 0..height {
         for column in 0..width {
             let (theta, phi) = ((f64::from(row) + 0.5) * step, (f64::from(column) + 0.5) * step);
-            pixels.push(Rgb::splat(radiance(DVec3::new(theta.sin() * phi.sin(), theta.sin() * phi.cos(), theta.cos()))));
+            pixels.push(Rgb::splat(radiance(DVec3::new(
+                theta.sin() * phi.sin(),
+                theta.sin() * phi.cos(),
+                theta.cos(),
+            ))));
         }
     }
     EnvironmentMap::new(width, height, pixels, EnvironmentMap::Z_UP).unwrap().with_lookup(lookup)
@@ -29,12 +33,18 @@ fn b03_cosine_power_environment() {
         // Half of all samples are below the horizon at n = 0, where both lookups are the same.
         let count = if lookup == Lookup::Bilinear { 3 } else { 4 };
         for (n, expected) in entries.into_iter().take(count) {
-            // The map itself is off by its discretisation, by n (π/512)² / 12 = 3e-4 for the narrowest lobe, linearly interpolated.
+            // The map itself is off by its discretisation, by n (π/512)² / 12 = 3e-4 for the
+            // narrowest lobe, linearly interpolated.
             let light = map_of(if n == 0 { 8 } else { 512 }, lookup, |w| w.z.max(0.0).powi(n));
-            let (e, error) = irradiance(&light, &origin_up(), if n == 0 { 2_000_000 } else { 200_000 });
+            let (e, error) =
+                irradiance(&light, &origin_up(), if n == 0 { 2_000_000 } else { 200_000 });
             println!("B03 {lookup:?} n = {n}: {} ± {}", e / PI, error / PI);
             assert!(error < 1e-3 * e);
-            assert!((e / PI - expected).abs() < 4.0 * error / PI + 4e-4 * expected, "n = {n}: {}", e / PI);
+            assert!(
+                (e / PI - expected).abs() < 4.0 * error / PI + 4e-4 * expected,
+                "n = {n}: {}",
+                e / PI
+            );
         }
     }
 }
@@ -61,7 +71,8 @@ fn b15_single_hot_pixel() {
     let p = light.sample_point(0.0, rng.next_2d()).unwrap();
     assert_relative_eq!(p.pdf.value(), 1.0 / 0.000_642_598_908_256_599_6, max_relative = 1e-12);
     light.set_scene_bounds(&Bounds { min: -DVec3::ONE, max: DVec3::new(1.0, 1.0, 0.0) });
-    // The flux through the tight disk is less than the power, which counts the whole sphere around the scene.
+    // The flux through the tight disk is less than the power, which counts the whole sphere around
+    // the scene.
     let (emitted, _) = flux(&light, 10_000);
     assert!(emitted > 0.0 && emitted <= light.power().mean());
     // By emission: flux through the square |x|, |y| < 1 in the plane z = 0.
@@ -69,7 +80,11 @@ fn b15_single_hot_pixel() {
         let p = light.sample_point(0.0, rng.next_2d()).unwrap();
         let d = light.sample_direction(&p.point, rng.next_2d()).unwrap();
         let hit = d.from.position - d.direction * (d.from.position.z / d.direction.z);
-        if hit.x.abs() < 1.0 && hit.y.abs() < 1.0 { d.weight.mean() / p.pdf.value() / 4.0 } else { 0.0 }
+        if hit.x.abs() < 1.0 && hit.y.abs() < 1.0 {
+            d.weight.mean() / p.pdf.value() / 4.0
+        } else {
+            0.0
+        }
     });
     assert_mean("B15 by emission", through, 619.134_919_642_908_2, 2e-3);
 
@@ -82,7 +97,8 @@ fn b15_single_hot_pixel() {
             // Midpoint rule over the three by three pixels around the hot one.
             let theta = step * (4.0 + 3.0 * (f64::from(i / n) + 0.5) / f64::from(n));
             let phi = step * (16.0 + 3.0 * (f64::from(i % n) + 0.5) / f64::from(n));
-            let w = EnvironmentMap::Z_UP * DVec3::new(theta.sin() * phi.sin(), theta.cos(), -theta.sin() * phi.cos());
+            let w = EnvironmentMap::Z_UP
+                * DVec3::new(theta.sin() * phi.sin(), theta.cos(), -theta.sin() * phi.cos());
             light.radiance(w).mean() * w.z * theta.sin() * (3.0 * step / f64::from(n)).powi(2)
         })
         .sum();
@@ -96,11 +112,19 @@ fn environment_maps_sample_their_own_density() {
     let (width, height) = (12u32, 6u32);
     // Black rows at one pole and in the middle, black columns, six orders of magnitude.
     let pixels: Vec<Rgb> = (0..width * height)
-        .map(|i| if i / width == 0 || i / width == 3 || i % width == 4 { Rgb::BLACK } else { Rgb::splat(10f64.powf(6.0 * rng.next())) })
+        .map(|i| {
+            if i / width == 0 || i / width == 3 || i % width == 4 {
+                Rgb::BLACK
+            } else {
+                Rgb::splat(10f64.powf(6.0 * rng.next()))
+            }
+        })
         .collect();
     for rotation in [rotation, DMat3::IDENTITY, DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0))] {
         for lookup in [Lookup::PiecewiseConstant, Lookup::Bilinear] {
-            let map = EnvironmentMap::new(width, height, pixels.clone(), rotation).unwrap().with_lookup(lookup);
+            let map = EnvironmentMap::new(width, height, pixels.clone(), rotation)
+                .unwrap()
+                .with_lookup(lookup);
             // The density integrates to 1 and is positive wherever there is radiance.
             let integral = estimate(400_000, || {
                 let p = SurfacePoint::infinite(DVec3::ZERO, warp::square_to_sphere(rng.next_2d()));
@@ -111,7 +135,9 @@ fn environment_maps_sample_their_own_density() {
             assert_mean("map density", integral, 1.0, 0.02);
             // Counts in octants of the world against the integral of the density there.
             let n = 400_000;
-            let octant = |w: DVec3| usize::from(w.x > 0.0) + 2 * usize::from(w.y > 0.0) + 4 * usize::from(w.z > 0.0);
+            let octant = |w: DVec3| {
+                usize::from(w.x > 0.0) + 2 * usize::from(w.y > 0.0) + 4 * usize::from(w.z > 0.0)
+            };
             let (mut counts, mut masses) = ([0.0f64; 8], [0.0f64; 8]);
             let mut total = Rgb::BLACK;
             let mut range = [f64::INFINITY, 0.0];
@@ -125,14 +151,21 @@ fn environment_maps_sample_their_own_density() {
             }
             let grid = 600;
             for i in 0..grid * grid {
-                let u = DVec2::new(f64::from(i % grid) + 0.5, f64::from(i / grid) + 0.5) / f64::from(grid);
+                let u = DVec2::new(f64::from(i % grid) + 0.5, f64::from(i / grid) + 0.5)
+                    / f64::from(grid);
                 let w = warp::square_to_sphere(u);
-                masses[octant(w)] += map.point_pdf(&SurfacePoint::infinite(DVec3::ZERO, w)).value() * 4.0 * PI / f64::from(grid * grid);
+                masses[octant(w)] +=
+                    map.point_pdf(&SurfacePoint::infinite(DVec3::ZERO, w)).value() * 4.0 * PI
+                        / f64::from(grid * grid);
             }
             for (count, mass) in counts.iter().zip(&masses) {
-                assert!((count - mass).abs() < 4.0 * (mass * (1.0 - mass) / f64::from(n)).sqrt() + 3e-3, "{count} {mass}");
+                assert!(
+                    (count - mass).abs() < 4.0 * (mass * (1.0 - mass) / f64::from(n)).sqrt() + 3e-3,
+                    "{count} {mass}"
+                );
             }
-            // Samples estimate the same integral, all but for the rows next to the poles between the pixels' centres.
+            // Samples estimate the same integral, all but for the rows next to the poles between
+            // the pixels' centres.
             let [least, most] = range.map(|one| one / total.mean());
             if lookup == Lookup::PiecewiseConstant {
                 assert!(least > 1.0 - 1e-9 && most < 1.0 + 1e-9, "{least} {most}");
@@ -149,14 +182,19 @@ fn bilinear_lookup_is_linear_between_centres() {
     let mut rng = Random::new(15);
     let pixels: Vec<f64> = (0..width * height).map(|_| rng.next()).collect();
     let colours = pixels.iter().map(|v| Rgb::splat(*v)).collect();
-    let map = EnvironmentMap::new(width, height, colours, DMat3::IDENTITY).unwrap().with_lookup(Lookup::Bilinear);
+    let map = EnvironmentMap::new(width, height, colours, DMat3::IDENTITY)
+        .unwrap()
+        .with_lookup(Lookup::Bilinear);
     for _ in 0..10_000 {
         let (x, y) = (f64::from(width) * rng.next(), f64::from(height) * rng.next());
         let (theta, phi) = (PI * y / f64::from(height), 2.0 * PI * x / f64::from(width));
-        // Every pixel's share is a tent around its centre; columns go around, and beyond the poles rows repeat.
+        // Every pixel's share is a tent around its centre; columns go around, and beyond the poles
+        // rows repeat.
         let tent = |distance: f64| (1.0 - distance.abs()).max(0.0);
         let (mut expected, mut shares) = (0.0, 0.0);
-        for (column, row) in (-1..=width as i32).flat_map(|c| (-1..=height as i32).map(move |r| (c, r))) {
+        for (column, row) in
+            (-1..=width as i32).flat_map(|c| (-1..=height as i32).map(move |r| (c, r)))
+        {
             let share = tent(x - f64::from(column) - 0.5) * tent(y - f64::from(row) - 0.5);
             let (column, row) = (column.rem_euclid(width as i32), row.clamp(0, height as i32 - 1));
             expected += share * pixels[(row * width as i32 + column) as usize];
@@ -181,7 +219,10 @@ fn environment_map_orientation_and_poles() {
     for lookup in [Lookup::PiecewiseConstant, Lookup::Bilinear] {
         let map = map.clone().with_lookup(lookup);
         for w in [DVec3::Y, -DVec3::Y, DVec3::Z, -DVec3::Z, DVec3::X, -DVec3::X] {
-            assert!(map.radiance(w).is_finite() && map.point_pdf(&SurfacePoint::infinite(DVec3::ZERO, -w)).value() > 0.0);
+            assert!(
+                map.radiance(w).is_finite()
+                    && map.point_pdf(&SurfacePoint::infinite(DVec3::ZERO, -w)).value() > 0.0
+            );
         }
         for u in [DVec2::ZERO, DVec2::ONE, DVec2::splat(1.0 - 0.5 * f64::EPSILON), DVec2::NAN] {
             assert!(map.sample_point(0.0, u).is_some_and(|s| s.pdf.value().is_finite()));
@@ -194,7 +235,12 @@ fn environment_map_orientation_and_poles() {
 #[test]
 fn constant_environment() {
     let mut light = ConstantEnvironment::new(Rgb::splat(2.0)).unwrap();
-    assert_mean("constant environment", irradiance(&light, &origin_up(), 2_000_000), 2.0 * PI, 1e-3);
+    assert_mean(
+        "constant environment",
+        irradiance(&light, &origin_up(), 2_000_000),
+        2.0 * PI,
+        1e-3,
+    );
     assert_eq!(flux(&light, 2).0, 0.0);
     light.set_scene_bounds(&Bounds { min: DVec3::ZERO, max: DVec3::new(1.0, 2.0, 10.0) });
     let (emitted, _) = flux(&light, 10_000);

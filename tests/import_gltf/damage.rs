@@ -4,8 +4,20 @@ use crate::files::{data, directory, load_bytes};
 use pathspace::import::{Limits, Options};
 use proptest::prelude::*;
 
-const HOSTILE: [&str; 12] =
-    ["0", "-1", "1", "7", "255", "65535", "4294967295", "18446744073709551615", "1e38", "-1e300", "null", "[[[[[[[[[[[[]]]]]]]]]]]]"];
+const HOSTILE: [&str; 12] = [
+    "0",
+    "-1",
+    "1",
+    "7",
+    "255",
+    "65535",
+    "4294967295",
+    "18446744073709551615",
+    "1e38",
+    "-1e300",
+    "null",
+    "[[[[[[[[[[[[]]]]]]]]]]]]",
+];
 
 /// Replaces the k-th number of a text.
 fn with_number(text: &str, k: usize, value: &str) -> String {
@@ -25,8 +37,16 @@ fn with_number(text: &str, k: usize, value: &str) -> String {
     format!("{}{value}{}", &text[..start], &text[end..])
 }
 
-const FILES: [&str; 8] =
-    ["box.gltf", "box.glb", "lights.gltf", "materials.gltf", "textures.gltf", "meshes.gltf", "wraps.gltf", "nodes.gltf"];
+const FILES: [&str; 8] = [
+    "box.gltf",
+    "box.glb",
+    "lights.gltf",
+    "materials.gltf",
+    "textures.gltf",
+    "meshes.gltf",
+    "wraps.gltf",
+    "nodes.gltf",
+];
 
 /// Reads damaged bytes; the only thing to check is that it returns, soon.
 fn survive(name: &str, bytes: &[u8]) {
@@ -37,7 +57,8 @@ fn survive(name: &str, bytes: &[u8]) {
         }
     }
     let mut limits = Limits::default();
-    (limits.bytes, limits.elements, limits.triangles, limits.pixels) = (1 << 20, 10_000, 100_000, 1 << 20);
+    (limits.bytes, limits.elements, limits.triangles, limits.pixels) =
+        (1 << 20, 10_000, 100_000, 1 << 20);
     let start = std::time::Instant::now();
     let result = load_bytes(name, bytes, &Options { limits, ..Options::default() });
     assert!(start.elapsed().as_secs() < 10, "{:?}", result.err());

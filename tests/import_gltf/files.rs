@@ -16,12 +16,19 @@ pub fn data(name: &str) -> PathBuf {
 }
 
 pub fn load(name: &str, resolution: UVec2) -> Import {
-    gltf::load(data(name), resolution, &Options { strict: true, ..Options::default() }).unwrap_or_else(|error| panic!("{error}"))
+    gltf::load(data(name), resolution, &Options { strict: true, ..Options::default() })
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
-pub fn render(world: &World, camera: &dyn Camera, integrator: &dyn Render<World>, samples: u32) -> Image {
+pub fn render(
+    world: &World,
+    camera: &dyn Camera,
+    integrator: &dyn Render<World>,
+    samples: u32,
+) -> Image {
     let settings = Settings { budget: Budget::Samples(samples), seed: 7, ..Settings::default() };
-    let rendering = integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
+    let rendering =
+        integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
     assert_eq!(rendering.counters.non_finite, 0);
     rendering.image
 }

@@ -18,17 +18,23 @@ pub fn surface(color: [f64; 3], metalness: f64, roughness: f64, relative_ior: f6
 
 #[test]
 fn materials_are_those_built_by_hand() {
-    let import = gltf::load(data("materials.gltf"), UVec2::new(88, 88), &Options::default()).expect("valid");
+    let import =
+        gltf::load(data("materials.gltf"), UVec2::new(88, 88), &Options::default()).expect("valid");
     let warnings: Vec<String> = import.warnings.iter().map(ToString::to_string).collect();
     assert!(warnings.is_empty(), "{warnings:?}");
     let film = import.views[0].camera.film().resolution;
     assert_eq!(film, UVec2::new(88, 8), "16.5 to 1.5");
     let white = |metalness, roughness| surface([1.0; 3], metalness, roughness, 1.5);
-    let blend =
-        |front: Material, amount: f64| Material::Blend { components: Box::new([Material::Null, front]), amount: Rgb::splat(amount).into() };
+    let blend = |front: Material, amount: f64| Material::Blend {
+        components: Box::new([Material::Null, front]),
+        amount: Rgb::splat(amount).into(),
+    };
     let glass = Material::Dielectric { relative_ior: 1.5 };
     // 1/4 of it is glass, and 1/2 of the whole, 2/3 of the rest, metal
-    let partly = Material::Mixture { components: Box::new([white(0.5 / 0.75, 0.0), glass]), weights: [0.75, 0.25] };
+    let partly = Material::Mixture {
+        components: Box::new([white(0.5 / 0.75, 0.0), glass]),
+        weights: [0.75, 0.25],
+    };
     let expected = [
         ("default", white(1.0, 1.0)),
         ("smooth", surface([0.5, 0.25, 0.125], 0.5, 0.0, 1.5)),
@@ -60,7 +66,9 @@ fn textures_are_decoded_where_they_are_looked_up() {
     let import = gltf::load(data("textures.gltf"), SQUARE, &Options::default()).expect("valid");
     let warnings: Vec<String> = import.warnings.iter().map(ToString::to_string).collect();
     assert!(
-        warnings.len() == 1 && warnings[0].ends_with("material 0 \"painted\": its emission is not reduced by its alpha"),
+        warnings.len() == 1
+            && warnings[0]
+                .ends_with("material 0 \"painted\": its emission is not reduced by its alpha"),
         "{warnings:?}"
     );
     let world = &import.world;
@@ -80,7 +88,11 @@ fn textures_are_decoded_where_they_are_looked_up() {
         let value = world.bsdf(&point).eval(a, b);
         let emitted = lamp.emit(&point, DVec3::Z);
         for channel in 0..3 {
-            assert_relative_eq!(value[channel], (front.eval(a, b) * alpha)[channel], max_relative = 1e-6);
+            assert_relative_eq!(
+                value[channel],
+                (front.eval(a, b) * alpha)[channel],
+                max_relative = 1e-6
+            );
             // The factor of the base colour does not apply to emission.
             let emission = 0.5 * color[channel] / if channel == 1 { 0.5 } else { 1.0 };
             assert_relative_eq!(emitted[channel], emission, max_relative = 1e-12);
@@ -89,8 +101,12 @@ fn textures_are_decoded_where_they_are_looked_up() {
     // Only the lower left texel is in the range of the transform.
     for (x, y) in [(-0.5, 0.5), (0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)] {
         let point = seen(world, DVec3::new(3.0 + x, y, 1.0), -DVec3::Z);
-        let expected = MetallicRoughness::new(Rgb::new(0.0, 0.0, 1.0), 0.0, 1.0, 1.5).expect("valid");
-        assert_eq!(world.bsdf(&point).model(true), Model::from(pathspace::bsdf::SimpleModel::from(expected)));
+        let expected =
+            MetallicRoughness::new(Rgb::new(0.0, 0.0, 1.0), 0.0, 1.0, 1.5).expect("valid");
+        assert_eq!(
+            world.bsdf(&point).model(true),
+            Model::from(pathspace::bsdf::SimpleModel::from(expected))
+        );
     }
 }
 
@@ -98,7 +114,9 @@ fn textures_are_decoded_where_they_are_looked_up() {
 #[test]
 fn jpegs_wrap_in_each_mode() {
     let world = gltf::load(data("wraps.gltf"), SQUARE, &Options::default()).expect("valid").world;
-    let linear = |levels: [u8; 3]| Rgb(levels.map(|level| pathspace::film::linear_from_srgb(f64::from(level) / 255.0)));
+    let linear = |levels: [u8; 3]| {
+        Rgb(levels.map(|level| pathspace::film::linear_from_srgb(f64::from(level) / 255.0)))
+    };
     let halves = [linear([100; 3]), linear([220, 114, 150])];
     let modes = [[0, 1, 0, 1, 0, 1], [1, 0, 0, 1, 1, 0], [0, 0, 0, 1, 1, 1]];
     let (a, b) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.28, 0.96));
@@ -106,10 +124,13 @@ fn jpegs_wrap_in_each_mode() {
         for (step, half) in mode.into_iter().enumerate() {
             let x = 3.0 * k as f64 - 1.0 + (2.0 * step as f64 + 1.0) / 6.0;
             let point = seen(&world, DVec3::new(x, 0.125, 1.0), -DVec3::Z);
-            let expected = MetallicRoughness::new(halves[half], 0.0, 1.0, 1.5).expect("valid").eval(a, b);
+            let expected =
+                MetallicRoughness::new(halves[half], 0.0, 1.0, 1.5).expect("valid").eval(a, b);
             let value = world.bsdf(&point).eval(a, b);
             // A decoder may round each channel to the next level.
-            (0..3).for_each(|channel| assert_relative_eq!(value[channel], expected[channel], max_relative = 0.02));
+            (0..3).for_each(|channel| {
+                assert_relative_eq!(value[channel], expected[channel], max_relative = 0.02)
+            });
         }
     }
 }

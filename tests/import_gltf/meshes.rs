@@ -27,9 +27,15 @@ fn meshes_of_all_kinds_have_their_triangles() {
     ];
     assert_eq!(world.primitive_count(), expected.len());
     for (primitive, corners) in expected.into_iter().enumerate() {
-        let Some(Shape::Triangle(triangle)) = world.shape(primitive as u32) else { panic!("primitive {primitive} is no triangle") };
+        let Some(Shape::Triangle(triangle)) = world.shape(primitive as u32) else {
+            panic!("primitive {primitive} is no triangle")
+        };
         let rotations = [0, 1, 2].map(|k| [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]]);
-        assert!(rotations.contains(&triangle.vertices), "primitive {primitive}: {:?}", triangle.vertices);
+        assert!(
+            rotations.contains(&triangle.vertices),
+            "primitive {primitive}: {:?}",
+            triangle.vertices
+        );
     }
 }
 
@@ -38,41 +44,59 @@ fn meshes_of_all_kinds_have_their_triangles() {
 fn interleaved_attributes_are_told_apart() {
     let source = std::fs::read_to_string(data("meshes.gltf")).expect("readable");
     let mut document: serde_json::Value = serde_json::from_str(&source).expect("valid");
-    document["meshes"][0]["primitives"] = serde_json::json!([document["meshes"][0]["primitives"][4]]);
-    let world = load_text("interleaved", &document.to_string(), &Options::default()).expect("valid").world;
+    document["meshes"][0]["primitives"] =
+        serde_json::json!([document["meshes"][0]["primitives"][4]]);
+    let world =
+        load_text("interleaved", &document.to_string(), &Options::default()).expect("valid").world;
     let x = seen(&world, DVec3::new(0.5, 0.25, 1.0), -DVec3::Z);
     assert_relative_eq!(x.uv, DVec2::new(0.5, 0.25), epsilon = 1e-12);
-    let (a, b, c) = (DVec3::Z, DVec3::new(1.0, 0.0, 1.0).normalize(), DVec3::new(0.0, 1.0, 1.0).normalize());
-    assert_relative_eq!(x.shading_normal, (a * 0.25 + b * 0.5 + c * 0.25).normalize(), epsilon = 1e-12);
+    let (a, b, c) =
+        (DVec3::Z, DVec3::new(1.0, 0.0, 1.0).normalize(), DVec3::new(0.0, 1.0, 1.0).normalize());
+    assert_relative_eq!(
+        x.shading_normal,
+        (a * 0.25 + b * 0.5 + c * 0.25).normalize(),
+        epsilon = 1e-12
+    );
 }
 
-/// Normals are taken along by the inverse transpose, whether or not the transform mirrors, and light leaves on that side only.
+/// Normals are taken along by the inverse transpose, whether or not the transform mirrors, and
+/// light leaves on that side only.
 #[test]
 fn uneven_and_mirroring_nodes_keep_normals_and_fronts() {
     let world = gltf::load(data("nodes.gltf"), SQUARE, &Options::default()).expect("valid").world;
     let turn = DQuat::from_rotation_x(30f64.to_radians());
-    let inner = DAffine3::from_scale_rotation_translation(DVec3::new(1.0, 0.5, 1.0), turn, DVec3::ZERO);
+    let inner =
+        DAffine3::from_scale_rotation_translation(DVec3::new(1.0, 0.5, 1.0), turn, DVec3::ZERO);
     for (name, x, shift) in [("mirrored", -2.0, 1.0), ("plain", 2.0, 9.0)] {
-        let outer = DAffine3::from_scale(DVec3::new(x, 1.0, 3.0)) * DAffine3::from_translation(DVec3::new(shift, 2.0, 3.0));
+        let outer = DAffine3::from_scale(DVec3::new(x, 1.0, 3.0))
+            * DAffine3::from_translation(DVec3::new(shift, 2.0, 3.0));
         let transform = outer * inner;
-        let taken_along = |normal: DVec3| (transform.matrix3.inverse().transpose() * normal).normalize();
-        let (front, center) = (taken_along(DVec3::Z), transform.transform_point3(DVec3::new(0.25, 0.125, 0.0)));
+        let taken_along =
+            |normal: DVec3| (transform.matrix3.inverse().transpose() * normal).normalize();
+        let (front, center) =
+            (taken_along(DVec3::Z), transform.transform_point3(DVec3::new(0.25, 0.125, 0.0)));
         let lamp = world.light(world.light_by_name(name).expect("it emits"));
         for (side, emitted) in [(front, Rgb::WHITE), (-front, Rgb::BLACK)] {
             let hit = seen(&world, center + side, -side);
             assert_eq!(world.surface_name(&hit), Some(name));
             assert_relative_eq!(hit.position, center, epsilon = 1e-6);
             assert_relative_eq!(hit.geometric_normal, front, epsilon = 1e-6);
-            assert_relative_eq!(hit.shading_normal, taken_along(DVec3::new(0.6, 0.0, 0.8)), epsilon = 1e-6);
+            assert_relative_eq!(
+                hit.shading_normal,
+                taken_along(DVec3::new(0.6, 0.0, 0.8)),
+                epsilon = 1e-6
+            );
             assert_eq!(lamp.emit(&hit, side), emitted, "{name}");
         }
     }
 }
 
-/// Both kinds of cameras look along -z of their node, y up; the scale of a node moves them and does not change their view.
+/// Both kinds of cameras look along -z of their node, y up; the scale of a node moves them and does
+/// not change their view.
 #[test]
 fn cameras_look_out_of_their_nodes() {
-    let import = gltf::load(data("nodes.gltf"), UVec2::new(40, 40), &Options::default()).expect("valid");
+    let import =
+        gltf::load(data("nodes.gltf"), UVec2::new(40, 40), &Options::default()).expect("valid");
     let corner = |name: &str| {
         let view = import.views.iter().find(|view| view.name == name).expect("it is there");
         assert_eq!(view.camera.film().resolution, UVec2::new(40, 20), "{name}");

@@ -38,13 +38,25 @@ fn malformed_files_are_refused_for_their_reason() {
         ("/materials/3/emissiveFactor", json!([-1, 0, 0]), "radiance"),
         ("/cameras/0/perspective", json!({"yfov": 4, "znear": 1}), "field of view"),
         ("/cameras/0/perspective/aspectRatio", json!(0), "aspect ratio"),
-        ("/cameras/0", json!({"type": "orthographic", "perspective": {"yfov": 1, "znear": 1}}), "lacks the properties"),
-        ("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "KHR_draco_mesh_compression is required"),
+        (
+            "/cameras/0",
+            json!({"type": "orthographic", "perspective": {"yfov": 1, "znear": 1}}),
+            "lacks the properties",
+        ),
+        (
+            "/extensionsRequired",
+            json!(["KHR_draco_mesh_compression"]),
+            "KHR_draco_mesh_compression is required",
+        ),
     ];
     for (pointer, value, reason) in cases {
         let text = altered("box.gltf", pointer, value.clone());
-        let error = load_text("malformed", &text, &Options::default()).expect_err(pointer).to_string();
-        assert!(error.contains(reason) && error.contains("scene.gltf"), "{pointer} = {value}: {error}");
+        let error =
+            load_text("malformed", &text, &Options::default()).expect_err(pointer).to_string();
+        assert!(
+            error.contains(reason) && error.contains("scene.gltf"),
+            "{pointer} = {value}: {error}"
+        );
     }
     let files: [(&[u8], &str); 6] = [
         (b"", "EOF"),
@@ -55,10 +67,14 @@ fn malformed_files_are_refused_for_their_reason() {
         (b"glTF\x02\0\0\0\x14\0\0\0\xff\xff\xff\xffJSON", "longer than the file"),
     ];
     for (bytes, reason) in files {
-        let error = load_bytes("malformed", bytes, &Options::default()).expect_err(reason).to_string();
+        let error =
+            load_bytes("malformed", bytes, &Options::default()).expect_err(reason).to_string();
         assert!(error.contains(reason), "{error}");
     }
-    assert!(gltf::load(directory("malformed"), SQUARE, &Options::default()).is_err(), "a directory");
+    assert!(
+        gltf::load(directory("malformed"), SQUARE, &Options::default()).is_err(),
+        "a directory"
+    );
     assert!(gltf::load(data("box.gltf"), UVec2::ZERO, &Options::default()).is_err(), "no pixels");
 }
 
@@ -71,18 +87,36 @@ fn sparse_accessors_and_images_are_checked() {
         ("meshes.gltf", "/accessors/2/sparse/values/byteOffset", json!(4), "do not fit"),
         ("meshes.gltf", "/accessors/2/sparse/indices/componentType", json!(5126), "Invalid value"),
         ("textures.gltf", "/images/0/uri", json!("textures.bin"), "neither PNG nor JPEG"),
-        ("textures.gltf", "/images/0/uri", json!("%2e%2e/textures.bin"), "outside of the scene's directory"),
+        (
+            "textures.gltf",
+            "/images/0/uri",
+            json!("%2e%2e/textures.bin"),
+            "outside of the scene's directory",
+        ),
         ("textures.gltf", "/images/0", json!({}), "either a uri or a buffer view"),
         ("textures.gltf", "/textures/0/source", json!(9), "Index out of bounds"),
-        ("lights.gltf", "/extensions/KHR_lights_punctual/lights/0/intensity", json!(-1), "intensity"),
-        ("lights.gltf", "/extensions/KHR_lights_punctual/lights/2/spot/innerConeAngle", json!(1), "inner angle"),
+        (
+            "lights.gltf",
+            "/extensions/KHR_lights_punctual/lights/0/intensity",
+            json!(-1),
+            "intensity",
+        ),
+        (
+            "lights.gltf",
+            "/extensions/KHR_lights_punctual/lights/2/spot/innerConeAngle",
+            json!(1),
+            "inner angle",
+        ),
         ("lights.gltf", "/extensions", json!({}), "Index out of bounds"),
     ];
     for (file, pointer, value, reason) in cases {
         for other in ["textures.bin", "two by two.png"] {
             std::fs::copy(data(other), directory("checked").join(other)).expect("copied");
         }
-        let error = load_text("checked", &altered(file, pointer, value.clone()), &Options::default()).expect_err(pointer).to_string();
+        let error =
+            load_text("checked", &altered(file, pointer, value.clone()), &Options::default())
+                .expect_err(pointer)
+                .to_string();
         assert!(error.contains(reason), "{file} {pointer} = {value}: {error}");
     }
 }
@@ -96,8 +130,10 @@ fn files_outside_are_read_only_if_allowed() {
     let mut allowed = Options::default();
     allowed.limits.outside_files = true;
     let absolute = directory("outside").join("textures.bin").display().to_string();
-    for uri in ["../textures.bin", "%2E%2E/textures.bin", "./../../outside/textures.bin", &absolute] {
-        std::fs::write(&path, altered("textures.gltf", "/buffers/0/uri", serde_json::json!(uri))).expect("writable");
+    for uri in ["../textures.bin", "%2E%2E/textures.bin", "./../../outside/textures.bin", &absolute]
+    {
+        std::fs::write(&path, altered("textures.gltf", "/buffers/0/uri", serde_json::json!(uri)))
+            .expect("writable");
         let error = gltf::load(&path, SQUARE, &Options::default()).expect_err(uri).to_string();
         assert!(error.contains("outside of the scene's directory"), "{error}");
         gltf::load(&path, SQUARE, &allowed).unwrap_or_else(|error| panic!("{uri}: {error}"));
@@ -106,7 +142,9 @@ fn files_outside_are_read_only_if_allowed() {
 
 #[test]
 fn limits_hold() {
-    let limited = |limits: Limits| gltf::load(data("textures.gltf"), SQUARE, &Options { limits, ..Options::default() });
+    let limited = |limits: Limits| {
+        gltf::load(data("textures.gltf"), SQUARE, &Options { limits, ..Options::default() })
+    };
     let with = |change: fn(&mut Limits)| {
         let mut limits = Limits::default();
         change(&mut limits);
@@ -123,13 +161,23 @@ fn limits_hold() {
     let with = |elements: u64, triangles: u64, text: String| {
         let mut limits = Limits::default();
         (limits.elements, limits.triangles) = (elements, triangles);
-        load_text("limits", &text, &Options { limits, ..Options::default() }).expect_err("too much").to_string()
+        load_text("limits", &text, &Options { limits, ..Options::default() })
+            .expect_err("too much")
+            .to_string()
     };
     let start = std::time::Instant::now();
-    let materials = format!("{{\"asset\": {{\"version\": \"2.0\"}}, \"images\": [{}]}}", vec!["{}"; 401].join(","));
+    let materials = format!(
+        "{{\"asset\": {{\"version\": \"2.0\"}}, \"images\": [{}]}}",
+        vec!["{}"; 401].join(",")
+    );
     assert!(with(100, 1000, materials).contains("403 objects of JSON"));
     let points = vec![serde_json::json!({"attributes": {"POSITION": 0}, "mode": 0}); 1000];
-    let mut many = serde_json::from_str::<serde_json::Value>(&altered("box.gltf", "/meshes/0/primitives", points.into())).expect("valid");
+    let mut many = serde_json::from_str::<serde_json::Value>(&altered(
+        "box.gltf",
+        "/meshes/0/primitives",
+        points.into(),
+    ))
+    .expect("valid");
     many["nodes"] = vec![serde_json::json!({"mesh": 0}); 10_000].into();
     many["scenes"][0]["nodes"] = (0..10_000).collect::<Vec<usize>>().into();
     assert!(with(1_000_000, 100_000, many.to_string()).contains("more than 100000 triangles"));
@@ -140,7 +188,12 @@ fn limits_hold() {
 fn what_is_left_out_is_named_and_strict_readers_refuse_it() {
     use serde_json::json;
     let cases = [
-        ("box.gltf", "/extensionsUsed", json!(["KHR_materials_sheen"]), "extension \"KHR_materials_sheen\": it is not supported"),
+        (
+            "box.gltf",
+            "/extensionsUsed",
+            json!(["KHR_materials_sheen"]),
+            "extension \"KHR_materials_sheen\": it is not supported",
+        ),
         (
             "box.gltf",
             "/materials/0/extensions",
@@ -158,9 +211,24 @@ fn what_is_left_out_is_named_and_strict_readers_refuse_it() {
         ("box.gltf", "/meshes/0/primitives/0/mode", json!(1), "points and lines"),
         ("box.gltf", "/meshes/0/primitives/0/attributes/COLOR_0", json!(0), "colours of vertices"),
         ("box.gltf", "/materials/3/emissiveFactor", json!([0, 0, 0]), "no light"),
-        ("lights.gltf", "/extensions/KHR_lights_punctual/lights/0/range", json!(5), "the range of light 0"),
-        ("materials.gltf", "/materials/4/pbrMetallicRoughness/roughnessFactor", json!(0.5), "rough thin wall"),
-        ("materials.gltf", "/materials/2/pbrMetallicRoughness/baseColorFactor", json!([1, 0.5, 1, 1]), "colours its reflections, too"),
+        (
+            "lights.gltf",
+            "/extensions/KHR_lights_punctual/lights/0/range",
+            json!(5),
+            "the range of light 0",
+        ),
+        (
+            "materials.gltf",
+            "/materials/4/pbrMetallicRoughness/roughnessFactor",
+            json!(0.5),
+            "rough thin wall",
+        ),
+        (
+            "materials.gltf",
+            "/materials/2/pbrMetallicRoughness/baseColorFactor",
+            json!([1, 0.5, 1, 1]),
+            "colours its reflections, too",
+        ),
         (
             "materials.gltf",
             "/materials/2/extensions/KHR_materials_volume",
@@ -170,10 +238,16 @@ fn what_is_left_out_is_named_and_strict_readers_refuse_it() {
     ];
     for (file, pointer, value, reason) in cases {
         let text = altered(file, pointer, value);
-        let import = load_text("warnings", &text, &Options::default()).unwrap_or_else(|error| panic!("{pointer}: {error}"));
+        let import = load_text("warnings", &text, &Options::default())
+            .unwrap_or_else(|error| panic!("{pointer}: {error}"));
         let warnings: Vec<String> = import.warnings.iter().map(ToString::to_string).collect();
-        assert!(!warnings.is_empty() && warnings.iter().all(|warning| warning.contains(reason)), "{pointer}: {warnings:?}");
-        let error = load_text("warnings", &text, &Options { strict: true, ..Options::default() }).expect_err(pointer).to_string();
+        assert!(
+            !warnings.is_empty() && warnings.iter().all(|warning| warning.contains(reason)),
+            "{pointer}: {warnings:?}"
+        );
+        let error = load_text("warnings", &text, &Options { strict: true, ..Options::default() })
+            .expect_err(pointer)
+            .to_string();
         assert!(error.contains(reason), "{pointer}: {error}");
     }
 }

@@ -6,11 +6,14 @@ use glam::{DVec2, DVec3, UVec2};
 
 #[test]
 fn cameras_look_where_they_should() {
-    // Directions of the upper left corner, measured with Mitsuba 3.9: (x to the left, y up, z forward).
+    // Directions of the upper left corner, measured with Mitsuba 3.9: (x to the left, y up, z
+    // forward).
     let directory = Directory::new("cameras");
     let corner = |parameters: &str, kind: &str| {
         let film = "<film type='hdrfilm'><integer name='width' value='100'/><integer name='height' value='50'/></film>";
-        let text = format!("<sensor type='{kind}'>{parameters}{film}</sensor><shape type='sphere'>{GLOW}</shape>");
+        let text = format!(
+            "<sensor type='{kind}'>{parameters}{film}</sensor><shape type='sphere'>{GLOW}</shape>"
+        );
         let import = directory.load(&text).unwrap_or_else(|error| panic!("{error}"));
         let camera = &import.views[0].camera;
         let point = camera.sample_point(0.5, DVec2::splat(0.5)).expect("a point").point;
@@ -21,11 +24,26 @@ fn cameras_look_where_they_should() {
     let cases = [
         (format!("<float name='fov' value='90'/>{offset}"), DVec3::new(0.8, 0.3, 1.0)),
         ("<float name='fov' value='60'/>".to_owned(), DVec3::new(0.57735, 0.288675, 1.0)),
-        ("<float name='fov' value='60'/><string name='fov_axis' value='y'/>".to_owned(), DVec3::new(1.1547, 0.57735, 1.0)),
-        ("<float name='fov' value='60'/><string name='fov_axis' value='diagonal'/>".to_owned(), DVec3::new(0.516398, 0.258199, 1.0)),
-        ("<float name='fov' value='60'/><string name='fov_axis' value='smaller'/>".to_owned(), DVec3::new(1.1547, 0.57735, 1.0)),
-        ("<float name='fov' value='60'/><string name='fov_axis' value='larger'/>".to_owned(), DVec3::new(0.57735, 0.288675, 1.0)),
-        ("<string name='focal_length' value='50mm'/>".to_owned(), DVec3::new(0.386988, 0.193494, 1.0)),
+        (
+            "<float name='fov' value='60'/><string name='fov_axis' value='y'/>".to_owned(),
+            DVec3::new(1.1547, 0.57735, 1.0),
+        ),
+        (
+            "<float name='fov' value='60'/><string name='fov_axis' value='diagonal'/>".to_owned(),
+            DVec3::new(0.516398, 0.258199, 1.0),
+        ),
+        (
+            "<float name='fov' value='60'/><string name='fov_axis' value='smaller'/>".to_owned(),
+            DVec3::new(1.1547, 0.57735, 1.0),
+        ),
+        (
+            "<float name='fov' value='60'/><string name='fov_axis' value='larger'/>".to_owned(),
+            DVec3::new(0.57735, 0.288675, 1.0),
+        ),
+        (
+            "<string name='focal_length' value='50mm'/>".to_owned(),
+            DVec3::new(0.386988, 0.193494, 1.0),
+        ),
         (String::new(), DVec3::new(0.386988, 0.193494, 1.0)),
     ];
     for (parameters, expected) in cases {

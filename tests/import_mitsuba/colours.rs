@@ -8,21 +8,35 @@ use pathspace::geometry::SurfacePoint;
 use pathspace::math::Rgb;
 use pathspace::scene::Scene;
 
-/// Values of Mitsuba 3.9, whose quadrature and tables differ by up to 0.12 %: lists are interpolated, cut off at their ends, and seen under D65 unless they are emitted.
+/// Values of Mitsuba 3.9, whose quadrature and tables differ by up to 0.12 %: lists are
+/// interpolated, cut off at their ends, and seen under D65 unless they are emitted.
 #[test]
 fn spectra_become_what_the_observer_sees() {
     let directory = Directory::new("spectra");
     let emitted = |value: &str| {
-        let glow = format!("<emitter type='area'><spectrum name='radiance' value='{value}'/></emitter>");
-        emitted_below(&directory.load(&format!("{SENSOR}<shape type='rectangle'>{glow}</shape>")).expect("valid"), 0.0, 0.0)
+        let glow =
+            format!("<emitter type='area'><spectrum name='radiance' value='{value}'/></emitter>");
+        emitted_below(
+            &directory
+                .load(&format!("{SENSOR}<shape type='rectangle'>{glow}</shape>"))
+                .expect("valid"),
+            0.0,
+            0.0,
+        )
     };
-    let near = |a: Rgb, b: [f64; 3]| (0..3).for_each(|i| assert_relative_eq!(a[i], b[i], max_relative = 2e-3));
+    let near = |a: Rgb, b: [f64; 3]| {
+        (0..3).for_each(|i| assert_relative_eq!(a[i], b[i], max_relative = 2e-3))
+    };
     near(emitted("0.5"), [0.602_397, 0.474_146, 0.454_458]);
     near(emitted("400:0.78, 500:0.78, 600:0.78, 700:0.78"), [0.935_761, 0.740_626, 0.704_686]);
     near(emitted("400:0, 500:8, 600:15.6, 700:18.4"), [20.7108, 10.8546, 2.771_15]);
     let reflected = |value: &str| {
-        let bsdf = format!("<bsdf type='twosided'><bsdf type='diffuse'><spectrum name='reflectance' value='{value}'/></bsdf></bsdf>");
-        let import = directory.load(&format!("{SENSOR}<shape type='rectangle'>{bsdf}</shape>")).expect("valid");
+        let bsdf = format!(
+            "<bsdf type='twosided'><bsdf type='diffuse'><spectrum name='reflectance' value='{value}'/></bsdf></bsdf>"
+        );
+        let import = directory
+            .load(&format!("{SENSOR}<shape type='rectangle'>{bsdf}</shape>"))
+            .expect("valid");
         let x = SurfacePoint::dirac(DVec3::Z);
         let hit = import.world.intersect(&x, -DVec3::Z).expect("the rectangle");
         import.world.bsdf(&hit).eval(DVec3::Z, DVec3::Z) * std::f64::consts::PI
@@ -38,24 +52,45 @@ fn conductors_reflect_what_their_spectra_reflect() {
     let directory = Directory::new("conductors");
     let (n, k) = ([2.27, 2.14, 1.74, 1.2, 1.32, 1.82], [1.23, 1.06, 1.04, 1.65, 2.69, 3.81]);
     let at = [309.950012, 354.229004, 413.266998, 495.920013, 619.900024, 826.53302];
-    let list = |values: [f64; 6]| (0..6).map(|i| format!("{}:{}", at[i], values[i])).collect::<Vec<_>>().join(", ");
+    let list = |values: [f64; 6]| {
+        (0..6).map(|i| format!("{}:{}", at[i], values[i])).collect::<Vec<_>>().join(", ")
+    };
     let file = |name: &str, values: [f64; 6]| {
-        let lines: Vec<String> = (0..6).map(|i| format!("{} {} # measured", at[i], values[i])).collect();
+        let lines: Vec<String> =
+            (0..6).map(|i| format!("{} {} # measured", at[i], values[i])).collect();
         directory.write(name, format!("# titanium nitride\n\n{}\n", lines.join("\n")));
     };
     file("n.spd", n);
     file("k.spd", k);
     let reflected = |parameters: &str| {
         let bsdf = format!("<bsdf type='conductor'>{parameters}</bsdf>");
-        let import = directory.load(&format!("{SENSOR}<shape type='rectangle'>{bsdf}</shape>")).unwrap_or_else(|error| panic!("{error}"));
-        let hit = import.world.intersect(&SurfacePoint::dirac(DVec3::Z), -DVec3::Z).expect("the rectangle");
-        import.world.bsdf(&hit).sample(DVec3::Z, Walk::Camera, 0.5, DVec2::splat(0.5)).expect("a reflection").weight
+        let import = directory
+            .load(&format!("{SENSOR}<shape type='rectangle'>{bsdf}</shape>"))
+            .unwrap_or_else(|error| panic!("{error}"));
+        let hit = import
+            .world
+            .intersect(&SurfacePoint::dirac(DVec3::Z), -DVec3::Z)
+            .expect("the rectangle");
+        import
+            .world
+            .bsdf(&hit)
+            .sample(DVec3::Z, Walk::Camera, 0.5, DVec2::splat(0.5))
+            .expect("a reflection")
+            .weight
     };
-    let lists = format!("<spectrum name='eta' value='{}'/><spectrum name='k' value='{}'/>", list(n), list(k));
+    let lists = format!(
+        "<spectrum name='eta' value='{}'/><spectrum name='k' value='{}'/>",
+        list(n),
+        list(k)
+    );
     let from_list = reflected(&lists);
-    assert_eq!(from_list, reflected("<spectrum name='eta' filename='n.spd'/><spectrum name='k' filename='k.spd'/>"));
+    assert_eq!(
+        from_list,
+        reflected("<spectrum name='eta' filename='n.spd'/><spectrum name='k' filename='k.spd'/>")
+    );
     // Integrated by another program.
-    let (exact, named) = ([0.61378, 0.46143, 0.23274], reflected("<string name='material' value='TiN'/>"));
+    let (exact, named) =
+        ([0.61378, 0.46143, 0.23274], reflected("<string name='material' value='TiN'/>"));
     for c in 0..3 {
         assert_relative_eq!(from_list[c], exact[c], max_relative = 1e-3);
         assert_relative_eq!(named[c], exact[c], max_relative = 1e-3);
@@ -94,10 +129,14 @@ fn materials_are_known_by_name() {
         "diamond",
     ];
     let bsdf = |kind: &str, parameter: &str, name: &str| {
-        format!("<shape type='rectangle'><bsdf type='{kind}'><string name='{parameter}' value='{name}'/></bsdf></shape>")
+        format!(
+            "<shape type='rectangle'><bsdf type='{kind}'><string name='{parameter}' value='{name}'/></bsdf></shape>"
+        )
     };
     let shapes = conductors.split_whitespace().map(|name| bsdf("conductor", "material", name));
-    let shapes: String = shapes.chain(dielectrics.map(|name| bsdf("dielectric", "int_ior", name))).collect();
-    let import = directory.load(&format!("{SENSOR}{shapes}")).unwrap_or_else(|error| panic!("{error}"));
+    let shapes: String =
+        shapes.chain(dielectrics.map(|name| bsdf("dielectric", "int_ior", name))).collect();
+    let import =
+        directory.load(&format!("{SENSOR}{shapes}")).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(import.warnings, []);
 }

@@ -12,7 +12,10 @@ use pathspace::scene::{Needs, Scene};
 fn parameters_includes_references_and_hints() {
     let import = load("diffuse.xml");
     assert_eq!((import.hints.max_bounces, import.hints.samples_per_pixel), (Some(4), Some(16)));
-    assert_eq!((import.hints.integrator.as_deref(), import.hints.sampler.as_deref()), (Some("path"), Some("independent")));
+    assert_eq!(
+        (import.hints.integrator.as_deref(), import.hints.sampler.as_deref()),
+        (Some("path"), Some("independent"))
+    );
     assert_eq!((import.views[0].name.as_str(), import.views[0].filter), ("camera", Filter::Box));
     assert_eq!(import.views[0].camera.film().resolution, UVec2::splat(16));
     assert_eq!((import.world.light_count(), import.world.surface_count()), (1, 5));
@@ -22,15 +25,23 @@ fn parameters_includes_references_and_hints() {
         let set = parameters.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned()));
         mitsuba::load(path, &Options::default(), set)
     };
-    let film =
-        "<sensor type='perspective'><float name='fov' value='40'/><film type='hdrfilm'><integer name='width' value='$w0'/></film></sensor>";
+    let film = "<sensor type='perspective'><float name='fov' value='40'/><film type='hdrfilm'><integer name='width' value='$w0'/></film></sensor>";
     let scene = format!("<default name='w' value='3'/>{film}<shape type='sphere'>{GLOW}</shape>");
     let width = |import: Import| import.views[0].camera.film().resolution.x;
     assert_eq!(width(with(&[], &scene).expect("valid")), 30);
     assert_eq!(width(with(&[("w", "5")], &scene).expect("valid")), 50);
     assert_eq!(width(with(&[("w0", "7")], &scene).expect("valid")), 7);
-    assert!(with(&[("v", "7")], &scene).expect("valid").warnings[0].to_string().contains("no file asks for the parameter v"));
-    assert!(with(&[], film).expect_err("missing").to_string().contains("the parameter $w0 has no value"));
+    assert!(
+        with(&[("v", "7")], &scene).expect("valid").warnings[0]
+            .to_string()
+            .contains("no file asks for the parameter v")
+    );
+    assert!(
+        with(&[], film)
+            .expect_err("missing")
+            .to_string()
+            .contains("the parameter $w0 has no value")
+    );
 }
 
 #[test]
@@ -38,7 +49,9 @@ fn shapes_are_where_they_belong() {
     let directory = Directory::new("shapes");
     let transform = "<transform name='to_world'><scale x='2' y='1' z='1'/><rotate z='1' angle='90'/><translate x='1'/></transform>";
     let area = |shape: &str| {
-        let import = directory.load(&format!("{SENSOR}<shape type='{shape}")).unwrap_or_else(|error| panic!("{error}"));
+        let import = directory
+            .load(&format!("{SENSOR}<shape type='{shape}"))
+            .unwrap_or_else(|error| panic!("{error}"));
         import.world.bounds()
     };
     let bounds = area(&format!("rectangle'>{transform}{GLOW}</shape>"));
@@ -47,7 +60,9 @@ fn shapes_are_where_they_belong() {
     let bounds = area(&format!("cube'>{transform}{GLOW}</shape>"));
     assert_relative_eq!(bounds.max, DVec3::new(2.0, 2.0, 1.0), epsilon = 1e-12);
     let matrix = "<transform name='to_world'><matrix value='2 0 0 1  0 2 0 2  0 0 2 3  0 0 0 1'/></transform>";
-    let bounds = area(&format!("sphere'><point name='center' x='1'/><float name='radius' value='0.5'/>{matrix}{GLOW}</shape>"));
+    let bounds = area(&format!(
+        "sphere'><point name='center' x='1'/><float name='radius' value='0.5'/>{matrix}{GLOW}</shape>"
+    ));
     assert_relative_eq!(bounds.max, DVec3::new(4.0, 3.0, 4.0), epsilon = 1e-12);
     let bounds = area(&format!("disk'>{matrix}{GLOW}</shape>"));
     assert_relative_eq!(bounds.min, DVec3::new(-1.0, 0.0, 3.0), epsilon = 1e-12);
@@ -82,7 +97,9 @@ fn fronts_follow_normals() {
         ("obj", format!("{obj}{flip}{faces}"), false),
     ];
     for (kind, parameters, front) in cases {
-        let import = directory.load(&format!("{SENSOR}<shape type='{kind}'>{parameters}{GLOW}</shape>")).expect("valid");
+        let import = directory
+            .load(&format!("{SENSOR}<shape type='{kind}'>{parameters}{GLOW}</shape>"))
+            .expect("valid");
         let expected = if front { Rgb::WHITE } else { Rgb::BLACK };
         assert_eq!(emitted_below(&import, 0.1, 0.2), expected, "{kind} {parameters}");
     }
@@ -98,7 +115,9 @@ fn all_mesh_formats_hold_the_same_mesh() {
         "serialized'><string name='filename' value='parts/two.serialized'/><integer name='shape_index' value='1'/>",
         "serialized'><string name='filename' value='parts/two.serialized'/><transform name='to_world'><scale value='2'/></transform>",
     ] {
-        let import = directory.load(&format!("{SENSOR}<shape type='{shape}{GLOW}</shape>")).unwrap_or_else(|error| panic!("{error}"));
+        let import = directory
+            .load(&format!("{SENSOR}<shape type='{shape}{GLOW}</shape>"))
+            .unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(import.world.primitive_count(), 4, "{shape}");
         let bounds = import.world.bounds();
         assert_relative_eq!(bounds.min, DVec3::new(-0.4, -0.5, 0.0), epsilon = 1e-7);
@@ -106,7 +125,6 @@ fn all_mesh_formats_hold_the_same_mesh() {
         assert!(import.world.needs().contains(Needs::SMOOTH_NORMALS));
         assert_eq!(emitted_below(&import, 0.1, 0.02), Rgb::WHITE, "{shape}");
     }
-    let missing =
-        "<shape type='serialized'><string name='filename' value='parts/two.serialized'/><integer name='shape_index' value='2'/></shape>";
+    let missing = "<shape type='serialized'><string name='filename' value='parts/two.serialized'/><integer name='shape_index' value='2'/></shape>";
     assert!(directory.error(missing).contains("there is no shape 2; there are 2"));
 }

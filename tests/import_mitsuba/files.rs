@@ -16,8 +16,10 @@ impl Directory {
     pub fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("pathspace-{}-{name}", std::process::id()));
         std::fs::create_dir_all(path.join("parts")).expect("a temporary directory");
-        for entry in std::fs::read_dir(Path::new(DATA).join("parts")).expect("test data").flatten() {
-            std::fs::copy(entry.path(), path.join("parts").join(entry.file_name())).expect("a copy");
+        for entry in std::fs::read_dir(Path::new(DATA).join("parts")).expect("test data").flatten()
+        {
+            std::fs::copy(entry.path(), path.join("parts").join(entry.file_name()))
+                .expect("a copy");
         }
         Self(path)
     }
@@ -65,17 +67,20 @@ pub fn load(name: &str) -> Import {
     mitsuba::load(
         Path::new(DATA).join(name),
         &options,
-        [("res".to_owned(), "16".to_owned())]
-            .into_iter()
-            .take(usize::from(!["thinlens.xml", "orthographic.xml", "shifted.xml"].contains(&name))),
+        [("res".to_owned(), "16".to_owned())].into_iter().take(usize::from(
+            !["thinlens.xml", "orthographic.xml", "shifted.xml"].contains(&name),
+        )),
     )
     .unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The radiance that a ray from above meets on a surface of the scene, as the camera of the first view would see it without light from elsewhere.
+/// The radiance that a ray from above meets on a surface of the scene, as the camera of the first
+/// view would see it without light from elsewhere.
 pub fn emitted_below(import: &Import, x: f64, y: f64) -> Rgb {
     let world = &import.world;
-    let hit = world.intersect(&SurfacePoint::dirac(DVec3::new(x, y, 10.0)), -DVec3::Z).expect("a surface");
+    let hit = world
+        .intersect(&SurfacePoint::dirac(DVec3::new(x, y, 10.0)), -DVec3::Z)
+        .expect("a surface");
     world.light_at(&hit).map_or(Rgb::BLACK, |light| world.light(light).emit(&hit, DVec3::Z))
 }
 

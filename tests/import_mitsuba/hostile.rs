@@ -14,7 +14,13 @@ fn hostile_files_are_refused_quickly() {
     limited.limits.expansion = 1000;
     let mut doubling = String::from("<default name='p0' value='xxxxxxxx'/>");
     (1..60).for_each(|i| doubling += &format!("<default name='p{i}' value='$p{0}$p{0}'/>", i - 1));
-    assert!(directory.load_with(&doubling, &limited).expect_err("too long").to_string().contains("expand"));
+    assert!(
+        directory
+            .load_with(&doubling, &limited)
+            .expect_err("too long")
+            .to_string()
+            .contains("expand")
+    );
     assert!(directory.error(&doubling).contains("expand"));
     let deep = format!("{}{}", "<bsdf type='twosided'>".repeat(5000), "</bsdf>".repeat(5000));
     assert!(directory.error(&deep).contains("nested too deeply"));
@@ -24,31 +30,60 @@ fn hostile_files_are_refused_quickly() {
     // Each file includes the next one twice.
     for i in 0..14 {
         let next = format!("<include filename='parts/{}.xml'/>", i + 1).repeat(2);
-        directory.write(&format!("parts/{i}.xml"), format!("<scene version='3.0.0'>{next}</scene>"));
+        directory
+            .write(&format!("parts/{i}.xml"), format!("<scene version='3.0.0'>{next}</scene>"));
     }
     directory.write("parts/14.xml", "<scene version='3.0.0'/>");
     limited.limits.elements = 1000;
-    assert!(directory.load_with("<include filename='parts/0.xml'/>", &limited).expect_err("too many").to_string().contains("elements"));
-    for header in ["element vertex 99999999999999", "element nothing 18446744073709551615\nelement vertex 1"] {
+    assert!(
+        directory
+            .load_with("<include filename='parts/0.xml'/>", &limited)
+            .expect_err("too many")
+            .to_string()
+            .contains("elements")
+    );
+    for header in
+        ["element vertex 99999999999999", "element nothing 18446744073709551615\nelement vertex 1"]
+    {
         let text = format!(
             "ply\nformat binary_little_endian 1.0\n{header}\nproperty float x\nproperty float y\nproperty float z\nend_header\nxxxxxxxxxxxx"
         );
         directory.write("parts/bomb.ply", text);
-        let error = directory.error("<shape type='ply'><string name='filename' value='parts/bomb.ply'/></shape>");
+        let error = directory
+            .error("<shape type='ply'><string name='filename' value='parts/bomb.ply'/></shape>");
         assert!(error.contains("bomb.ply"), "{error}");
     }
     let attributes: String = (0..300).map(|i| format!(" a{i}='1'")).collect();
-    assert!(directory.error(&format!("<!-- {} --><bsdf{attributes}/>", "=".repeat(300))).contains("more than 256 attributes"));
-    assert!(directory.error(&"<path value='parts'/>".repeat(65)).contains("more than 64 directories"));
+    assert!(
+        directory
+            .error(&format!("<!-- {} --><bsdf{attributes}/>", "=".repeat(300)))
+            .contains("more than 256 attributes")
+    );
+    assert!(
+        directory.error(&"<path value='parts'/>".repeat(65)).contains("more than 64 directories")
+    );
     limited = Options::default();
     limited.limits.triangles = 1000;
-    directory.write("parts/many.obj", format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{}", " f 1 2 3\n".repeat(1001)));
+    directory.write(
+        "parts/many.obj",
+        format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{}", " f 1 2 3\n".repeat(1001)),
+    );
     let many = "<shape type='obj'><string name='filename' value='parts/many.obj'/></shape>";
-    assert!(directory.load_with(many, &limited).expect_err("too many").to_string().contains("its 3003 corners make more triangles"));
+    assert!(
+        directory
+            .load_with(many, &limited)
+            .expect_err("too many")
+            .to_string()
+            .contains("its 3003 corners make more triangles")
+    );
     #[cfg(unix)]
     {
         let _ = std::os::unix::fs::symlink("/etc/hostname", directory.0.join("parts/link.obj"));
-        assert!(directory.error("<shape type='obj'><string name='filename' value='parts/link.obj'/></shape>").contains("link"));
+        assert!(
+            directory
+                .error("<shape type='obj'><string name='filename' value='parts/link.obj'/></shape>")
+                .contains("link")
+        );
     }
 }
 
@@ -57,7 +92,9 @@ fn hostile_files_are_refused_quickly() {
 fn many_objects_in_one_line_take_a_moment() {
     let directory = Directory::new("many");
     let start = std::time::Instant::now();
-    let import = directory.load(&format!("{SENSOR}{}", "<shape type='sphere'/>".repeat(30_000))).expect("valid");
+    let import = directory
+        .load(&format!("{SENSOR}{}", "<shape type='sphere'/>".repeat(30_000)))
+        .expect("valid");
     assert_eq!(import.world.surface_count(), 30_000);
     assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
 }

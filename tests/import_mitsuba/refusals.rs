@@ -6,10 +6,18 @@ use pathspace::import::{Options, mitsuba};
 #[test]
 fn what_is_not_supported_is_said() {
     let directory = Directory::new("warnings");
-    let warning = |elements: &str| directory.warning(&format!("{SENSOR}\n<shape type='sphere'>{GLOW}</shape>\n{elements}"));
+    let warning = |elements: &str| {
+        directory.warning(&format!("{SENSOR}\n<shape type='sphere'>{GLOW}</shape>\n{elements}"))
+    };
     let cases = [
-        ("<shape type='cylinder' id='pipe'/>", "scene.xml:4: shape of type cylinder \"pipe\": shapes of type cylinder are not supported"),
-        ("<shape type='cube'><bsdf type='principled' id='x'/></shape>", "bsdf of type principled \"x\""),
+        (
+            "<shape type='cylinder' id='pipe'/>",
+            "scene.xml:4: shape of type cylinder \"pipe\": shapes of type cylinder are not supported",
+        ),
+        (
+            "<shape type='cube'><bsdf type='principled' id='x'/></shape>",
+            "bsdf of type principled \"x\"",
+        ),
         (
             "<shape type='cube'><bsdf type='conductor'><string name='material' value='Unobtainium'/></bsdf></shape>",
             "the conductor Unobtainium is not known",
@@ -18,17 +26,29 @@ fn what_is_not_supported_is_said() {
             "<shape type='cube'><bsdf type='diffuse'><float name='sheen' value='1'/></bsdf></shape>",
             "the parameter sheen (line 4) is not supported",
         ),
-        ("<shape type='disk'><transform name='to_world'><scale x='2'/></transform></shape>", "not scaled uniformly"),
+        (
+            "<shape type='disk'><transform name='to_world'><scale x='2'/></transform></shape>",
+            "not scaled uniformly",
+        ),
         ("<emitter type='projector'/>", "emitters of type projector are not supported"),
         ("<emitter type='area'/>", "belongs to no shape"),
         ("<medium type='homogeneous'/>", "participating media"),
-        ("<integrator type='path'><boolean name='hide_emitters' value='true'/></integrator>", "hide_emitters"),
-        ("<shape type='cube'><bsdf type='dielectric'><float name='specular_transmittance' value='0.5'/></bsdf></shape>", "differ"),
+        (
+            "<integrator type='path'><boolean name='hide_emitters' value='true'/></integrator>",
+            "hide_emitters",
+        ),
+        (
+            "<shape type='cube'><bsdf type='dielectric'><float name='specular_transmittance' value='0.5'/></bsdf></shape>",
+            "differ",
+        ),
         (
             "<sensor type='perspective'><film type='hdrfilm'><rfilter type='mitchell'/></film></sensor>",
             "the reconstruction filter mitchell",
         ),
-        ("<sensor type='perspective'><float name='far_clip' value='0.5'/></sensor>", "near_clip or far_clip"),
+        (
+            "<sensor type='perspective'><float name='far_clip' value='0.5'/></sensor>",
+            "near_clip or far_clip",
+        ),
     ];
     for (elements, expected) in cases {
         let warning = warning(elements);
@@ -79,5 +99,10 @@ fn what_makes_no_sense_is_refused() {
         assert!(error.contains(expected) && error.contains("scene.xml"), "{elements}: {error}");
     }
     let old = directory.write("old.xml", "<scene version='0.6.0'/>");
-    assert!(mitsuba::load(old, &Options::default(), []).expect_err("old").to_string().contains("version"));
+    assert!(
+        mitsuba::load(old, &Options::default(), [])
+            .expect_err("old")
+            .to_string()
+            .contains("version")
+    );
 }

@@ -14,23 +14,47 @@ use rooms::{Room, lambert, v};
 use worlds::Result;
 
 fn adapt(world: &World, camera: &dyn Camera, depth: Depth, samples: u32, seed: u64) -> Rendering {
-    let settings = Settings { budget: Budget::Samples(samples), seed, threads: Some(1), ..Settings::default() };
-    Adaptive { depth, ..Adaptive::default() }.render(world, camera, &settings, &mut unattended).expect("valid settings")
+    let settings = Settings {
+        budget: Budget::Samples(samples),
+        seed,
+        threads: Some(1),
+        ..Settings::default()
+    };
+    Adaptive { depth, ..Adaptive::default() }
+        .render(world, camera, &settings, &mut unattended)
+        .expect("valid settings")
 }
 
 fn decide(world: &World, camera: &dyn Camera, depth: Depth, pilot: f64) -> Decision {
-    let settings = Settings { budget: Budget::Samples(1), seed: 5, threads: Some(1), ..Settings::default() };
+    let settings =
+        Settings { budget: Budget::Samples(1), seed: 5, threads: Some(1), ..Settings::default() };
     // A pilot as for a long rendering.
     let adaptive = Adaptive { depth, pilot, ..Adaptive::default() };
-    adaptive.render(world, camera, &settings, &mut unattended).expect("valid settings").decision.expect("a decision")
+    adaptive
+        .render(world, camera, &settings, &mut unattended)
+        .expect("valid settings")
+        .decision
+        .expect("a decision")
 }
 
 /// Variance × deterministic cost of an integrator per sample, from `seeds` images.
-fn work(world: &World, camera: &dyn Camera, integrator: &dyn Render<World>, samples: u32, seeds: u64) -> f64 {
+fn work(
+    world: &World,
+    camera: &dyn Camera,
+    integrator: &dyn Render<World>,
+    samples: u32,
+    seeds: u64,
+) -> f64 {
     let (mut images, mut cost) = (Vec::new(), 0.0);
     for seed in 0..seeds {
-        let settings = Settings { budget: Budget::Samples(samples), seed: seed << 32, threads: Some(1), ..Settings::default() };
-        let rendering = integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
+        let settings = Settings {
+            budget: Budget::Samples(samples),
+            seed: seed << 32,
+            threads: Some(1),
+            ..Settings::default()
+        };
+        let rendering =
+            integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
         cost += rendering.counters.cost() / seeds as f64;
         images.push(rendering.image);
     }
@@ -47,7 +71,12 @@ fn work(world: &World, camera: &dyn Camera, integrator: &dyn Render<World>, samp
 fn the_same_seed_decides_the_same_on_any_number_of_threads() {
     let scene = gallery::build("cornell-box", UVec2::splat(16)).expect("a scene");
     let render = |threads| {
-        let settings = Settings { budget: Budget::Samples(8), seed: 9, threads: Some(threads), ..Settings::default() };
+        let settings = Settings {
+            budget: Budget::Samples(8),
+            seed: 9,
+            threads: Some(threads),
+            ..Settings::default()
+        };
         Adaptive { depth: DEPTH, ..Adaptive::default() }
             .render(&scene.world, &*scene.camera, &settings, &mut unattended)
             .expect("valid settings")
@@ -56,17 +85,27 @@ fn the_same_seed_decides_the_same_on_any_number_of_threads() {
     for threads in [2, 5] {
         let other = render(threads);
         assert_eq!(other.decision, one.decision);
-        assert_eq!((other.image.pixels(), other.counters, other.techniques), (one.image.pixels(), one.counters, one.techniques));
+        assert_eq!(
+            (other.image.pixels(), other.counters, other.techniques),
+            (one.image.pixels(), one.counters, one.techniques)
+        );
     }
     let decision = one.decision.expect("a decision");
     assert_eq!(one.techniques, decision.chosen.set);
     assert_eq!(one.counters.samples, 8 * 256);
     assert!(decision.samples >= 512 && decision.candidates.len() > 20);
-    let shares = |f: &dyn Fn(&pathspace::integrator::TechniqueRecord) -> f64| decision.techniques.iter().map(f).sum::<f64>();
+    let shares = |f: &dyn Fn(&pathspace::integrator::TechniqueRecord) -> f64| {
+        decision.techniques.iter().map(f).sum::<f64>()
+    };
     approx::assert_relative_eq!(shares(&|r| r.energy), 1.0, max_relative = 0.01);
     approx::assert_relative_eq!(shares(&|r| r.variance), 1.0, max_relative = 1e-9);
     let text = decision.to_string();
-    assert!(text.contains("gain over plain bidirectional") && text.contains("left out") && text.contains("kept"), "{text}");
+    assert!(
+        text.contains("gain over plain bidirectional")
+            && text.contains("left out")
+            && text.contains("kept"),
+        "{text}"
+    );
 }
 
 /// What the pilot predicts for sets that it did not run is what they are when they run.
@@ -81,14 +120,24 @@ fn predictions_hold() {
         for candidate in &decision.candidates {
             let set = candidate.set;
             let exponent = set.light_walks.count().log2();
-            let plain = exponent == 0.0 && set.emitter_sampling && set.lens_sampling && !set.lens_first;
-            if !(plain || (exponent == 1.0 && set.emitter_sampling && set.lens_first) || !set.has_camera_walk()) {
+            let plain =
+                exponent == 0.0 && set.emitter_sampling && set.lens_sampling && !set.lens_first;
+            if !(plain
+                || (exponent == 1.0 && set.emitter_sampling && set.lens_first)
+                || !set.has_camera_walk())
+            {
                 continue;
             }
-            let integrator = Adaptive { depth: DEPTH, techniques: Some(set), ..Adaptive::default() };
-            let measured = work(&scene.world, &*scene.camera, &integrator, 4, 8) / f64::from(side * side) * set.kernel_cost();
+            let integrator =
+                Adaptive { depth: DEPTH, techniques: Some(set), ..Adaptive::default() };
+            let measured = work(&scene.world, &*scene.camera, &integrator, 4, 8)
+                / f64::from(side * side)
+                * set.kernel_cost();
             let ratio = measured / candidate.work();
-            println!("{name}, {set}: predicted {:.4}, measured {measured:.4}, ratio {ratio:.3}", candidate.work());
+            println!(
+                "{name}, {set}: predicted {:.4}, measured {measured:.4}, ratio {ratio:.3}",
+                candidate.work()
+            );
             assert!((0.8..1.25).contains(&ratio), "{name}, {set}: {ratio}");
             checked += 1;
         }
@@ -99,7 +148,9 @@ fn predictions_hold() {
 /// The image is the same whatever is decided.
 #[test]
 fn the_adaptive_image_is_unbiased() -> Result {
-    for scene in [worlds::mixtures(worlds::Placement::UNIT)?, worlds::parallel(worlds::Placement::UNIT)?] {
+    for scene in
+        [worlds::mixtures(worlds::Placement::UNIT)?, worlds::parallel(worlds::Placement::UNIT)?]
+    {
         let depth = Depth::up_to(3);
         let means = |render: &dyn Fn(u64) -> Rendering| {
             let mut moments = Moments::default();
@@ -108,25 +159,35 @@ fn the_adaptive_image_is_unbiased() -> Result {
         };
         let adaptive = means(&|seed| adapt(&scene.world, &*scene.camera, depth, 8, seed));
         let plain = means(&|seed| {
-            let settings = Settings { budget: Budget::Samples(8), seed: seed + 77, threads: Some(1), ..Settings::default() };
+            let settings = Settings {
+                budget: Budget::Samples(8),
+                seed: seed + 77,
+                threads: Some(1),
+                ..Settings::default()
+            };
             let integrator = Bidirectional { depth, ..Bidirectional::default() };
-            integrator.render(&scene.world, &*scene.camera, &settings, &mut unattended).expect("valid settings")
+            integrator
+                .render(&scene.world, &*scene.camera, &settings, &mut unattended)
+                .expect("valid settings")
         });
         assert_same_mean(&scene.name, adaptive, plain, 0.03);
     }
     Ok(())
 }
 
-/// Where light walks are of no use, the adaptive integrator beats plain bidirectional path tracing by at least half. Measured as variance × counted cost, with the
-/// pilot's share added.
+/// Where light walks are of no use, the adaptive integrator beats plain bidirectional path tracing
+/// by at least half. Measured as variance × counted cost, with the pilot's share added.
 #[test]
 fn useless_light_walks_are_left_out() {
     let mut furnace = Room::default();
-    let wall = furnace.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, lambert(0.5, 0.5, 0.5));
+    let wall = furnace
+        .sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, lambert(0.5, 0.5, 0.5));
     furnace.emit(wall, Rgb::WHITE, false);
-    let inside = PinholeCamera::new(v(0.1, 0.2, 0.3), DVec3::X, DVec3::Z, 60.0, UVec2::splat(16)).expect("valid");
+    let inside = PinholeCamera::new(v(0.1, 0.2, 0.3), DVec3::X, DVec3::Z, 60.0, UVec2::splat(16))
+        .expect("valid");
     let mesh = gallery::build("smooth-mesh", UVec2::splat(16)).expect("a scene");
-    // Small enough to be quick, large enough that splats into the same pixel are rare, which the pilot takes for granted.
+    // Small enough to be quick, large enough that splats into the same pixel are rare, which the
+    // pilot takes for granted.
     let cornell = gallery::build("cornell-box", UVec2::splat(64)).expect("a scene");
     let scenes: [(&str, &World, &dyn Camera); 3] = [
         ("furnace", &furnace.build(), &inside),
@@ -136,22 +197,42 @@ fn useless_light_walks_are_left_out() {
     for (name, world, camera) in scenes {
         let decision = decide(world, camera, DEPTH, 100.0);
         let samples = if name == "Cornell box" { 4 } else { 16 };
-        let plain = work(world, camera, &Bidirectional { depth: DEPTH, ..Bidirectional::default() }, samples, 8);
-        let chosen = Adaptive { depth: DEPTH, techniques: Some(decision.chosen.set), ..Adaptive::default() };
+        let plain = work(
+            world,
+            camera,
+            &Bidirectional { depth: DEPTH, ..Bidirectional::default() },
+            samples,
+            8,
+        );
+        let chosen =
+            Adaptive { depth: DEPTH, techniques: Some(decision.chosen.set), ..Adaptive::default() };
         let chosen = work(world, camera, &chosen, samples, 8) * decision.chosen.set.kernel_cost();
-        println!("{name}: {}, expected {:.2}, measured {:.2}", decision.chosen.set, decision.expected_gain(), plain / chosen);
+        println!(
+            "{name}: {}, expected {:.2}, measured {:.2}",
+            decision.chosen.set,
+            decision.expected_gain(),
+            plain / chosen
+        );
         assert!(plain >= 1.5 * 1.04 * chosen, "{name}: {} of {}", chosen, plain);
     }
 }
 
-/// Stress row S36: a narrow spot light. Neither plain nor adaptive bidirectional path tracing is much worse than the best of its subsets.
+/// Stress row S36: a narrow spot light. Neither plain nor adaptive bidirectional path tracing is
+/// much worse than the best of its subsets.
 #[test]
 fn stress_s36_narrow_spot() {
     let mut room = Room::closed_above(lambert(0.6, 0.6, 0.6));
-    room.light(SpotLight::new(v(0.0, 0.0, 1.8), v(0.1, 0.2, -1.0), Rgb::splat(30.0), 3.0, 4.0).expect("valid"));
+    room.light(
+        SpotLight::new(v(0.0, 0.0, 1.8), v(0.1, 0.2, -1.0), Rgb::splat(30.0), 3.0, 4.0)
+            .expect("valid"),
+    );
     let (world, camera) = (room.build(), rooms::camera());
     let run = |techniques, samples| {
-        let integrator = Adaptive { depth: Depth::up_to(3), techniques: Some(techniques), ..Adaptive::default() };
+        let integrator = Adaptive {
+            depth: Depth::up_to(3),
+            techniques: Some(techniques),
+            ..Adaptive::default()
+        };
         work(&world, &camera, &integrator, samples, 8)
     };
     let all = TechniqueSet::BIDIRECTIONAL;

@@ -1,4 +1,5 @@
-//! A lens that is a point needs no numbers, and everything else is the same as if they had been drawn.
+//! A lens that is a point needs no numbers, and everything else is the same as if they had been
+//! drawn.
 
 use super::{DEPTH, contributions_with, rooms};
 use glam::{DVec2, UVec2};
@@ -79,8 +80,20 @@ fn a_pinhole_draws_no_numbers_and_changes_none() {
         ($integrator:expr) => {
             for kind in [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol] {
                 let source = kind.source(3, samples);
-                let (skipping, _) = contributions_with(&source, &scene.world, &*scene.camera, &$integrator, samples);
-                let (drawing, _) = contributions_with(&Drawing(source), &scene.world, &*scene.camera, &$integrator, samples);
+                let (skipping, _) = contributions_with(
+                    &source,
+                    &scene.world,
+                    &*scene.camera,
+                    &$integrator,
+                    samples,
+                );
+                let (drawing, _) = contributions_with(
+                    &Drawing(source),
+                    &scene.world,
+                    &*scene.camera,
+                    &$integrator,
+                    samples,
+                );
                 assert!(!skipping.is_empty() && skipping == drawing, "{kind:?}");
             }
         };
@@ -92,7 +105,13 @@ fn a_pinhole_draws_no_numbers_and_changes_none() {
     let drawn = |camera: &(dyn pathspace::endpoint::Camera + Send)| {
         let count = AtomicU32::new(0);
         let source = Counting(SamplerKind::Sobol.source(3, samples), &count);
-        contributions_with(&source, &scene.world, camera, &Bidirectional { depth: DEPTH, ..Bidirectional::default() }, samples);
+        contributions_with(
+            &source,
+            &scene.world,
+            camera,
+            &Bidirectional { depth: DEPTH, ..Bidirectional::default() },
+            samples,
+        );
         count.into_inner()
     };
     assert_eq!(drawn(&rooms::camera()), 0);

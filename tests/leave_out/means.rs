@@ -10,7 +10,8 @@ use pathspace::path::{Heuristic, LightWalks, Roulette, Scratch, TechniqueSet};
 use pathspace::scene::{Material, Scene, WithNeeds, gallery};
 use rooms::{Room, lambert, v};
 
-/// Dropping redundant techniques, needless light walks, or drawing another number of light walks changes weights, not means.
+/// Dropping redundant techniques, needless light walks, or drawing another number of light walks
+/// changes weights, not means.
 #[test]
 fn choices_of_sets_keep_the_mean() {
     let (name, world, camera, _) = sparing_scenes().swap_remove(1);
@@ -26,35 +27,64 @@ fn choices_of_sets_keep_the_mean() {
     room.lamp(0.5, 4.0);
     let (world, camera) = (room.build(), rooms::camera());
     let reference = mean(&world, &camera, &bidirectional, 40_000);
-    let sparing = TechniqueSet::BIDIRECTIONAL.without_needless_light_walks(&world.needs(), Place::Dirac);
+    let sparing =
+        TechniqueSet::BIDIRECTIONAL.without_needless_light_walks(&world.needs(), Place::Dirac);
     assert!(!sparing.has_light_walk());
-    assert_same_mean("sparing", mean(&world, &camera, &Bidirectional { techniques: sparing, ..bidirectional }, 60_000), reference, 0.02);
+    assert_same_mean(
+        "sparing",
+        mean(&world, &camera, &Bidirectional { techniques: sparing, ..bidirectional }, 60_000),
+        reference,
+        0.02,
+    );
     for heuristic in [Heuristic::Balance, Heuristic::Power(2.0)] {
         for exponent in [-2, 1] {
             for (connections, lens_first) in [(true, false), (false, false), (false, true)] {
                 let light_walks = LightWalks::power_of_two(exponent).expect("small");
-                let techniques = TechniqueSet { light_walks, connections, lens_first, ..TechniqueSet::BIDIRECTIONAL };
+                let techniques = TechniqueSet {
+                    light_walks,
+                    connections,
+                    lens_first,
+                    ..TechniqueSet::BIDIRECTIONAL
+                };
                 let integrator = Bidirectional { techniques, heuristic, ..bidirectional };
                 let samples = if exponent > 0 { 15_000 } else { 30_000 };
-                assert_same_mean(&format!("{techniques}"), mean(&world, &camera, &integrator, samples), reference, 0.025);
+                assert_same_mean(
+                    &format!("{techniques}"),
+                    mean(&world, &camera, &integrator, samples),
+                    reference,
+                    0.025,
+                );
             }
         }
     }
 }
 
-/// Lens sampling first, in a scene where the camera sees Dirac lobes, too: the camera walk draws what is seen in them, and nothing else.
+/// Lens sampling first, in a scene where the camera sees Dirac lobes, too: the camera walk draws
+/// what is seen in them, and nothing else.
 #[test]
 fn lens_sampling_first_keeps_the_mean_behind_glass() {
     let mut room = Room::open(lambert(0.6, 0.6, 0.6));
     room.lamp(0.6, 4.0);
-    room.sphere(Sphere::new(v(0.3, -0.5, 0.9), 0.3), Material::Mirror { reflectance: Rgb::splat(0.8) });
+    room.sphere(
+        Sphere::new(v(0.3, -0.5, 0.9), 0.3),
+        Material::Mirror { reflectance: Rgb::splat(0.8) },
+    );
     let (world, camera) = (room.build(), rooms::camera());
     let bidirectional = Bidirectional { depth: DEPTH, ..Bidirectional::default() };
-    let techniques = TechniqueSet { connections: false, lens_first: true, ..TechniqueSet::BIDIRECTIONAL };
+    let techniques =
+        TechniqueSet { connections: false, lens_first: true, ..TechniqueSet::BIDIRECTIONAL };
     let first = Bidirectional { techniques, ..bidirectional };
-    assert_same_mean("lens first", mean(&world, &camera, &first, 60_000), mean(&world, &camera, &bidirectional, 30_000), 0.02);
+    assert_same_mean(
+        "lens first",
+        mean(&world, &camera, &first, 60_000),
+        mean(&world, &camera, &bidirectional, 30_000),
+        0.02,
+    );
     let kinds = contributions(&world, &camera, &first, 2000).0;
-    assert!(kinds.iter().any(|c| c.technique.t > 2) && kinds.iter().all(|c| c.technique.t != 2 || c.weight == 0.0));
+    assert!(
+        kinds.iter().any(|c| c.technique.t > 2)
+            && kinds.iter().all(|c| c.technique.t != 2 || c.weight == 0.0)
+    );
     // The general kernel with weights does the same.
     let (mut sampler, mut scratch, mut worst) = (Random::new(8), Scratch::default(), 0.0f64);
     for _ in 0..500 {
@@ -67,23 +97,34 @@ fn lens_sampling_first_keeps_the_mean_behind_glass() {
     assert!(worst < 1e-9, "{worst}");
 }
 
-/// Weights sum to one whatever the number of light walks, and shadow roulette keeps the mean and saves rays.
+/// Weights sum to one whatever the number of light walks, and shadow roulette keeps the mean and
+/// saves rays.
 #[test]
 fn weights_with_sample_counts_are_the_definitions() {
     let scene = gallery::build("cornell-box", UVec2::splat(8)).expect("a scene");
     for exponent in [-3, 2] {
-        let techniques = TechniqueSet { light_walks: LightWalks::power_of_two(exponent).expect("small"), ..TechniqueSet::BIDIRECTIONAL };
+        let techniques = TechniqueSet {
+            light_walks: LightWalks::power_of_two(exponent).expect("small"),
+            ..TechniqueSet::BIDIRECTIONAL
+        };
         let integrator = Bidirectional { techniques, depth: DEPTH, ..Bidirectional::default() };
         let (mut sampler, mut scratch, mut seen) = (Random::new(4), Scratch::default(), 0);
         for _ in 0..300 {
             let film = worlds::film_sample(&*scene.camera, &mut sampler);
-            integrator.for_each_path(&scene.world, &*scene.camera, film, &mut sampler, &mut scratch, |path, contribution| {
-                let verification = path.verify(&techniques, integrator.heuristic);
-                assert!(verification.worst() < 1e-6, "{path:?} {verification:?}");
-                let share = techniques.count(path.technique());
-                assert_eq!(contribution.value, path.value() * (1.0 / share));
-                seen += 1;
-            });
+            integrator.for_each_path(
+                &scene.world,
+                &*scene.camera,
+                film,
+                &mut sampler,
+                &mut scratch,
+                |path, contribution| {
+                    let verification = path.verify(&techniques, integrator.heuristic);
+                    assert!(verification.worst() < 1e-6, "{path:?} {verification:?}");
+                    let share = techniques.count(path.technique());
+                    assert_eq!(contribution.value, path.value() * (1.0 / share));
+                    seen += 1;
+                },
+            );
         }
         assert!(seen > 300, "{seen}");
     }
@@ -104,7 +145,10 @@ fn shadow_roulette_keeps_the_mean_and_saves_rays() {
         ($make:expr) => {
             rays(&|threshold| {
                 let integrator = $make(threshold);
-                (mean(&world, &camera, &integrator, 30_000), contributions(&world, &camera, &integrator, 2000).1.shadow_rays)
+                (
+                    mean(&world, &camera, &integrator, 30_000),
+                    contributions(&world, &camera, &integrator, 2000).1.shadow_rays,
+                )
             })
         };
     }

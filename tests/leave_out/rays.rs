@@ -10,19 +10,29 @@ use pathspace::path::{Counters, Roulette};
 use pathspace::scene::Emission;
 use rooms::lambert;
 
-/// analytic.json F17 in a closed box with a lamp: never more rays than the closed forms, which hold where nothing is culled.
+/// analytic.json F17 in a closed box with a lamp: never more rays than the closed forms, which hold
+/// where nothing is culled.
 #[test]
 fn culling_keeps_rays_below_the_closed_forms() {
     let at = worlds::Placement::UNIT;
     let mut builder = pathspace::scene::WorldBuilder::new();
     let wall = builder.add_material("wall", lambert(0.7, 0.7, 0.7)).expect("valid");
-    for (i, (n, u, w)) in
-        [(DVec3::X, DVec3::Y, DVec3::Z), (DVec3::Y, DVec3::Z, DVec3::X), (DVec3::Z, DVec3::X, DVec3::Y)].into_iter().enumerate()
+    for (i, (n, u, w)) in [
+        (DVec3::X, DVec3::Y, DVec3::Z),
+        (DVec3::Y, DVec3::Z, DVec3::X),
+        (DVec3::Z, DVec3::X, DVec3::Y),
+    ]
+    .into_iter()
+    .enumerate()
     {
         for side in [-1.0, 1.0] {
             let (u, w) = if side < 0.0 { (u, w) } else { (w, u) };
             builder
-                .add_quad(format!("{i} {side}"), Quad { origin: n * side - u - w, edge_u: u * 2.0, edge_v: w * 2.0 }, wall)
+                .add_quad(
+                    format!("{i} {side}"),
+                    Quad { origin: n * side - u - w, edge_u: u * 2.0, edge_v: w * 2.0 },
+                    wall,
+                )
                 .expect("valid");
         }
     }
@@ -30,14 +40,32 @@ fn culling_keeps_rays_below_the_closed_forms() {
     let lamp = builder.add_disk("lamp", lamp, wall).expect("valid");
     builder.set_emission(lamp, Emission { radiance: Rgb::WHITE, two_sided: false }).expect("valid");
     let world = builder.build().expect("valid");
-    let camera = PinholeCamera::new(at.point(0.0, 0.0, 0.9), DVec3::ZERO, DVec3::Y, 60.0, UVec2::splat(8)).expect("valid");
+    let camera =
+        PinholeCamera::new(at.point(0.0, 0.0, 0.9), DVec3::ZERO, DVec3::Y, 60.0, UVec2::splat(8))
+            .expect("valid");
     let roulette = Roulette::NEVER;
     for edges in [2u32, 3, 5, 10] {
         let (depth, d) = (Depth::up_to(edges - 1), f64::from(edges));
         let rays = |counters: Counters| counters.rays() as f64 / counters.samples as f64;
-        let path = rays(contributions(&world, &camera, &PathTracer { depth, roulette, ..PathTracer::default() }, 500).1);
+        let path = rays(
+            contributions(
+                &world,
+                &camera,
+                &PathTracer { depth, roulette, ..PathTracer::default() },
+                500,
+            )
+            .1,
+        );
         let light = rays(contributions(&world, &camera, &LightTracer { depth, roulette }, 500).1);
-        let both = rays(contributions(&world, &camera, &Bidirectional { depth, roulette, ..Bidirectional::default() }, 500).1);
+        let both = rays(
+            contributions(
+                &world,
+                &camera,
+                &Bidirectional { depth, roulette, ..Bidirectional::default() },
+                500,
+            )
+            .1,
+        );
         let bound = d + (d - 1.0) + 2.0 * (d - 1.0) + 0.5 * (d - 1.0) * (d - 2.0);
         assert!(path < 2.0 * d - 1.0 && path > d, "path tracing, D = {d}: {path}");
         assert!(light < 2.0 * d - 1.0 && light > d - 1.0, "light tracing, D = {d}: {light}");

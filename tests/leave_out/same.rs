@@ -26,11 +26,17 @@ fn pruned_contributions_are_the_same_to_the_bit() -> Result {
     Ok(())
 }
 
-/// A point light that a lens of finite area sees, with no surface to connect to: (1, 1) alone draws it.
+/// A point light that a lens of finite area sees, with no surface to connect to: (1, 1) alone draws
+/// it.
 #[test]
 fn a_point_light_is_seen_through_a_lens() {
     let mut room = Room::default();
-    room.quad(v(-1.0, -1.0, 0.0), v(2.0, 0.0, 0.0), v(0.0, 2.0, 0.0), Material::Mirror { reflectance: Rgb::WHITE });
+    room.quad(
+        v(-1.0, -1.0, 0.0),
+        v(2.0, 0.0, 0.0),
+        v(0.0, 2.0, 0.0),
+        Material::Mirror { reflectance: Rgb::WHITE },
+    );
     room.light(PointLight::new(v(0.0, 0.0, 1.0), Rgb::WHITE).expect("valid"));
     let (world, camera) = (room.build(), rooms::lens_camera());
     for_each_integrator!(integrator => { assert_nothing_is_lost("lens", &world, &camera, &integrator, 300); });
@@ -46,7 +52,12 @@ fn a_beam_lights_by_connections() {
     let (world, camera) = (room.build(), rooms::camera());
     for_each_integrator!(integrator => { assert_nothing_is_lost("beam", &world, &camera, &integrator, 300); });
     let (seen, _) = contributions(&world, &camera, &Bidirectional::default(), 300);
-    assert!(seen.iter().any(|c| c.technique.s >= 2 && c.technique.t >= 2) && seen.iter().all(|c| c.technique.s >= 2), "{}", seen.len());
+    assert!(
+        seen.iter().any(|c| c.technique.s >= 2 && c.technique.t >= 2)
+            && seen.iter().all(|c| c.technique.s >= 2),
+        "{}",
+        seen.len()
+    );
 }
 
 /// Random scenes of few features.
@@ -60,8 +71,19 @@ fn nothing_is_lost_in_random_scenes() {
         1 => Just(Material::Null),
     ];
     let point = || (-1.0..1.0f64, -1.0..1.0f64, 0.0..2.0f64).prop_map(|(x, y, z)| v(x, y, z));
-    let shape = (0..3u8, point(), point(), 0.2..1.0f64, material, prop::option::weighted(0.3, any::<bool>()));
-    let plan = (prop::collection::vec(shape, 0..3), prop::collection::vec((0..4u8, point()), 0..2), any::<bool>());
+    let shape = (
+        0..3u8,
+        point(),
+        point(),
+        0.2..1.0f64,
+        material,
+        prop::option::weighted(0.3, any::<bool>()),
+    );
+    let plan = (
+        prop::collection::vec(shape, 0..3),
+        prop::collection::vec((0..4u8, point()), 0..2),
+        any::<bool>(),
+    );
     let mut runner = TestRunner::new_with_rng(
         Config { cases: 300, failure_persistence: None, ..Config::default() },
         TestRng::from_seed(RngAlgorithm::ChaCha, &[5; 32]),
@@ -98,11 +120,14 @@ fn nothing_is_lost_in_random_scenes() {
     assert!(saved.get() > 1000, "{} rays saved: the scenes need everything", saved.get());
 }
 
-/// Every single feature that a scene claims without having it costs at most rays: the contributions of all supersets are the same.
+/// Every single feature that a scene claims without having it costs at most rays: the contributions
+/// of all supersets are the same.
 #[test]
 fn supersets_of_what_is_needed_contribute_the_same() -> Result {
     let worlds = worlds::all()?.into_iter().map(|scene| (scene.name, scene.world, scene.camera));
-    let sparing = sparing_scenes().into_iter().map(|(name, world, camera, _)| (name.to_owned(), world, Box::new(camera) as _));
+    let sparing = sparing_scenes()
+        .into_iter()
+        .map(|(name, world, camera, _)| (name.to_owned(), world, Box::new(camera) as _));
     let mut differing = 0;
     for (name, world, camera) in worlds.chain(sparing) {
         let world: World = world;

@@ -6,17 +6,28 @@ use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, LightTracer, PathTracer};
 use pathspace::math::Rgb;
 use pathspace::render::{Budget, Settings};
-use pathspace::report::{Plan, Reference, ReferencePlan, Report, ReportError, SceneInfo, Step, Study, cached_reference, study};
+use pathspace::report::{
+    Plan, Reference, ReferencePlan, Report, ReportError, SceneInfo, Step, Study, cached_reference,
+    study,
+};
 use pathspace::scene::World;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 fn small_study() -> Study {
     let scene = cornell_box(24);
-    let (paths, light, both) = (PathTracer::up_to(3), LightTracer::up_to(3), Bidirectional::up_to(3));
-    let all = contestants::<World>(&[("path-tracing", &paths), ("light-tracing", &light), ("bidirectional", &both)]);
-    let reference = ReferencePlan { budget: Budget::Samples(64), runs: 4, settings: Settings::default() };
-    let reference = Reference::render(&scene.world, &*scene.camera, [&all[0], &all[2]], &reference, &mut go_on).unwrap();
+    let (paths, light, both) =
+        (PathTracer::up_to(3), LightTracer::up_to(3), Bidirectional::up_to(3));
+    let all = contestants::<World>(&[
+        ("path-tracing", &paths),
+        ("light-tracing", &light),
+        ("bidirectional", &both),
+    ]);
+    let reference =
+        ReferencePlan { budget: Budget::Samples(64), runs: 4, settings: Settings::default() };
+    let reference =
+        Reference::render(&scene.world, &*scene.camera, [&all[0], &all[2]], &reference, &mut go_on)
+            .unwrap();
     let plan = Plan {
         budget: Budget::Samples(4 * 11),
         seeds: 4,
@@ -24,7 +35,8 @@ fn small_study() -> Study {
         command: Some("make <this> \"again\"".to_owned()),
         ..Plan::default()
     };
-    let info = SceneInfo { name: "cornell-box".to_owned(), max_bounces: Some(3), ..SceneInfo::default() };
+    let info =
+        SceneInfo { name: "cornell-box".to_owned(), max_bounces: Some(3), ..SceneInfo::default() };
     study(&scene.world, &*scene.camera, &info, &all, reference, &plan, &mut go_on).unwrap()
 }
 
@@ -36,11 +48,20 @@ fn the_same_seeds_give_the_same_errors_to_the_bit() {
         let points: Vec<u32> = a.checkpoints.iter().map(|c| c.samples).collect();
         assert_eq!(points, [1, 2, 4, 8, 11]);
         for (a, b) in a.checkpoints.iter().zip(&b.checkpoints) {
-            assert_eq!((&a.runs, a.cost.rays, a.mse, a.variance), (&b.runs, b.cost.rays, b.mse, b.variance));
+            assert_eq!(
+                (&a.runs, a.cost.rays, a.mse, a.variance),
+                (&b.runs, b.cost.rays, b.mse, b.variance)
+            );
         }
-        assert_eq!((a.bias, a.tail, a.variance_per_sample), (b.bias, b.tail, b.variance_per_sample));
+        assert_eq!(
+            (a.bias, a.tail, a.variance_per_sample),
+            (b.bias, b.tail, b.variance_per_sample)
+        );
     }
-    assert_eq!((a.report.pairs, a.report.pyramid, a.images.len()), (b.report.pairs, b.report.pyramid, 3));
+    assert_eq!(
+        (a.report.pairs, a.report.pyramid, a.images.len()),
+        (b.report.pairs, b.report.pyramid, 3)
+    );
 }
 
 #[test]
@@ -73,7 +94,16 @@ fn reports_are_written_and_read() {
     assert!(!page.replace("http://www.w3.org/2000/svg", "").contains("http"));
     let directory = std::env::temp_dir().join(format!("pathspace-report-{}", std::process::id()));
     study.save(&directory).unwrap();
-    for name in ["index.html", "report.json", "report.csv", "left-out.csv", "time.svg", "samples.svg", "rays.svg", "smape.svg"] {
+    for name in [
+        "index.html",
+        "report.json",
+        "report.csv",
+        "left-out.csv",
+        "time.svg",
+        "samples.svg",
+        "rays.svg",
+        "smape.svg",
+    ] {
         assert!(directory.join(name).metadata().unwrap().len() > 300, "{name}");
     }
     std::fs::remove_dir_all(&directory).unwrap();
@@ -81,19 +111,30 @@ fn reports_are_written_and_read() {
 
 #[test]
 fn references_are_cached_and_changes_are_noticed() {
-    let directory = std::env::temp_dir().join(format!("pathspace-references-{}", std::process::id()));
+    let directory =
+        std::env::temp_dir().join(format!("pathspace-references-{}", std::process::id()));
     let scene = cornell_box(16);
     let render = |depth: u32| {
         let (paths, both) = (PathTracer::up_to(depth), Bidirectional::up_to(depth));
         let all = contestants::<World>(&[("bidirectional", &both), ("path-tracing", &paths)]);
-        let plan = ReferencePlan { budget: Budget::Samples(8), runs: 2, settings: Settings::default() };
+        let plan =
+            ReferencePlan { budget: Budget::Samples(8), runs: 2, settings: Settings::default() };
         let mut passes = 0;
         let mut count = |_: &Step<'_>| {
             passes += 1;
             ControlFlow::Continue(())
         };
         let halves = [&all[0], &all[1]];
-        let reference = cached_reference(&directory, "cornell box", &scene.world, &*scene.camera, halves, &plan, &mut count).unwrap();
+        let reference = cached_reference(
+            &directory,
+            "cornell box",
+            &scene.world,
+            &*scene.camera,
+            halves,
+            &plan,
+            &mut count,
+        )
+        .unwrap();
         (reference, passes)
     };
     let (first, passes) = render(2);
@@ -118,7 +159,9 @@ fn a_study_that_is_stopped_still_reports() {
             if left < 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let info = SceneInfo::default();
-        let study = study(&scene.world, &*scene.camera, &info, &all, reference.clone(), &plan, &mut stop).unwrap();
+        let study =
+            study(&scene.world, &*scene.camera, &info, &all, reference.clone(), &plan, &mut stop)
+                .unwrap();
         assert!(study.report.stopped);
         assert_eq!(study.report.methods.first().map(|m| m.runs), (passes == 20).then_some(2));
         assert!(study.page().contains("Stopped before its end"));
@@ -134,7 +177,16 @@ fn bad_plans_are_refused_by_name() {
         let all = contestants::<World>(&[(names[0], &paths), (names[1], &paths)]);
         let reference = exactly(1.0, UVec2::new(size, 16));
         let plan = Plan { seeds, budget: Budget::Samples(4), ..Plan::default() };
-        study(&scene.world, &*scene.camera, &SceneInfo::default(), &all, reference, &plan, &mut go_on).map(|_| ())
+        study(
+            &scene.world,
+            &*scene.camera,
+            &SceneInfo::default(),
+            &all,
+            reference,
+            &plan,
+            &mut go_on,
+        )
+        .map(|_| ())
     };
     assert!(matches!(run(["a", "b"], 16, 1), Err(ReportError::TooFewSeeds(1))));
     assert!(run(["a", "a"], 16, 2).unwrap_err().to_string().contains("\"a\""));

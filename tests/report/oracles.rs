@@ -1,4 +1,5 @@
-//! Closed forms of analytic.json: variances, variance × rays, tails and slopes, measured as the report measures them.
+//! Closed forms of analytic.json: variances, variance × rays, tails and slopes, measured as the
+//! report measures them.
 
 use super::common::SphereCap;
 use super::{Synthetic, against, cornell_box, exactly};
@@ -6,7 +7,9 @@ use pathspace::endpoint::{Camera, PinholeCamera};
 use pathspace::film::{Contribution, FilmSample, Sink, Technique};
 use pathspace::geometry::{Disk, Quad};
 use pathspace::glam::{DVec3, UVec2};
-use pathspace::integrator::{Bidirectional, Depth, Integrator, PathTracer, PathTracing, UniformArea};
+use pathspace::integrator::{
+    Bidirectional, Depth, Integrator, PathTracer, PathTracing, UniformArea,
+};
 use pathspace::math::Rgb;
 use pathspace::path::{Heuristic, Roulette, Scratch, Survival, TechniqueSet};
 use pathspace::render::{Budget, Settings};
@@ -15,18 +18,26 @@ use pathspace::sampler::Sampler;
 use pathspace::scene::{Emission, Material, Needs, Scene, World, WorldBuilder};
 use std::f64::consts::PI;
 
-/// The exact value is inside the interval of 95 %, widened to one that is left once in some thousand tests.
+/// The exact value is inside the interval of 95 %, widened to one that is left once in some
+/// thousand tests.
 fn assert_inside(name: &str, interval: Interval, exact: f64) {
     let (low, high) = (interval.value - interval.low, interval.high - interval.value);
     let inside = interval.value - 2.0 * low <= exact && exact <= interval.value + 2.0 * high;
-    println!("{name}: {:.4e} ({:.4e} … {:.4e}), exact {exact:.4e}", interval.value, interval.low, interval.high);
+    println!(
+        "{name}: {:.4e} ({:.4e} … {:.4e}), exact {exact:.4e}",
+        interval.value, interval.low, interval.high
+    );
     assert!(inside, "{name}: {interval:?}, expected {exact}");
     assert!(high < 0.1 * exact, "{name}: {interval:?} is too wide to mean anything");
 }
 
 fn assert_unbiased(method: &MethodReport) {
     let bias = &method.bias;
-    assert!(!bias.flagged && bias.mean.abs() < 4.0 * bias.mean_standard_error.max(1e-12), "{}: {bias:?}", method.name);
+    assert!(
+        !bias.flagged && bias.mean.abs() < 4.0 * bias.mean_standard_error.max(1e-12),
+        "{}: {bias:?}",
+        method.name
+    );
 }
 
 /// A small floor under a square light of radiance 1, seen in one point; one bounce.
@@ -34,16 +45,29 @@ fn square_light() -> (World, PinholeCamera) {
     let mut builder = WorldBuilder::new();
     let grey = builder.add_material("grey", Material::Lambert { albedo: Rgb::splat(0.5) }).unwrap();
     let black = builder.add_material("black", Material::Lambert { albedo: Rgb::BLACK }).unwrap();
-    builder.add_disk("floor", Disk { center: DVec3::ZERO, normal: DVec3::Z, radius: 10.0 }, grey).unwrap();
-    let quad = Quad { origin: DVec3::new(-1.0, -1.0, 2.0), edge_u: DVec3::Y * 2.0, edge_v: DVec3::X * 2.0 };
+    builder
+        .add_disk("floor", Disk { center: DVec3::ZERO, normal: DVec3::Z, radius: 10.0 }, grey)
+        .unwrap();
+    let quad = Quad {
+        origin: DVec3::new(-1.0, -1.0, 2.0),
+        edge_u: DVec3::Y * 2.0,
+        edge_v: DVec3::X * 2.0,
+    };
     let lamp = builder.add_quad("lamp", quad, black).unwrap();
     builder.set_emission(lamp, Emission { radiance: Rgb::WHITE, two_sided: false }).unwrap();
-    let camera = PinholeCamera::new(DVec3::new(0.0, -3.0, 1.0), DVec3::ZERO, DVec3::Z, 1e-4, UVec2::new(32, 32)).unwrap();
+    let camera = PinholeCamera::new(
+        DVec3::new(0.0, -3.0, 1.0),
+        DVec3::ZERO,
+        DVec3::Z,
+        1e-4,
+        UVec2::new(32, 32),
+    )
+    .unwrap();
     (builder.build().unwrap(), camera)
 }
 
-/// Optimal weights (Kondapaneni et al. 2019) for one light sample a and one cosine sample c: with the densities' share u = p_c/(p_a + p_c), which the
-/// balance heuristic's weights tell,
+/// Optimal weights (Kondapaneni et al. 2019) for one light sample a and one cosine sample c: with
+/// the densities' share u = p_c/(p_a + p_c), which the balance heuristic's weights tell,
 ///
 /// ```text
 /// α_a + α_c + Σ (f/(p_a + p_c) - α_a (1 - u) - α_c u)
@@ -56,8 +80,9 @@ struct OptimalWeights {
 }
 
 impl OptimalWeights {
-    /// α solves `A α = b`, `A_ij = ∫ p_i p_j/(p_a + p_c)`, `b_i = ∫ f p_i/(p_a + p_c)`. With f = ρ p_c on the light, `a = A_ac` and the form factor
-    /// `F = ∫ p_c` say everything. For the light of [`square_light`], as seen from the origin, `p_c = 4/(π r⁴)`.
+    /// α solves `A α = b`, `A_ij = ∫ p_i p_j/(p_a + p_c)`, `b_i = ∫ f p_i/(p_a + p_c)`. With f = ρ
+    /// p_c on the light, `a = A_ac` and the form factor `F = ∫ p_c` say everything. For the light
+    /// of [`square_light`], as seen from the origin, `p_c = 4/(π r⁴)`.
     fn new(balance: PathTracer, albedo: f64) -> Self {
         const N: u32 = 400;
         let [mut a, mut form_factor] = [0.0; 2];
@@ -68,7 +93,10 @@ impl OptimalWeights {
             form_factor += p_c * 4.0 / f64::from(N * N);
         }
         let scale = albedo / (1.0 - 2.0 * a);
-        Self { balance, alpha: [scale * a * (1.0 - form_factor), scale * (form_factor - a - a * form_factor)] }
+        Self {
+            balance,
+            alpha: [scale * a * (1.0 - form_factor), scale * (form_factor - a - a * form_factor)],
+        }
     }
 }
 
@@ -97,24 +125,40 @@ impl<S: Scene + ?Sized> Integrator<S> for OptimalWeights {
             let u = if technique.s == 0 { weight } else { 1.0 - weight };
             total += value.r() * weight - a * (1.0 - u) - c * u;
         }
-        sink.add(&Contribution { raster: film.raster, value: Rgb::splat(total), weight: 1.0, technique: Technique { s: 1, t: 2 } });
+        sink.add(&Contribution {
+            raster: film.raster,
+            value: Rgb::splat(total),
+            weight: 1.0,
+            technique: Technique { s: 1, t: 2 },
+        });
     }
 }
 
-/// B06 and F12: variances of the estimators of light from a square, and variance × rays without that of the camera.
+/// B06 and F12: variances of the estimators of light from a square, and variance × rays without
+/// that of the camera.
 #[test]
 fn variances_on_the_square_light_are_the_exact_ones() {
     let (world, camera) = square_light();
-    let one_bounce = |mode, heuristic| PathTracer { mode, heuristic, depth: Depth::exactly(1), roulette: Roulette::NEVER };
+    let one_bounce = |mode, heuristic| PathTracer {
+        mode,
+        heuristic,
+        depth: Depth::exactly(1),
+        roulette: Roulette::NEVER,
+    };
     let area = one_bounce(PathTracing::NextEventOnly, Heuristic::Balance);
     let cosine = one_bounce(PathTracing::EmissionOnly, Heuristic::Balance);
     let balance = one_bounce(PathTracing::Both, Heuristic::Balance);
     let power = one_bounce(PathTracing::Both, Heuristic::Power(2.0));
     let optimal = OptimalWeights::new(balance, 0.5);
     let without_hits = TechniqueSet { emitter_sampling: true, ..TechniqueSet::NONE };
-    let kernel =
-        Bidirectional { techniques: without_hits, depth: Depth::exactly(1), roulette: Roulette::NEVER, heuristic: Heuristic::Balance };
-    let kernel_balance = Bidirectional { techniques: TechniqueSet { emitter_hits: true, ..without_hits }, ..kernel };
+    let kernel = Bidirectional {
+        techniques: without_hits,
+        depth: Depth::exactly(1),
+        roulette: Roulette::NEVER,
+        heuristic: Heuristic::Balance,
+    };
+    let kernel_balance =
+        Bidirectional { techniques: TechniqueSet { emitter_hits: true, ..without_hits }, ..kernel };
     let methods: [(&str, &dyn Method<World>); 7] = [
         ("area", &area),
         ("cosine", &cosine),
@@ -125,18 +169,35 @@ fn variances_on_the_square_light_are_the_exact_ones() {
         ("bidirectional balance", &kernel_balance),
     ];
     let report = against(&world, &camera, &methods, 0.119_728_235_230_386_77, 16 * 32, 16);
-    let [area, cosine, balance] = [0.000_435_127_402_779_776_8, 0.045_529_267_303_810_56, 0.001_994_928_765_599_786];
+    let [area, cosine, balance] =
+        [0.000_435_127_402_779_776_8, 0.045_529_267_303_810_56, 0.001_994_928_765_599_786];
     let [power, optimal] = [0.000_482_741_474_352_731_8, 0.000_350_410_316_250_259];
-    let exact = [(area, 1.0), (cosine, 1.0), (balance, 2.0), (power, 2.0), (optimal, 2.0), (area, 1.0), (balance, 2.0)];
+    let exact = [
+        (area, 1.0),
+        (cosine, 1.0),
+        (balance, 2.0),
+        (power, 2.0),
+        (optimal, 2.0),
+        (area, 1.0),
+        (balance, 2.0),
+    ];
     for (method, (variance, rays)) in report.methods.iter().zip(exact) {
         assert_inside(&method.name, method.variance_per_sample, variance);
         assert_eq!(method.rays_per_sample, 1.0 + rays, "{}", method.name);
         let Interval { value, low, high } = method.variance_times_rays;
         let [value, low, high] = [value, low, high].map(|x| x * rays / (1.0 + rays));
-        assert_inside(&format!("{}, variance × rays", method.name), Interval { value, low, high }, variance * rays);
+        assert_inside(
+            &format!("{}, variance × rays", method.name),
+            Interval { value, low, high },
+            variance * rays,
+        );
         assert_unbiased(method);
         let slope = method.slope.as_ref().unwrap();
-        assert!((slope.value.value + 1.0).abs() < 4.0 * slope.standard_error.max(0.01), "{}: {slope:?}", method.name);
+        assert!(
+            (slope.value.value + 1.0).abs() < 4.0 * slope.standard_error.max(0.01),
+            "{}: {slope:?}",
+            method.name
+        );
         assert!(!method.infinite_variance, "{}: {:?}", method.name, method.tail);
         assert_eq!(method.non_finite_contributions, 0);
     }
@@ -159,16 +220,31 @@ fn variances_in_the_sphere_with_a_cap_are_the_exact_ones() {
         let uniform = UniformArea { depth: Depth::exactly(k), roulette: Roulette::NEVER };
         let mean = 0.1 * 0.5f64.powi(k as i32);
         let report = against(&scene, &camera, &[("uniform area", &uniform)], mean, 32 * 8, 32);
-        assert_inside(&format!("k = {k}"), report.methods[0].variance_per_sample, 0.25f64.powi(k as i32) * 0.1 * 0.9);
+        assert_inside(
+            &format!("k = {k}"),
+            report.methods[0].variance_per_sample,
+            0.25f64.powi(k as i32) * 0.1 * 0.9,
+        );
         assert_unbiased(&report.methods[0]);
     }
-    let one_bounce = |mode, heuristic| PathTracer { mode, heuristic, depth: Depth::exactly(1), roulette: Roulette::NEVER };
+    let one_bounce = |mode, heuristic| PathTracer {
+        mode,
+        heuristic,
+        depth: Depth::exactly(1),
+        roulette: Roulette::NEVER,
+    };
     let next_event = one_bounce(PathTracing::NextEventOnly, Heuristic::Balance);
     let report = against(&scene, &camera, &[("next event", &next_event)], 0.05, 64, 8);
     assert!(report.methods[0].variance_per_sample.value < 1e-24 && !report.methods[0].bias.flagged);
-    let (balance, power) = (one_bounce(PathTracing::Both, Heuristic::Balance), one_bounce(PathTracing::Both, Heuristic::Power(2.0)));
-    let report = against(&scene, &camera, &[("balance", &balance), ("power", &power)], 0.05, 32 * 8, 32);
-    for (method, exact) in report.methods.iter().zip([0.000_185_950_413_223_140_49, 2.205_666_111_165_572e-6]) {
+    let (balance, power) = (
+        one_bounce(PathTracing::Both, Heuristic::Balance),
+        one_bounce(PathTracing::Both, Heuristic::Power(2.0)),
+    );
+    let report =
+        against(&scene, &camera, &[("balance", &balance), ("power", &power)], 0.05, 32 * 8, 32);
+    for (method, exact) in
+        report.methods.iter().zip([0.000_185_950_413_223_140_49, 2.205_666_111_165_572e-6])
+    {
         assert_inside(&method.name, method.variance_per_sample, exact);
         assert_unbiased(method);
     }
@@ -179,8 +255,9 @@ fn emission_only(survival: Survival, depth: Depth) -> PathTracer {
     PathTracer { mode: PathTracing::EmissionOnly, roulette, depth, ..PathTracer::default() }
 }
 
-/// F04: roulette with survival p in the furnace, V = ρ² (1 - p) / ((1 - ρ)² (p - ρ²)). With p = 0.3 that is 14, but the fourth moment is infinite, so no number of
-/// samples measures it; cut off after K events everything is finite: Σ r^k with r = ρ/p over k up to min(N, K), P(N ≥ k) = p^k.
+/// F04: roulette with survival p in the furnace, V = ρ² (1 - p) / ((1 - ρ)² (p - ρ²)). With p = 0.3
+/// that is 14, but the fourth moment is infinite, so no number of samples measures it; cut off
+/// after K events everything is finite: Σ r^k with r = ρ/p over k up to min(N, K), P(N ≥ k) = p^k.
 #[test]
 fn roulette_in_the_furnace_has_the_exact_variance() {
     const K: u32 = 6;
@@ -188,11 +265,21 @@ fn roulette_in_the_furnace_has_the_exact_variance() {
     let power = |x: f64, k: u32| x.powi(k as i32);
     let pairs = (0..=K).flat_map(|i| (0..=K).map(move |j| (i, j)));
     let cut_mean: f64 = (0..=K).map(|k| power(albedo, k)).sum();
-    let cut_variance = pairs.map(|(i, j)| power(albedo / p, i + j) * power(p, i.max(j))).sum::<f64>() - cut_mean * cut_mean;
+    let cut_variance =
+        pairs.map(|(i, j)| power(albedo / p, i + j) * power(p, i.max(j))).sum::<f64>()
+            - cut_mean * cut_mean;
 
     let (scene, camera) = (SphereCap::new(albedo, 1.0), down());
-    let [half, more, whole] = [0.5, 0.75, p].map(|p| emission_only(Survival::Fixed(p), Depth::default()));
-    let report = against(&scene, &camera, &[("0.5", &half), ("0.75", &more), ("0.3", &whole)], 2.0, 32 * 32, 32);
+    let [half, more, whole] =
+        [0.5, 0.75, p].map(|p| emission_only(Survival::Fixed(p), Depth::default()));
+    let report = against(
+        &scene,
+        &camera,
+        &[("0.5", &half), ("0.75", &more), ("0.3", &whole)],
+        2.0,
+        32 * 32,
+        32,
+    );
     for (method, exact) in report.methods.iter().zip([2.0, 0.5]) {
         assert_inside(&format!("p = {}", method.name), method.variance_per_sample, exact);
     }
@@ -203,36 +290,66 @@ fn roulette_in_the_furnace_has_the_exact_variance() {
     assert_unbiased(&report.methods[0]);
 }
 
-/// F05: with survival capped at 0.95 the weight grows by ρ/0.95 per event in the furnace, and so the tail index is ln(1/0.95)/ln(ρ/0.95).
+/// F05: with survival capped at 0.95 the weight grows by ρ/0.95 per event in the furnace, and so
+/// the tail index is ln(1/0.95)/ln(ρ/0.95).
 #[test]
 fn a_cap_on_survival_is_recognised_as_heavy_tailed() {
     const CAP: f64 = 0.95;
     let camera = down();
     let tail = |albedo: f64, survival, samples| {
-        let (scene, tracer) = (SphereCap::new(albedo, 1.0), emission_only(survival, Depth::default()));
-        let settings = Settings { budget: Budget::Samples(samples), seed: 5, ..Settings::default() };
+        let (scene, tracer) =
+            (SphereCap::new(albedo, 1.0), emission_only(survival, Depth::default()));
+        let settings =
+            Settings { budget: Budget::Samples(samples), seed: 5, ..Settings::default() };
         let reference = exactly(1.0 / (1.0 - albedo), UVec2::new(32, 32));
         tracer.probe(&scene, &camera, &settings, reference.image()).unwrap().tail.unwrap()
     };
-    let cases = [(0.97, 2.461_989_077_167_264_6, 512), (0.99, 1.243_686_103_294_557_6, 128), (0.999, 1.019_893_512_627_473_7, 128)];
+    let cases = [
+        (0.97, 2.461_989_077_167_264_6, 512),
+        (0.99, 1.243_686_103_294_557_6, 128),
+        (0.999, 1.019_893_512_627_473_7, 128),
+    ];
     for (albedo, index, samples) in cases {
         let capped = tail(albedo, Survival::Fixed(CAP), samples);
         println!("albedo {albedo}: {capped:?}, exact {index:.4}");
-        // The sum over a path has the tail of its last term from Σ r^k ≈ r^n r/(r - 1) on, which is off by r^-n: 6 % for 0.97.
-        assert!((capped.index - index).abs() < 0.06 * index + 4.0 * capped.standard_error, "{albedo}: {capped:?}, expected {index}");
-        assert!(capped.standard_error < 0.1 * index && capped.is_infinite_variance() == (index < 2.0), "{albedo}: {capped:?}");
+        // The sum over a path has the tail of its last term from Σ r^k ≈ r^n r/(r - 1) on, which is
+        // off by r^-n: 6 % for 0.97.
+        assert!(
+            (capped.index - index).abs() < 0.06 * index + 4.0 * capped.standard_error,
+            "{albedo}: {capped:?}, expected {index}"
+        );
+        assert!(
+            capped.standard_error < 0.1 * index && capped.is_infinite_variance() == (index < 2.0),
+            "{albedo}: {capped:?}"
+        );
         let uncapped = tail(albedo, Survival::Throughput, 8);
         assert!(uncapped.index > 3.0, "{albedo}: {uncapped:?}");
     }
 
     let scene = SphereCap::new(0.99, 1.0);
-    let (capped, uncapped) = (emission_only(Survival::Fixed(CAP), Depth::default()), emission_only(Survival::Throughput, Depth::default()));
-    let report = against(&scene, &camera, &[("uncapped", &uncapped), ("capped", &capped)], 100.0, 8 * 14, 8);
+    let (capped, uncapped) = (
+        emission_only(Survival::Fixed(CAP), Depth::default()),
+        emission_only(Survival::Throughput, Depth::default()),
+    );
+    let report =
+        against(&scene, &camera, &[("uncapped", &uncapped), ("capped", &capped)], 100.0, 8 * 14, 8);
     let [honest, heavy] = [&report.methods[0], &report.methods[1]];
-    assert!(heavy.infinite_variance && heavy.speed_up.is_none() && heavy.time_to_target.is_none(), "{:?}", heavy.tail);
+    assert!(
+        heavy.infinite_variance && heavy.speed_up.is_none() && heavy.time_to_target.is_none(),
+        "{:?}",
+        heavy.tail
+    );
     assert_eq!(heavy.slope.as_ref().unwrap().measure, "MedSE");
-    assert!(report.verdicts().iter().any(|v| v.starts_with("Heavy tail: the variance of capped")), "{:?}", report.verdicts());
-    assert!(!honest.infinite_variance && honest.speed_up.is_some() && honest.slope.as_ref().unwrap().measure == "MSE");
+    assert!(
+        report.verdicts().iter().any(|v| v.starts_with("Heavy tail: the variance of capped")),
+        "{:?}",
+        report.verdicts()
+    );
+    assert!(
+        !honest.infinite_variance
+            && honest.speed_up.is_some()
+            && honest.slope.as_ref().unwrap().measure == "MSE"
+    );
     assert_unbiased(honest);
 }
 
@@ -247,14 +364,25 @@ fn roulette_with_a_constant_has_the_exact_variance() {
         })
     };
     let (some, none, best) = (roulette(0.3), roulette(0.0), roulette(0.5));
-    let report = against(&box_.world, &*box_.camera, &[("0.3", &some), ("0", &none), ("0.5", &best)], 0.5, 8 * 64, 8);
-    for (method, exact) in report.methods.iter().zip([0.093_333_333_333_333_34, 0.233_333_333_333_333_34, 0.066_666_666_666_666_67]) {
+    let report = against(
+        &box_.world,
+        &*box_.camera,
+        &[("0.3", &some), ("0", &none), ("0.5", &best)],
+        0.5,
+        8 * 64,
+        8,
+    );
+    for (method, exact) in report.methods.iter().zip([
+        0.093_333_333_333_333_34,
+        0.233_333_333_333_333_34,
+        0.066_666_666_666_666_67,
+    ]) {
         assert_inside(&method.name, method.variance_per_sample, exact);
     }
 }
 
-/// F09: two unit squares at a right angle; the geometry term of uniform points has the tail index 3/2, and errors
-/// fall as N^(-1/3).
+/// F09: two unit squares at a right angle; the geometry term of uniform points has the tail index
+/// 3/2, and errors fall as N^(-1/3).
 #[test]
 fn the_corner_is_recognised_as_heavy_tailed() {
     let corner = Synthetic(|s: &mut dyn Sampler| {
@@ -264,10 +392,20 @@ fn the_corner_is_recognised_as_heavy_tailed() {
         if r2 > 0.0 { a.x * b.y / (r2 * r2) } else { 0.0 }
     });
     let box_ = cornell_box(32);
-    let report = against(&box_.world, &*box_.camera, &[("corner", &corner)], 0.628_456_057_314_848_2, 8 * 1024, 8);
+    let report = against(
+        &box_.world,
+        &*box_.camera,
+        &[("corner", &corner)],
+        0.628_456_057_314_848_2,
+        8 * 1024,
+        8,
+    );
     let method = &report.methods[0];
     let tail = method.tail.unwrap();
-    assert!((tail.index - 1.5).abs() < 4.0 * tail.standard_error && tail.standard_error < 0.15, "{tail:?}");
+    assert!(
+        (tail.index - 1.5).abs() < 4.0 * tail.standard_error && tail.standard_error < 0.15,
+        "{tail:?}"
+    );
     assert!(method.infinite_variance && method.speed_up.is_none());
     let slope = method.slope.as_ref().unwrap();
     assert_eq!(slope.measure, "MedSE");

@@ -9,7 +9,9 @@ use pathspace::path::Heuristic;
 #[test]
 fn stress_s19_weights_of_extreme_densities() {
     for heuristic in [Heuristic::Balance, Heuristic::Power(2.0), Heuristic::Power(1.5)] {
-        for (ratio, weight) in [(0.0, 1.0), (1e-300, 1.0), (1.0, 0.5), (1e300, 0.0), (f64::INFINITY, 0.0)] {
+        for (ratio, weight) in
+            [(0.0, 1.0), (1e-300, 1.0), (1.0, 0.5), (1e300, 0.0), (f64::INFINITY, 0.0)]
+        {
             let w: f64 = heuristic.weight([ratio]);
             assert!((w - weight).abs() < 1e-200, "{heuristic:?} {ratio}: {w}");
         }
@@ -36,7 +38,14 @@ fn stress_s46_ends_of_the_unit_interval() {
 fn stress_s47_frames() {
     let check = |n: DVec3| {
         let Frame { x, y, z } = Frame::from_normal(n);
-        let errors = [x.dot(y), y.dot(z), z.dot(x), x.length() - 1.0, y.length() - 1.0, x.cross(y).dot(z) - 1.0];
+        let errors = [
+            x.dot(y),
+            y.dot(z),
+            z.dot(x),
+            x.length() - 1.0,
+            y.length() - 1.0,
+            x.cross(y).dot(z) - 1.0,
+        ];
         assert!(errors.iter().all(|e| e.abs() < 4.0 * f64::EPSILON), "{n} {errors:?}");
     };
     for i in 0..1_000_000u32 {

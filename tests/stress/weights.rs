@@ -16,15 +16,18 @@ use pathspace::scene::{Scene, World};
 fn two_lights(scale: f64) -> World {
     let mut stage = Stage::default();
     let whole = Sphere { inward: true, axis: DVec3::Z, ..Sphere::new(DVec3::ZERO, scale) };
-    for (part, radiance) in [(Sphere { cos_max: 0.8, ..whole }, 0.25), (Sphere { cos_min: 0.8, ..whole }, 1.0)] {
+    for (part, radiance) in
+        [(Sphere { cos_max: 0.8, ..whole }, 0.25), (Sphere { cos_min: 0.8, ..whole }, 1.0)]
+    {
         let part = stage.sphere(part, lambert(0.5));
         stage.glow(part, radiance);
     }
     stage.build()
 }
 
-/// Inside a diffuse sphere all densities per area are 1 / (4π R²) but that of the point on the light, which is r times as large: for k bounces
-/// w = 1 / (1 + k r) by hitting the light, r / (1 + k r) by any other technique (analytic.json F13, for two lights).
+/// Inside a diffuse sphere all densities per area are 1 / (4π R²) but that of the point on the
+/// light, which is r times as large: for k bounces w = 1 / (1 + k r) by hitting the light, r / (1 +
+/// k r) by any other technique (analytic.json F13, for two lights).
 fn weight(world: &World, light: LightId, s: u16, k: u32) -> f64 {
     let area = [0.9, 0.1][light.0 as usize];
     let r = world.pick_pmf(light) / area;
@@ -37,8 +40,12 @@ fn stress_s18_weights_of_twenty_vertices() {
         let (world, eye) = (two_lights(scale), camera(DVec3::ZERO, DVec3::NEG_Z, 60.0));
         for k in [1, 2, 5, 18] {
             let techniques = TechniqueSet { lens_sampling: false, ..TechniqueSet::BIDIRECTIONAL };
-            let integrator =
-                Bidirectional { techniques, depth: Depth::exactly(k), roulette: Roulette::NEVER, heuristic: Heuristic::Balance };
+            let integrator = Bidirectional {
+                techniques,
+                depth: Depth::exactly(k),
+                roulette: Roulette::NEVER,
+                heuristic: Heuristic::Balance,
+            };
             let (mut scratch, mut paths) = (Scratch::default(), 0);
             for i in 0..200 {
                 let film = FilmSample { raster: DVec2::splat(0.5), offset: DVec2::ZERO };
@@ -50,8 +57,14 @@ fn stress_s18_weights_of_twenty_vertices() {
                     &mut scratch,
                     |path, contribution| {
                         let expected = weight(&world, path.light(), contribution.technique.s, k);
-                        assert!((contribution.weight / expected - 1.0).abs() < 1e-12, "{scale:e} {contribution:?} {expected}");
-                        assert!(path.verify(&techniques, Heuristic::Balance).weight_sum_error < 1e-12, "{scale:e} {path:?}");
+                        assert!(
+                            (contribution.weight / expected - 1.0).abs() < 1e-12,
+                            "{scale:e} {contribution:?} {expected}"
+                        );
+                        assert!(
+                            path.verify(&techniques, Heuristic::Balance).weight_sum_error < 1e-12,
+                            "{scale:e} {path:?}"
+                        );
                         paths += 1;
                     },
                 );
@@ -65,60 +78,100 @@ fn stress_s18_weights_of_twenty_vertices() {
 #[test]
 fn stress_s18_weights_of_path_tracing() {
     let (world, eye) = (two_lights(1.0), camera(DVec3::ZERO, DVec3::NEG_Z, 60.0));
-    let integrator =
-        PathTracer { depth: Depth::up_to(18), heuristic: Heuristic::Balance, roulette: Roulette::NEVER, ..PathTracer::default() };
+    let integrator = PathTracer {
+        depth: Depth::up_to(18),
+        heuristic: Heuristic::Balance,
+        roulette: Roulette::NEVER,
+        ..PathTracer::default()
+    };
     let (mut scratch, mut contributions) = (Scratch::default(), Vec::<Contribution>::new());
     for i in 0..200 {
         let film = FilmSample { raster: DVec2::splat(0.5), offset: DVec2::ZERO };
-        integrator.sample(&world, &eye, film, &mut Independent { seed: 1 }.sampler(0, i), &mut contributions, &mut scratch);
+        integrator.sample(
+            &world,
+            &eye,
+            film,
+            &mut Independent { seed: 1 }.sampler(0, i),
+            &mut contributions,
+            &mut scratch,
+        );
     }
     for Contribution { weight: measured, technique: Technique { s, t }, .. } in
         contributions.iter().filter(|c| c.technique.t > 2 || c.technique.s > 0)
     {
-        let is_weight_of = |light| (measured / weight(&world, LightId(light), *s, 1) - 1.0).abs() < 1e-12;
+        let is_weight_of =
+            |light| (measured / weight(&world, LightId(light), *s, 1) - 1.0).abs() < 1e-12;
         assert!(is_weight_of(0) || is_weight_of(1), "({s}, {t}): {measured}");
     }
     assert!(contributions.len() > 4000);
 }
 
-/// What walks and connections remember of densities, against the definitions: bent and rough surfaces, where forwards is not backwards.
+/// What walks and connections remember of densities, against the definitions: bent and rough
+/// surfaces, where forwards is not backwards.
 #[test]
 fn stress_s38_weights_by_definition() {
-    for case in cases::all().iter().filter(|case| matches!(case.row, "S25" | "S38") && case.methods.contains(&Method::Bidirectional)) {
+    for case in cases::all().iter().filter(|case| {
+        matches!(case.row, "S25" | "S38") && case.methods.contains(&Method::Bidirectional)
+    }) {
         let integrator = Bidirectional { depth: case.depth, ..Bidirectional::default() };
         let set = integrator.techniques.pruned(&case.world.needs());
         let (mut scratch, mut paths, region) = (Scratch::default(), 0, case.camera.film());
         for i in 0..1000 {
             let mut sampler = Independent { seed: 1 }.sampler(0, i);
-            let film = FilmSample { raster: region.from_window(sampler.next_2d()), offset: DVec2::ZERO };
-            integrator.for_each_path(&case.world, &*case.camera, film, &mut sampler, &mut scratch, |path, _| {
-                let verification = path.verify(&set, integrator.heuristic);
-                assert!(verification.worst() < 1e-7, "{} {} {:e}: {path:?} {verification:?}", case.row, case.family, case.value);
-                paths += 1;
-            });
+            let film =
+                FilmSample { raster: region.from_window(sampler.next_2d()), offset: DVec2::ZERO };
+            integrator.for_each_path(
+                &case.world,
+                &*case.camera,
+                film,
+                &mut sampler,
+                &mut scratch,
+                |path, _| {
+                    let verification = path.verify(&set, integrator.heuristic);
+                    assert!(
+                        verification.worst() < 1e-7,
+                        "{} {} {:e}: {path:?} {verification:?}",
+                        case.row,
+                        case.family,
+                        case.value
+                    );
+                    paths += 1;
+                },
+            );
         }
         assert!(paths > 50, "{} {}: {paths}", case.row, case.family);
     }
 }
 
-/// Every technique by itself, unweighted, has the exact mean: what weights could hide. Deep bounces off bent and rough surfaces.
+/// Every technique by itself, unweighted, has the exact mean: what weights could hide. Deep bounces
+/// off bent and rough surfaces.
 fn each_alone(case: &Case) {
     let k = case.depth.min_bounces;
     for s in 1..=k as u16 + 1 {
         let only = Technique { s, t: k as u16 + 2 - s };
         let techniques = TechniqueSet { only: Some(only), ..TechniqueSet::BIDIRECTIONAL };
-        let integrator = Bidirectional { techniques, depth: case.depth, ..Bidirectional::default() };
+        let integrator =
+            Bidirectional { techniques, depth: case.depth, ..Bidirectional::default() };
         let samples = if only.t == 1 { 500_000 } else { 60_000 };
-        let measured = Probe::new(&case.world, &*case.camera, case.depth).run(&integrator, samples, 5);
-        println!("{} {} {:?}: {:?}, expected {:?}", case.row, case.value, only, measured.channels[0], case.expected[0]);
-        assert!(measured.agrees(case.expected, case.tolerance), "{only:?}: {measured:?}, expected {:?}", case.expected);
+        let measured =
+            Probe::new(&case.world, &*case.camera, case.depth).run(&integrator, samples, 5);
+        println!(
+            "{} {} {:?}: {:?}, expected {:?}",
+            case.row, case.value, only, measured.channels[0], case.expected[0]
+        );
+        assert!(
+            measured.agrees(case.expected, case.tolerance),
+            "{only:?}: {measured:?}, expected {:?}",
+            case.expected
+        );
         assert!(measured.relative_error(case.expected) < 0.03, "{only:?}: {measured:?}");
     }
 }
 
 /// The hardest case of a row with two bounces.
 fn hardest(row: &str) -> Case {
-    let two_bounces = |case: &Case| case.row == row && case.depth == Depth::exactly(2) && case.methods.len() > 1;
+    let two_bounces =
+        |case: &Case| case.row == row && case.depth == Depth::exactly(2) && case.methods.len() > 1;
     cases::all().into_iter().rfind(two_bounces).expect("such a case")
 }
 

@@ -21,7 +21,11 @@ pub(super) fn lights(cases: &mut Vec<Case>) {
     for ratio in decades(&[-12, -9, -6, -3, -1]) {
         let world = floor_and(ratio, 1.0, 1.0 / (ratio * ratio));
         let eye = footprint(DVec3::ZERO, 0.5, 1e-6);
-        cases.push(Case::new("S09", "radius / distance of a sphere light", ratio, 1.0, world, eye).by(CONNECTED).depth(ONE));
+        cases.push(
+            Case::new("S09", "radius / distance of a sphere light", ratio, 1.0, world, eye)
+                .by(CONNECTED)
+                .depth(ONE),
+        );
     }
     for gap in decades(&[-12, -9, -6, -3, -1]) {
         let mut stage = Stage::default();
@@ -30,17 +34,26 @@ pub(super) fn lights(cases: &mut Vec<Case>) {
         stage.glow(sphere, 1.0);
         let eye = footprint(DVec3::ZERO, 0.5 * gap, 1e-3 * gap);
         let expected = 1.0 / (1.0 + gap).powi(2);
-        cases.push(Case::new("S10", "gap before a sphere light", gap, expected, stage.build(), eye).by(CONNECTED).depth(ONE));
+        cases.push(
+            Case::new("S10", "gap before a sphere light", gap, expected, stage.build(), eye)
+                .by(CONNECTED)
+                .depth(ONE),
+        );
     }
     for half in decades(&[-6, -4, -2, 2, 4]) {
         let mut stage = Stage::default();
         stage.square(0.0, 0.1, true, lambert(1.0));
         let lamp = stage.square(1.0, half, false, Material::Black);
-        let corners = [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, y]| DVec3::new(x, y, 1.0));
+        let corners = [[-half, -half], [half, -half], [half, half], [-half, half]]
+            .map(|[x, y]| DVec3::new(x, y, 1.0));
         let irradiance = polygon_irradiance(DVec3::ZERO, DVec3::Z, &corners);
         stage.glow(lamp, PI / irradiance);
         let eye = footprint(DVec3::ZERO, 0.5, 1e-6);
-        cases.push(Case::new("S40", "size of a square light", half, 1.0, stage.build(), eye).by(CONNECTED).depth(ONE));
+        cases.push(
+            Case::new("S40", "size of a square light", half, 1.0, stage.build(), eye)
+                .by(CONNECTED)
+                .depth(ONE),
+        );
     }
     for ratio in decades(&[2, 4, 6]) {
         let mut stage = Stage::default();
@@ -51,26 +64,50 @@ pub(super) fn lights(cases: &mut Vec<Case>) {
         let strong = stage.square(3.0, 1.0, true, Material::Black);
         stage.glow(strong, ratio);
         let eye = footprint(DVec3::ZERO, 1.0, 1e-4);
-        let case = Case::new("S31", "power of a useless light", ratio, lit_floor(), stage.build(), eye);
+        let case =
+            Case::new("S31", "power of a useless light", ratio, lit_floor(), stage.build(), eye);
         cases.push(case.by(FROM_CAMERA).depth(ONE));
     }
     for hot in decades(&[0, 6, 12]) {
-        // Row 5 of 64: ∫ cos dσ / π over one of its 128 pixels is half the difference of cos² over 64.
+        // Row 5 of 64: ∫ cos dσ / π over one of its 128 pixels is half the difference of cos² over
+        // 64.
         let pixel = |i: u32| Rgb::splat(if (i / 128, i % 128) == (5, 17) { hot } else { 1.0 });
         let row = |i: f64| (PI * i / 64.0).cos().powi(2);
         let mut stage = Stage::default();
         stage.square(0.0, 0.5, true, lambert(1.0));
-        stage.environment(EnvironmentMap::new(128, 64, (0..64 * 128).map(pixel).collect(), EnvironmentMap::Z_UP).expect("valid"));
+        stage.environment(
+            EnvironmentMap::new(128, 64, (0..64 * 128).map(pixel).collect(), EnvironmentMap::Z_UP)
+                .expect("valid"),
+        );
         let expected = 1.0 + (hot - 1.0) * (row(5.0) - row(6.0)) / 128.0;
-        let case = Case::new("S28", "radiance of one pixel of the sky", hot, expected, stage.build(), footprint(DVec3::ZERO, 1.0, 0.5));
+        let case = Case::new(
+            "S28",
+            "radiance of one pixel of the sky",
+            hot,
+            expected,
+            stage.build(),
+            footprint(DVec3::ZERO, 1.0, 0.5),
+        );
         cases.push(case.by(&[Path, Light, Bidirectional]).depth(ONE));
     }
     for half in decades(&[0, 3, 6]) {
         let mut stage = Stage::default();
         stage.square(0.0, half, true, lambert(0.5));
-        stage.light(DirectionalLight::new(DVec3::new(0.75f64.sqrt(), 0.0, -0.5), Rgb::splat(3.0)).expect("valid"));
+        stage.light(
+            DirectionalLight::new(DVec3::new(0.75f64.sqrt(), 0.0, -0.5), Rgb::splat(3.0))
+                .expect("valid"),
+        );
         let eye = footprint(DVec3::ZERO, half, half);
-        let case = Case::new("S52", "plane under a directional light", half, 0.75 / PI, stage.build(), eye);
-        cases.push(case.by(&[Path, Light, Bidirectional]).blind(&[Emission, UniformArea]).depth(ONE));
+        let case = Case::new(
+            "S52",
+            "plane under a directional light",
+            half,
+            0.75 / PI,
+            stage.build(),
+            eye,
+        );
+        cases.push(
+            case.by(&[Path, Light, Bidirectional]).blind(&[Emission, UniformArea]).depth(ONE),
+        );
     }
 }

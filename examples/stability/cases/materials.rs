@@ -15,10 +15,15 @@ pub(super) fn materials(cases: &mut Vec<Case>) {
         let mut stage = Stage::default();
         stage.square(0.0, 10.0, true, material);
         stage.environment(sky());
-        let eye = camera(DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), DVec3::ZERO, 1e-3 * cosine);
+        let eye = camera(
+            DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine),
+            DVec3::ZERO,
+            1e-3 * cosine,
+        );
         (stage.build(), eye)
     };
-    let ggx = |x: f64, y: f64| Material::RoughMirror { reflectance: Rgb::WHITE, alpha: DVec2::new(x, y) };
+    let ggx =
+        |x: f64, y: f64| Material::RoughMirror { reflectance: Rgb::WHITE, alpha: DVec2::new(x, y) };
     for alpha in [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-8] {
         let (world, eye) = under_sky(ggx(alpha, alpha), 0.5);
         // Known at 1 and 0.1. Below, G2/G1 = 1 - Λ(i) and Λ = α² tan² θ / 4 up to 5 %.
@@ -29,13 +34,24 @@ pub(super) fn materials(cases: &mut Vec<Case>) {
             _ => 1.0 - 0.75 * alpha * alpha,
         };
         let tolerance = if alpha < 0.1 { 0.05 * alpha * alpha + 1e-9 } else { 1e-9 };
-        cases.push(Case { tolerance, ..Case::new("S20", "roughness", alpha, expected, world, eye).by(FROM_CAMERA).depth(ONE) });
+        cases.push(Case {
+            tolerance,
+            ..Case::new("S20", "roughness", alpha, expected, world, eye).by(FROM_CAMERA).depth(ONE)
+        });
     }
     for cosine in [1.0, 1e-2, 1e-4, 1e-6, 1e-8] {
         let (world, eye) = under_sky(lambert(0.6), cosine);
-        cases.push(Case::new("S21", "grazing cosine, diffuse", cosine, 0.6, world, eye).by(FROM_CAMERA).depth(ONE));
+        cases.push(
+            Case::new("S21", "grazing cosine, diffuse", cosine, 0.6, world, eye)
+                .by(FROM_CAMERA)
+                .depth(ONE),
+        );
         let (world, eye) = under_sky(ggx(1e-5, 1e-5), cosine);
-        cases.push(Case::new("S21", "grazing cosine, mirror limit", cosine, 1.0, world, eye).by(FROM_CAMERA).depth(ONE));
+        cases.push(
+            Case::new("S21", "grazing cosine, mirror limit", cosine, 1.0, world, eye)
+                .by(FROM_CAMERA)
+                .depth(ONE),
+        );
     }
     // A pane between the camera and a wall: multiple reflections inside.
     for ior in [1e-3, 0.5, 1.0, 1.0 + 1e-7, 1.0001, 1.5, 10.0, 100.0] {
@@ -49,7 +65,9 @@ pub(super) fn materials(cases: &mut Vec<Case>) {
         let eye = camera(DVec3::NEG_Z, DVec3::ZERO, 1e-6);
         let expected = (1.0 - reflectance) / (1.0 + reflectance);
         let row = if (ior - 1.0f64).abs() < 1e-3 { "S22" } else { "S48" };
-        let case = Case::new(row, "index of refraction of a pane", ior, expected, stage.build(), eye).by(FROM_CAMERA);
+        let case =
+            Case::new(row, "index of refraction of a pane", ior, expected, stage.build(), eye)
+                .by(FROM_CAMERA);
         // The walks inside n = 100 go on for a thousand events, of which most bring nothing.
         let tolerance = if row == "S22" { 1e-8 } else { 1e-9 };
         cases.push(Case { error: if expected < 0.1 { 0.05 } else { 0.005 }, tolerance, ..case });
@@ -66,22 +84,40 @@ pub(super) fn materials(cases: &mut Vec<Case>) {
         // Inside, the sky is there too, above by refraction and below by reflection.
         let reflectance = if far > 0.0 { fresnel(near, far, 1.0 / 1.5) } else { 1.0 };
         let expected = 2.25 * (1.0 - reflectance) + reflectance;
-        let case = Case::new("S23", "cosine behind the critical angle", beyond, expected, stage.build(), eye).by(FROM_CAMERA);
-        cases.push(Case { tolerance: if (0.0..1e-5).contains(&beyond) { 1e-5 } else { 1e-9 }, ..case });
+        let case = Case::new(
+            "S23",
+            "cosine behind the critical angle",
+            beyond,
+            expected,
+            stage.build(),
+            eye,
+        )
+        .by(FROM_CAMERA);
+        cases.push(Case {
+            tolerance: if (0.0..1e-5).contains(&beyond) { 1e-5 } else { 1e-9 },
+            ..case
+        });
     }
-    // The sun through the surface of glass onto a floor inside: a light walk's refraction, where a camera walk's is that of S23.
+    // The sun through the surface of glass onto a floor inside: a light walk's refraction, where a
+    // camera walk's is that of S23.
     for ior in [0.8, 1.0, 1.5, 10.0] {
         let mut stage = Stage::default();
         stage.square(0.0, 0.5, true, lambert(0.5));
         stage.square(0.2, 0.9, true, Material::Dielectric { relative_ior: ior });
         let (sine, cosine) = (0.5f64.sqrt(), 0.5f64.sqrt());
-        stage.light(DirectionalLight::new(DVec3::new(sine, 0.0, -cosine), Rgb::splat(3.0)).expect("valid"));
+        stage.light(
+            DirectionalLight::new(DVec3::new(sine, 0.0, -cosine), Rgb::splat(3.0)).expect("valid"),
+        );
         let refracted = (1.0 - (sine / ior).powi(2)).sqrt();
         let expected = 0.5 / PI * 3.0 * cosine * (1.0 - fresnel(cosine, refracted, ior));
         let eye = footprint(DVec3::ZERO, 0.19, 0.45);
-        let case = Case::new("S24", "index of refraction over a floor", ior, expected, stage.build(), eye);
+        let case =
+            Case::new("S24", "index of refraction over a floor", ior, expected, stage.build(), eye);
         let blind = if ior == 1.0 { &[UniformArea][..] } else { &[Emission, Path, UniformArea] };
-        cases.push(Case { error: 0.01, ..case.by(&[Light, Bidirectional]).blind(blind).depth(Depth::exactly(2)) });
+        cases.push(Case {
+            error: 0.01,
+            ..case.by(&[Light, Bidirectional]).blind(blind).depth(Depth::exactly(2))
+        });
     }
     // A point light on the floor of a pool, seen from above: nobody can draw such a path.
     let mut stage = Stage::default();
@@ -89,5 +125,9 @@ pub(super) fn materials(cases: &mut Vec<Case>) {
     stage.square(1.0, 100.0, true, Material::Dielectric { relative_ior: 1.33 });
     stage.light(PointLight::new(DVec3::Z * 3.0, Rgb::WHITE).expect("valid"));
     let eye = camera(DVec3::Z * 4.0, DVec3::ZERO, 20.0);
-    cases.push(Case::new("S41", "point light, pool, pinhole", 1.33, 0.0, stage.build(), eye).by(&[]).blind(&Method::ALL));
+    cases.push(
+        Case::new("S41", "point light, pool, pinhole", 1.33, 0.0, stage.build(), eye)
+            .by(&[])
+            .blind(&Method::ALL),
+    );
 }

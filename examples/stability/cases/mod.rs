@@ -36,9 +36,11 @@ pub struct Case {
     pub blind: &'static [Method],
     /// Relative standard error that suffices.
     pub error: f64,
-    /// How well the answer is known, or how improbable are events that it contains and no sample may meet.
+    /// How well the answer is known, or how improbable are events that it contains and no sample
+    /// may meet.
     pub tolerance: f64,
-    /// The same scene without stress and the factor between both images: with the same random numbers they differ by rounding only.
+    /// The same scene without stress and the factor between both images: with the same random
+    /// numbers they differ by rounding only.
     pub twin: Option<(World, Box<dyn Camera + Send>, f64)>,
 }
 
@@ -49,7 +51,14 @@ const FROM_CAMERA: &[Method] = &[Emission, Path, Bidirectional];
 const CONNECTED: &[Method] = &[Path, Bidirectional];
 
 impl Case {
-    fn new(row: &'static str, family: &'static str, value: f64, expected: f64, world: World, camera: impl Camera + Send + 'static) -> Self {
+    fn new(
+        row: &'static str,
+        family: &'static str,
+        value: f64,
+        expected: f64,
+        world: World,
+        camera: impl Camera + Send + 'static,
+    ) -> Self {
         Self {
             row,
             family,
@@ -90,27 +99,51 @@ fn sky() -> ConstantEnvironment {
 }
 
 /// The furnace of the box, seen from its middle.
-fn boxed(row: &'static str, family: &'static str, value: f64, scale: f64, offset: DVec3, radiance: f64) -> Case {
+fn boxed(
+    row: &'static str,
+    family: &'static str,
+    value: f64,
+    scale: f64,
+    offset: DVec3,
+    radiance: f64,
+) -> Case {
     let at = |scale: f64, offset: DVec3, radiance: f64| {
         let world = furnace_box(offset, scale, &lambert(0.5), radiance);
-        (world, camera(offset + DVec3::splat(0.5 * scale), offset + DVec3::new(1.0, 0.7, 0.4) * scale, 80.0))
+        (
+            world,
+            camera(
+                offset + DVec3::splat(0.5 * scale),
+                offset + DVec3::new(1.0, 0.7, 0.4) * scale,
+                80.0,
+            ),
+        )
     };
     let (world, eye) = at(scale, offset, radiance);
     let (twin, twin_eye) = at(1.0, DVec3::ZERO, 1.0);
     Case::new(row, family, value, 2.0 * radiance, world, eye).twin(twin, twin_eye, radiance)
 }
 
-fn capped(row: &'static str, family: &'static str, value: f64, scale: f64, offset: DVec3, radiance: f64) -> Case {
+fn capped(
+    row: &'static str,
+    family: &'static str,
+    value: f64,
+    scale: f64,
+    offset: DVec3,
+    radiance: f64,
+) -> Case {
     let at = |scale: f64, offset: DVec3, radiance: f64| {
         (cap_sphere(offset, scale, 0.5, radiance), camera(offset, offset - DVec3::Z * scale, 53.0))
     };
     let (world, eye) = at(scale, offset, radiance);
     let (twin, twin_eye) = at(1.0, DVec3::ZERO, 1.0);
-    Case::new(row, family, value, 0.1 * radiance, world, eye).by(&Method::ALL).twin(twin, twin_eye, radiance)
+    Case::new(row, family, value, 0.1 * radiance, world, eye)
+        .by(&Method::ALL)
+        .twin(twin, twin_eye, radiance)
 }
 
 fn lit_floor() -> f64 {
-    let lamp = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 2.0));
+    let lamp =
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 2.0));
     0.5 / PI * polygon_irradiance(DVec3::ZERO, DVec3::Z, &lamp)
 }
 

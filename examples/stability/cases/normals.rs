@@ -1,4 +1,5 @@
-//! Shading normals that differ from the geometric ones, and densities that differ forwards and backwards.
+//! Shading normals that differ from the geometric ones, and densities that differ forwards and
+//! backwards.
 
 use super::{Case, FROM_CAMERA, ONE, lit_floor, sky};
 use crate::measure::Method::{self, Bidirectional, Emission, Light, Path, UniformArea};
@@ -13,14 +14,20 @@ use std::f64::consts::PI;
 
 /// The square of half side `half` at a height, counter-clockwise as seen from below or above.
 fn corners(z: f64, half: f64, up: bool) -> [DVec3; 4] {
-    let [a, b, c, d] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(half * x, half * y, z));
+    let [a, b, c, d] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+        .map(|[x, y]| DVec3::new(half * x, half * y, z));
     if up { [a, b, c, d] } else { [a, d, c, b] }
 }
 
 /// A square whose shading normals are what a function says.
 fn bent(corners: [DVec3; 4], normal: impl Fn(DVec3) -> DVec3) -> Mesh {
     let normals = Some(corners.iter().map(|&p| normal(p)).collect());
-    Mesh { positions: corners.to_vec(), normals, indices: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }
+    Mesh {
+        positions: corners.to_vec(),
+        normals,
+        indices: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
 }
 
 pub(super) fn normals(cases: &mut Vec<Case>) {
@@ -28,25 +35,48 @@ pub(super) fn normals(cases: &mut Vec<Case>) {
         direct(cases, tilt);
         let (sin, cos) = tilt.to_radians().sin_cos();
         let mesh = bent(corners(2.0, 1.0, false), |_| DVec3::new(-sin, 0.0, -cos));
-        // The plate is Lambertian, so it is as bright from everywhere: its shading normal towards the sun decides.
+        // The plate is Lambertian, so it is as bright from everywhere: its shading normal towards
+        // the sun decides.
         let (world, sun) = sunlit_plate(&mesh, lambert(0.5), 60.0);
         let radiance = 0.5 / PI * 3.0 * DVec3::new(-sin, 0.0, -cos).dot(sun);
         let plate = corners(2.0, 1.0, true);
-        let expected = mean_over_square(0.5, |x, y| 0.5 / PI * radiance * polygon_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &plate));
-        let case =
-            |world| Case::new("S25", "tilt of shading normals, two bounces", tilt, expected, world, footprint(DVec3::ZERO, 1.0, 0.5));
+        let expected = mean_over_square(0.5, |x, y| {
+            0.5 / PI * radiance * polygon_irradiance(DVec3::new(x, y, 0.0), DVec3::Z, &plate)
+        });
+        let case = |world| {
+            Case::new(
+                "S25",
+                "tilt of shading normals, two bounces",
+                tilt,
+                expected,
+                world,
+                footprint(DVec3::ZERO, 1.0, 0.5),
+            )
+        };
         let (by_light, _) = sunlit_plate(&mesh, lambert(0.5), 60.0);
         cases.extend(indirect([case(world), case(by_light)], 1e-5));
     }
     for tilt in [0.0, 60.0, 89.0, 89.999f64] {
-        // What the shading normal sees below the horizon is lost, nothing is gained: (1 + cos tilt) / 2 of a white floor.
+        // What the shading normal sees below the horizon is lost, nothing is gained: (1 + cos tilt)
+        // / 2 of a white floor.
         let (sin, cos) = tilt.to_radians().sin_cos();
         let mut stage = Stage::default();
-        stage.mesh(&bent(corners(0.0, 10.0, true), |_| DVec3::new(sin, 0.0, cos)), DAffine3::IDENTITY, lambert(1.0));
+        stage.mesh(
+            &bent(corners(0.0, 10.0, true), |_| DVec3::new(sin, 0.0, cos)),
+            DAffine3::IDENTITY,
+            lambert(1.0),
+        );
         stage.environment(sky());
         let (sin_half, cos_half) = (0.5 * tilt).to_radians().sin_cos();
         let eye = camera(DVec3::new(sin_half, 0.0, cos_half), DVec3::ZERO, 1e-3);
-        let case = Case::new("S26", "tilt beyond the horizon", tilt, 0.5 * (1.0 + cos), stage.build(), eye);
+        let case = Case::new(
+            "S26",
+            "tilt beyond the horizon",
+            tilt,
+            0.5 * (1.0 + cos),
+            stage.build(),
+            eye,
+        );
         cases.push(case.by(FROM_CAMERA).depth(ONE));
     }
     for bend in [0.0, 1.0, 100.0] {
@@ -56,7 +86,11 @@ pub(super) fn normals(cases: &mut Vec<Case>) {
         let lamp = stage.mesh(&lamp, DAffine3::IDENTITY, Material::Black);
         stage.glow(lamp, 1.0);
         let eye = footprint(DVec3::ZERO, 1.0, 1e-4);
-        cases.push(Case::new("S27", "bend of a light's normals", bend, lit_floor(), stage.build(), eye).by(FROM_CAMERA).depth(ONE));
+        cases.push(
+            Case::new("S27", "bend of a light's normals", bend, lit_floor(), stage.build(), eye)
+                .by(FROM_CAMERA)
+                .depth(ONE),
+        );
     }
     densities(cases);
 }
@@ -70,12 +104,22 @@ fn direct(cases: &mut Vec<Case>, tilt: f64) {
     let lamp = stage.square(2.0, 1.0, false, Material::Black);
     stage.glow(lamp, 1.0);
     let lamp = corners(2.0, 1.0, true);
-    let expected = mean_over_square(0.5, |x, y| 0.5 / PI * polygon_irradiance(DVec3::new(x, y, 0.0), normal, &lamp));
-    let case = Case::new("S25", "tilt of shading normals, one bounce", tilt, expected, stage.build(), footprint(DVec3::ZERO, 1.0, 0.5));
+    let expected = mean_over_square(0.5, |x, y| {
+        0.5 / PI * polygon_irradiance(DVec3::new(x, y, 0.0), normal, &lamp)
+    });
+    let case = Case::new(
+        "S25",
+        "tilt of shading normals, one bounce",
+        tilt,
+        expected,
+        stage.build(),
+        footprint(DVec3::ZERO, 1.0, 0.5),
+    );
     cases.push(Case { tolerance: 1e-5, ..case.by(&Method::ALL).depth(ONE) });
 }
 
-/// A plate that looks down, in the light of a sun that comes from below past the small floor that looks up at it. Returns the direction to the sun.
+/// A plate that looks down, in the light of a sun that comes from below past the small floor that
+/// looks up at it. Returns the direction to the sun.
 fn sunlit_plate(plate: &Mesh, material: Material, degrees: f64) -> (World, DVec3) {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let sun = DVec3::new(-sin, 0.0, -cos);
@@ -89,11 +133,15 @@ fn sunlit_plate(plate: &Mesh, material: Material, degrees: f64) -> (World, DVec3
 /// Most light walks miss plate and floor, so they may know the same less well than the others.
 fn indirect([case, by_light]: [Case; 2], tolerance: f64) -> [Case; 2] {
     let depth = Depth::exactly(2);
-    let case = Case { tolerance, ..case.by(&[Path, Bidirectional]).blind(&[Emission, UniformArea]).depth(depth) };
+    let case = Case {
+        tolerance,
+        ..case.by(&[Path, Bidirectional]).blind(&[Emission, UniformArea]).depth(depth)
+    };
     [case, Case { tolerance, error: 0.03, ..by_light.by(&[Light]).depth(depth) }]
 }
 
-/// GGX of α = 1 has f = 1 / (2π (μ + μ')): its densities of the two directions differ by their shadowing.
+/// GGX of α = 1 has f = 1 / (2π (μ + μ')): its densities of the two directions differ by their
+/// shadowing.
 fn densities(cases: &mut Vec<Case>) {
     let rough = || Material::RoughMirror { reflectance: Rgb::WHITE, alpha: DVec2::ONE };
     for cosine in [0.5, 0.2f64] {
@@ -104,25 +152,51 @@ fn densities(cases: &mut Vec<Case>) {
         };
         // Four panels of five by five points each: relative errors below 1e-5.
         let panels = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
-        let panel = |x: DVec3, [u, v]: [f64; 2]| mean_over_square(0.5, |a, b| from_plate(x, DVec3::new(u + a, v + b, 2.0)));
-        let expected = mean_over_square(0.5, |x, y| 0.5 / PI * panels.map(|p| panel(DVec3::new(x, y, 0.0), p)).iter().sum::<f64>());
+        let panel = |x: DVec3, [u, v]: [f64; 2]| {
+            mean_over_square(0.5, |a, b| from_plate(x, DVec3::new(u + a, v + b, 2.0)))
+        };
+        let expected = mean_over_square(0.5, |x, y| {
+            0.5 / PI * panels.map(|p| panel(DVec3::new(x, y, 0.0), p)).iter().sum::<f64>()
+        });
         let case = || {
-            let (world, _) = sunlit_plate(&bent(corners(2.0, 1.0, false), |_| DVec3::NEG_Z), rough(), cosine.acos().to_degrees());
-            Case::new("S38", "sun's cosine at a rough mirror", cosine, expected, world, footprint(DVec3::ZERO, 1.0, 0.5))
+            let (world, _) = sunlit_plate(
+                &bent(corners(2.0, 1.0, false), |_| DVec3::NEG_Z),
+                rough(),
+                cosine.acos().to_degrees(),
+            );
+            Case::new(
+                "S38",
+                "sun's cosine at a rough mirror",
+                cosine,
+                expected,
+                world,
+                footprint(DVec3::ZERO, 1.0, 0.5),
+            )
         };
         cases.extend(indirect([case(), case()], 1e-4));
     }
-    // A speck in the middle of a furnace, too small to change it, seen at the cosine 0.1: the directional albedo 1 - μ ln((1 + μ)/μ) once, then
-    // half as much with every bounce.
+    // A speck in the middle of a furnace, too small to change it, seen at the cosine 0.1: the
+    // directional albedo 1 - μ ln((1 + μ)/μ) once, then half as much with every bounce.
     for diffuse in [0.0, 0.5] {
-        let mixture = Material::Mixture { components: Box::new([lambert(1.0), rough()]), weights: [diffuse, 1.0 - diffuse] };
+        let mixture = Material::Mixture {
+            components: Box::new([lambert(1.0), rough()]),
+            weights: [diffuse, 1.0 - diffuse],
+        };
         let mut stage = Stage::default();
-        let walls = stage.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, lambert(0.5));
+        let walls =
+            stage.sphere(Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) }, lambert(0.5));
         stage.glow(walls, 1.0);
         stage.square(0.0, 1e-4, true, mixture);
         let albedo = diffuse + (1.0 - diffuse) * (1.0 - 0.1 * 11f64.ln());
         let eye = camera(DVec3::new(0.99f64.sqrt(), 0.0, 0.1) * 1e-3, DVec3::ZERO, 1e-4);
-        let case = Case::new("S38", "diffuse share of a rough mirror", diffuse, 1.75 * albedo, stage.build(), eye);
+        let case = Case::new(
+            "S38",
+            "diffuse share of a rough mirror",
+            diffuse,
+            1.75 * albedo,
+            stage.build(),
+            eye,
+        );
         cases.push(Case { tolerance: 1e-5, ..case.by(FROM_CAMERA).depth(Depth::up_to(3)) });
     }
 }

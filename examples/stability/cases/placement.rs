@@ -19,7 +19,11 @@ pub(super) fn placement(cases: &mut Vec<Case>) {
         let eye = DVec3::new(0.8, 0.1, 0.4).normalize() * distance;
         let world = square_light(0.5, DVec3::ZERO, 1.0, 1.0);
         let eye = camera(eye, DVec3::ZERO, 2.0 * (1e-3 / distance).atan().to_degrees());
-        cases.push(Case::new("S03", "camera distance", distance, lit_floor(), world, eye).by(FROM_CAMERA).depth(ONE));
+        cases.push(
+            Case::new("S03", "camera distance", distance, lit_floor(), world, eye)
+                .by(FROM_CAMERA)
+                .depth(ONE),
+        );
     }
     for radiance in decades(&[-150, -30, -6, 0, 6, 30, 150]) {
         cases.push(boxed("S04", "radiance", radiance, 1.0, DVec3::ZERO, radiance));
@@ -32,6 +36,9 @@ pub(super) fn placement(cases: &mut Vec<Case>) {
             (stage.build(), camera(DVec3::Z * 3.0 * scale, DVec3::ZERO, 20.0))
         };
         let ((world, eye), (twin, twin_eye)) = (at(scale), at(1.0));
-        cases.push(Case::new("S30", "scale under an environment", scale, 0.6, world, eye).twin(twin, twin_eye, 1.0));
+        cases.push(
+            Case::new("S30", "scale under an environment", scale, 0.6, world, eye)
+                .twin(twin, twin_eye, 1.0),
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Numbers from buffers: every offset, stride and count is checked against the bytes that are there.
+//! Numbers from buffers: every offset, stride and count is checked against the bytes that are
+//! there.
 
 use super::document::Document;
 use crate::import::{Error, Location};
@@ -8,11 +9,17 @@ use gltf::json::validation::Checked;
 
 impl Document {
     /// An accessor of `N` numbers per element. Normalised integers are in [0, 1] or [-1, 1].
-    pub fn vectors<const N: usize>(&self, index: usize, budget: &mut Budget) -> Result<Vec<[f64; N]>, Error> {
+    pub fn vectors<const N: usize>(
+        &self,
+        index: usize,
+        budget: &mut Budget,
+    ) -> Result<Vec<[f64; N]>, Error> {
         let expected = [Type::Scalar, Type::Vec2, Type::Vec3, Type::Vec4];
         let accessor = &self.root.accessors[index];
         let (component, size) = (component_type(accessor), component_type(accessor).size());
-        let decode = |bytes: &[u8]| std::array::from_fn(|k| number(&bytes[k * size..], component, accessor.normalized));
+        let decode = |bytes: &[u8]| {
+            std::array::from_fn(|k| number(&bytes[k * size..], component, accessor.normalized))
+        };
         self.elements(index, expected[N - 1], [0.0; N], decode, budget)
     }
 
@@ -21,7 +28,10 @@ impl Document {
         let accessor = &self.root.accessors[index];
         let component = component_type(accessor);
         if !matches!(component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32) {
-            return Err(Error::new(self.accessor_location(index), "indices must be unsigned whole numbers"));
+            return Err(Error::new(
+                self.accessor_location(index),
+                "indices must be unsigned whole numbers",
+            ));
         }
         self.elements(index, Type::Scalar, 0, |bytes| whole(bytes, component), budget)
     }
@@ -55,27 +65,52 @@ impl Document {
                 return Err(refuse("unknown type of sparse indices".to_owned()));
             };
             if sparse.count.0 > count {
-                return Err(refuse(format!("{} sparse values for {count} elements", sparse.count.0)));
+                return Err(refuse(format!(
+                    "{} sparse values for {count} elements",
+                    sparse.count.0
+                )));
             }
-            let places =
-                self.slices(sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0, sparse.count.0, kind.0.size(), &location)?;
-            let values = self.slices(sparse.values.buffer_view.value(), sparse.values.byte_offset.0, sparse.count.0, size, &location)?;
+            let places = self.slices(
+                sparse.indices.buffer_view.value(),
+                sparse.indices.byte_offset.0,
+                sparse.count.0,
+                kind.0.size(),
+                &location,
+            )?;
+            let values = self.slices(
+                sparse.values.buffer_view.value(),
+                sparse.values.byte_offset.0,
+                sparse.count.0,
+                size,
+                &location,
+            )?;
             for (place, value) in places.zip(values) {
                 let place = whole(place, kind.0);
                 let element = elements.get_mut(place as usize);
-                *element.ok_or_else(|| refuse(format!("a sparse value for element {place} of {count}")))? = decode(value);
+                *element.ok_or_else(|| {
+                    refuse(format!("a sparse value for element {place} of {count}"))
+                })? = decode(value);
             }
         }
         Ok(elements)
     }
 
     /// The bytes of each of `count` elements of `size` bytes.
-    fn slices(&self, view: usize, offset: u64, count: u64, size: usize, location: &Location) -> Result<impl Iterator<Item = &[u8]>, Error> {
+    fn slices(
+        &self,
+        view: usize,
+        offset: u64,
+        count: u64,
+        size: usize,
+        location: &Location,
+    ) -> Result<impl Iterator<Item = &[u8]>, Error> {
         let bytes = self.view(view, location)?;
         let stride = self.root.buffer_views[view].byte_stride.map_or(size, |stride| stride.0);
         let needed = match count.checked_sub(1) {
             None => Some(0),
-            Some(before) => before.checked_mul(stride as u64).and_then(|start| start.checked_add(offset)?.checked_add(size as u64)),
+            Some(before) => before
+                .checked_mul(stride as u64)
+                .and_then(|start| start.checked_add(offset)?.checked_add(size as u64)),
         };
         if stride < size || needed.is_none_or(|needed| needed > bytes.len() as u64) {
             let reason = format!(
@@ -103,7 +138,10 @@ pub(super) struct Budget {
 impl Budget {
     pub fn new(document: &Document) -> Self {
         // Three vertices with four attributes for each triangle.
-        Self { elements: document.limits.triangles.saturating_mul(12), zeros: document.limits.elements }
+        Self {
+            elements: document.limits.triangles.saturating_mul(12),
+            zeros: document.limits.elements,
+        }
     }
 
     fn spend(&mut self, count: u64, zeros: bool) -> Result<(), String> {
@@ -128,8 +166,12 @@ fn component_type(accessor: &Accessor) -> ComponentType {
 fn whole(bytes: &[u8], kind: ComponentType) -> u32 {
     match kind {
         ComponentType::I8 | ComponentType::U8 => u32::from(bytes[0]),
-        ComponentType::I16 | ComponentType::U16 => u32::from(u16::from_le_bytes([bytes[0], bytes[1]])),
-        ComponentType::U32 | ComponentType::F32 => u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+        ComponentType::I16 | ComponentType::U16 => {
+            u32::from(u16::from_le_bytes([bytes[0], bytes[1]]))
+        }
+        ComponentType::U32 | ComponentType::F32 => {
+            u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! The container, its JSON and the files it refers to: nothing is believed before it has been checked.
+//! The container, its JSON and the files it refers to: nothing is believed before it has been
+//! checked.
 
 use crate::import::files::Files;
 use crate::import::{Error, Limits, Location, Options, Warnings};
@@ -43,26 +44,44 @@ impl Document {
         // Each takes up to 1.3 kB, however short it is in the file.
         let objects = json.iter().filter(|byte| **byte == b'{').count() as u64;
         if objects > limits.elements.saturating_mul(MOST_OBJECTS) {
-            return Err(Error::new(whole, format!("{objects} objects of JSON; the limit is {MOST_OBJECTS} times {}", limits.elements)));
+            return Err(Error::new(
+                whole,
+                format!(
+                    "{objects} objects of JSON; the limit is {MOST_OBJECTS} times {}",
+                    limits.elements
+                ),
+            ));
         }
-        let mut root = Root::from_slice(json).map_err(|error| Error::caused(whole.clone(), error))?;
+        let mut root =
+            Root::from_slice(json).map_err(|error| Error::caused(whole.clone(), error))?;
         let mut warnings = Warnings::new(options.strict);
         check_extensions(&mut root, &mut warnings, &whole)?;
         check_indices(&root).map_err(|reason| Error::new(whole.clone(), reason))?;
-        let elements =
-            [root.nodes.len(), root.meshes.iter().map(|mesh| mesh.primitives.len()).sum(), root.materials.len(), root.accessors.len()];
+        let elements = [
+            root.nodes.len(),
+            root.meshes.iter().map(|mesh| mesh.primitives.len()).sum(),
+            root.materials.len(),
+            root.accessors.len(),
+        ];
         let elements: u64 = elements.iter().map(|&n| n as u64).sum();
         if elements > limits.elements {
             return Err(Error::new(
                 whole,
-                format!("{elements} nodes, primitives, materials and accessors; the limit is {}", limits.elements),
+                format!(
+                    "{elements} nodes, primitives, materials and accessors; the limit is {}",
+                    limits.elements
+                ),
             ));
         }
         let binary = binary.map(Arc::from);
-        let mut document = Self { path: path.to_owned(), root, buffers: Vec::new(), files, limits, warnings };
+        let mut document =
+            Self { path: path.to_owned(), root, buffers: Vec::new(), files, limits, warnings };
         document.read_buffers(binary)?;
         if !document.root.animations.is_empty() {
-            document.warnings.warn(document.location("animations", None), "animations are left out: the scene is shown at rest")?;
+            document.warnings.warn(
+                document.location("animations", None),
+                "animations are left out: the scene is shown at rest",
+            )?;
         }
         Ok(document)
     }
@@ -80,10 +99,18 @@ impl Document {
             let bytes: Arc<[u8]> = match (uri, &binary) {
                 (Some(uri), _) => self.fetch(&uri, &location)?.into(),
                 (None, Some(binary)) if index == 0 => Arc::clone(binary),
-                (None, _) => return Err(Error::new(location, "it has no uri, and the file no binary part for it")),
+                (None, _) => {
+                    return Err(Error::new(
+                        location,
+                        "it has no uri, and the file no binary part for it",
+                    ));
+                }
             };
             if (bytes.len() as u64) < length {
-                return Err(Error::new(location, format!("it should have {length} bytes, but there are {}", bytes.len())));
+                return Err(Error::new(
+                    location,
+                    format!("it should have {length} bytes, but there are {}", bytes.len()),
+                ));
             }
             self.buffers.push(bytes);
         }
@@ -94,14 +121,22 @@ impl Document {
     pub fn fetch(&mut self, uri: &str, location: &Location) -> Result<Vec<u8>, Error> {
         let refuse = |reason: String| Error::new(location.clone(), reason);
         if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
-            let data = DataUrl::process(uri).map_err(|error| refuse(format!("data URI: {error}")))?;
-            let (bytes, _) = data.decode_to_vec().map_err(|error| refuse(format!("data URI: {error}")))?;
+            let data =
+                DataUrl::process(uri).map_err(|error| refuse(format!("data URI: {error}")))?;
+            let (bytes, _) =
+                data.decode_to_vec().map_err(|error| refuse(format!("data URI: {error}")))?;
             self.files.spend(bytes.len() as u64, location.clone())?;
             return Ok(bytes);
         }
-        let name = percent_decode_str(uri).decode_utf8().map_err(|error| Error::caused(location.clone(), error))?;
-        if name.split_once(':').is_some_and(|(scheme, _)| scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c))) {
-            return Err(refuse(format!("{name} is not the name of a file: only files and data URIs can be read")));
+        let name = percent_decode_str(uri)
+            .decode_utf8()
+            .map_err(|error| Error::caused(location.clone(), error))?;
+        if name.split_once(':').is_some_and(|(scheme, _)| {
+            scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c))
+        }) {
+            return Err(refuse(format!(
+                "{name} is not the name of a file: only files and data URIs can be read"
+            )));
         }
         self.files.read(&name, location.clone()).map(|(_, bytes)| bytes)
     }
@@ -127,16 +162,27 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     if !bytes.starts_with(b"glTF") {
         return Ok((bytes, None));
     }
-    let word = |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let word =
+        |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     let (version, length) = (word(4), word(8));
     if version != Some(2) {
-        return Err(format!("version {} of binary glTF cannot be read, only 2", version.map_or("?".to_owned(), |v| v.to_string())));
+        return Err(format!(
+            "version {} of binary glTF cannot be read, only 2",
+            version.map_or("?".to_owned(), |v| v.to_string())
+        ));
     }
-    let whole = length.and_then(|length| bytes.get(..length as usize)).ok_or("the file ends before its end")?;
+    let whole = length
+        .and_then(|length| bytes.get(..length as usize))
+        .ok_or("the file ends before its end")?;
     let (mut at, mut json, mut binary) = (12, None, None);
     while at < whole.len() {
-        let (Some(length), Some(kind)) = (word(at), whole.get(at + 4..at + 8)) else { return Err("a chunk is cut off".to_owned()) };
-        let end = (at + 8).checked_add(length as usize).filter(|end| *end <= whole.len()).ok_or("a chunk is longer than the file")?;
+        let (Some(length), Some(kind)) = (word(at), whole.get(at + 4..at + 8)) else {
+            return Err("a chunk is cut off".to_owned());
+        };
+        let end = (at + 8)
+            .checked_add(length as usize)
+            .filter(|end| *end <= whole.len())
+            .ok_or("a chunk is longer than the file")?;
         let chunk = &whole[at + 8..end];
         match (kind, at) {
             (b"JSON", 12) => json = Some(chunk),
@@ -150,13 +196,21 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
 }
 
 /// Refuses unknown extensions that are required, and warns about those that are used.
-fn check_extensions(root: &mut Root, warnings: &mut Warnings, whole: &Location) -> Result<(), Error> {
+fn check_extensions(
+    root: &mut Root,
+    warnings: &mut Warnings,
+    whole: &Location,
+) -> Result<(), Error> {
     let unknown = |name: &String| !KNOWN_EXTENSIONS.contains(&name.as_str());
     if let Some(name) = root.extensions_required.iter().find(|name| unknown(name)) {
-        return Err(Error::new(whole.clone(), format!("the extension {name} is required, but not supported")));
+        return Err(Error::new(
+            whole.clone(),
+            format!("the extension {name} is required, but not supported"),
+        ));
     }
     for name in root.extensions_used.iter().filter(|name| unknown(name)) {
-        let location = Location { element: "extension".to_owned(), id: Some(name.clone()), ..whole.clone() };
+        let location =
+            Location { element: "extension".to_owned(), id: Some(name.clone()), ..whole.clone() };
         warnings.warn(location, "it is not supported; the scene is shown without it")?;
     }
     // Checked here, and better than by the crate that checks the rest.
@@ -168,9 +222,15 @@ fn check_extensions(root: &mut Root, warnings: &mut Warnings, whole: &Location) 
 fn check_indices(root: &Root) -> Result<(), String> {
     // The crate's own check looks at these accessors before it knows that they exist.
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
-    let positions = primitives.filter_map(|primitive| primitive.attributes.get(&Checked::Valid(Semantic::Positions)));
-    if let Some(missing) = positions.map(|index| index.value()).find(|&index| index >= root.accessors.len()) {
-        return Err(format!("a mesh has its positions in accessor {missing}, but there are {}", root.accessors.len()));
+    let positions = primitives
+        .filter_map(|primitive| primitive.attributes.get(&Checked::Valid(Semantic::Positions)));
+    if let Some(missing) =
+        positions.map(|index| index.value()).find(|&index| index >= root.accessors.len())
+    {
+        return Err(format!(
+            "a mesh has its positions in accessor {missing}, but there are {}",
+            root.accessors.len()
+        ));
     }
     let mut first = None;
     root.validate(root, gltf::json::Path::new, &mut |path, error| {

@@ -1,7 +1,10 @@
 //! What paths begin and end at: lights and cameras.
 
 use super::scene::SceneReader;
-use crate::endpoint::{Camera, DirectionalLight, EndpointError, OrthographicCamera, PinholeCamera, PointLight, SpotLight};
+use crate::endpoint::{
+    Camera, DirectionalLight, EndpointError, OrthographicCamera, PinholeCamera, PointLight,
+    SpotLight,
+};
 use crate::film::Filter;
 use crate::geometry::Bounds;
 use crate::import::{Error, ImportedView, Location};
@@ -15,13 +18,24 @@ use gltf::json::validation::Checked;
 const FIELD_OF_VIEW: f64 = 40.0;
 
 impl SceneReader<'_> {
-    pub fn add_light(&mut self, node: usize, index: usize, transform: &DAffine3, location: &Location) -> Result<(), Error> {
+    pub fn add_light(
+        &mut self,
+        node: usize,
+        index: usize,
+        transform: &DAffine3,
+        location: &Location,
+    ) -> Result<(), Error> {
         let extensions = self.document.root.extensions.as_ref();
-        let Some(light) = extensions.and_then(|extensions| extensions.khr_lights_punctual.as_ref()?.lights.get(index)).cloned() else {
+        let Some(light) = extensions
+            .and_then(|extensions| extensions.khr_lights_punctual.as_ref()?.lights.get(index))
+            .cloned()
+        else {
             return Err(Error::new(location.clone(), format!("there is no light {index}")));
         };
         if light.range.is_some() {
-            let reason = format!("the range of light {index} is left out: light follows the inverse square law to any distance");
+            let reason = format!(
+                "the range of light {index} is left out: light follows the inverse square law to any distance"
+            );
             self.document.warnings.warn(location.clone(), reason)?;
         }
         let intensity = Rgb(light.color.map(f64::from)) * f64::from(light.intensity);
@@ -29,44 +43,74 @@ impl SceneReader<'_> {
         let (position, forward) = (transform.translation, -transform.matrix3.z_axis);
         let refuse = |error| Error::caused(location.clone(), error);
         let added = match light.type_ {
-            Checked::Valid(LightType::Point) => self.builder.add_light(name, PointLight::new(position, intensity).map_err(refuse)?),
-            Checked::Valid(LightType::Directional) => {
-                self.builder.add_light(name, DirectionalLight::new(forward, intensity).map_err(refuse)?)
+            Checked::Valid(LightType::Point) => {
+                self.builder.add_light(name, PointLight::new(position, intensity).map_err(refuse)?)
             }
+            Checked::Valid(LightType::Directional) => self
+                .builder
+                .add_light(name, DirectionalLight::new(forward, intensity).map_err(refuse)?),
             Checked::Valid(LightType::Spot) => {
-                let angles = light.spot.map_or([0.0, f64::from(std::f32::consts::FRAC_PI_4)], |spot| {
-                    [spot.inner_cone_angle, spot.outer_cone_angle].map(f64::from)
-                });
+                let angles =
+                    light.spot.map_or([0.0, f64::from(std::f32::consts::FRAC_PI_4)], |spot| {
+                        [spot.inner_cone_angle, spot.outer_cone_angle].map(f64::from)
+                    });
                 let [inner, outer] = angles.map(f64::to_degrees);
-                let spot = SpotLight::new(position, forward, intensity, inner, outer).map_err(refuse)?;
+                let spot =
+                    SpotLight::new(position, forward, intensity, inner, outer).map_err(refuse)?;
                 self.builder.add_light(name, spot.with_squared_falloff())
             }
-            Checked::Invalid => return Err(Error::new(location.clone(), format!("light {index} is of an unknown type"))),
+            Checked::Invalid => {
+                return Err(Error::new(
+                    location.clone(),
+                    format!("light {index} is of an unknown type"),
+                ));
+            }
         };
         self.emits |= !intensity.is_black();
         added.map_err(|error| Error::caused(location.clone(), error))
     }
 
-    pub fn add_camera(&mut self, node: usize, index: usize, transform: &DAffine3, location: &Location) -> Result<(), Error> {
+    pub fn add_camera(
+        &mut self,
+        node: usize,
+        index: usize,
+        transform: &DAffine3,
+        location: &Location,
+    ) -> Result<(), Error> {
         let camera = self.document.root.cameras[index].clone();
         let DAffine3 { matrix3, translation: position } = *transform;
         if matrix3.determinant() < 0.0 {
-            self.document.warnings.warn(location.clone(), "the mirroring of a camera is left out")?;
+            self.document
+                .warnings
+                .warn(location.clone(), "the mirroring of a camera is left out")?;
         }
         let (target, up) = (position - matrix3.z_axis.normalize_or_zero(), matrix3.y_axis);
         let refuse = |error| Error::caused(location.clone(), error);
-        let missing = || Error::new(location.clone(), format!("camera {index} lacks the properties of its type"));
+        let missing = || {
+            Error::new(location.clone(), format!("camera {index} lacks the properties of its type"))
+        };
         let camera_box: Box<dyn Camera + Send> = match camera.type_ {
             Checked::Valid(CameraType::Perspective) => {
                 let lens = camera.perspective.ok_or_else(missing)?;
                 let film = self.film(lens.aspect_ratio.map(f64::from), location)?;
-                Box::new(PinholeCamera::new(position, target, up, f64::from(lens.yfov).to_degrees(), film).map_err(refuse)?)
+                Box::new(
+                    PinholeCamera::new(
+                        position,
+                        target,
+                        up,
+                        f64::from(lens.yfov).to_degrees(),
+                        film,
+                    )
+                    .map_err(refuse)?,
+                )
             }
             Checked::Valid(CameraType::Orthographic) => {
                 let lens = camera.orthographic.ok_or_else(missing)?;
                 let (width, height) = (2.0 * f64::from(lens.xmag), 2.0 * f64::from(lens.ymag));
                 let film = self.film(Some(width / height), location)?;
-                Box::new(OrthographicCamera::new(position, target, up, height, film).map_err(refuse)?)
+                Box::new(
+                    OrthographicCamera::new(position, target, up, height, film).map_err(refuse)?,
+                )
             }
             Checked::Invalid => return Err(missing()),
         };
@@ -80,7 +124,10 @@ impl SceneReader<'_> {
         let whole = self.resolution.as_dvec2();
         let Some(ratio) = aspect_ratio else { return Ok(self.resolution) };
         if !(ratio > 0.0 && ratio.is_finite()) {
-            return Err(Error::new(location.clone(), format!("the aspect ratio of its camera must be positive, but is {ratio}")));
+            return Err(Error::new(
+                location.clone(),
+                format!("the aspect ratio of its camera must be positive, but is {ratio}"),
+            ));
         }
         let height = whole.y.min(whole.x / ratio);
         let film = DVec2::new((height * ratio).min(whole.x), height).round().max(DVec2::ONE);

@@ -25,8 +25,11 @@ pub(super) struct Look {
 impl Look {
     /// Where the file gives no material: white, rough metal, as the format wants it.
     pub fn default_look() -> Self {
-        let material =
-            Material::MetallicRoughness { base_color: Rgb::WHITE.into(), metallic_roughness: Rgb::WHITE.into(), relative_ior: DEFAULT_IOR };
+        let material = Material::MetallicRoughness {
+            base_color: Rgb::WHITE.into(),
+            metallic_roughness: Rgb::WHITE.into(),
+            relative_ior: DEFAULT_IOR,
+        };
         Self { material, emission: None, double_sided: false, coordinates: None }
     }
 }
@@ -34,7 +37,11 @@ impl Look {
 const DEFAULT_IOR: f64 = 1.5;
 
 /// Reads material `index`.
-pub(super) fn look(document: &mut Document, textures: &mut Textures, index: usize) -> Result<Look, Error> {
+pub(super) fn look(
+    document: &mut Document,
+    textures: &mut Textures,
+    index: usize,
+) -> Result<Look, Error> {
     let source = document.root.materials[index].clone();
     let location = document.location(format!("material {index}"), source.name.as_ref());
     warn_about_the_rest(document, &source, &location)?;
@@ -47,7 +54,8 @@ pub(super) fn look(document: &mut Document, textures: &mut Textures, index: usiz
         Some(info) => textures.texture(document, info, Meaning::Colour, factor, &location)?,
         None => factor.into(),
     };
-    let (roughness, metalness) = (f64::from(pbr.roughness_factor.0), f64::from(pbr.metallic_factor.0));
+    let (roughness, metalness) =
+        (f64::from(pbr.roughness_factor.0), f64::from(pbr.metallic_factor.0));
     let surface = Rgb::new(0.0, roughness, metalness);
     let metallic_roughness = match &pbr.metallic_roughness_texture {
         Some(info) => textures.texture(document, info, Meaning::Data, surface, &location)?,
@@ -56,9 +64,15 @@ pub(super) fn look(document: &mut Document, textures: &mut Textures, index: usiz
     let extensions = source.extensions.clone().unwrap_or_default();
     let relative_ior = extensions.ior.map_or(DEFAULT_IOR, |ior| f64::from(ior.ior.0));
 
-    let transmission = extensions.transmission.as_ref().map_or(0.0, |transmission| f64::from(transmission.transmission_factor.0));
+    let transmission = extensions
+        .transmission
+        .as_ref()
+        .map_or(0.0, |transmission| f64::from(transmission.transmission_factor.0));
     if !(0.0..=1.0).contains(&transmission) {
-        return Err(Error::new(location, format!("transmission must be in [0, 1], but is {transmission}")));
+        return Err(Error::new(
+            location,
+            format!("transmission must be in [0, 1], but is {transmission}"),
+        ));
     }
     let share = transmission * (1.0 - metalness);
     let mut material = if transmission > 0.0 && share > 0.0 {
@@ -69,7 +83,14 @@ pub(super) fn look(document: &mut Document, textures: &mut Textures, index: usiz
             relative_ior,
         };
         let glass = glass(document, &source, base_color, roughness, relative_ior, &location)?;
-        if share >= 1.0 { glass } else { Material::Mixture { components: Box::new([opaque, glass]), weights: [1.0 - share, share] } }
+        if share >= 1.0 {
+            glass
+        } else {
+            Material::Mixture {
+                components: Box::new([opaque, glass]),
+                weights: [1.0 - share, share],
+            }
+        }
     } else {
         Material::MetallicRoughness { base_color, metallic_roughness, relative_ior }
     };
@@ -77,15 +98,23 @@ pub(super) fn look(document: &mut Document, textures: &mut Textures, index: usiz
     let is_mixture = matches!(material, Material::Mixture { .. });
     if let Some(visible) = visibility(document, textures, &source, opacity, &location)? {
         if is_mixture {
-            document.warnings.warn(location.clone(), "alpha is left out of a material that also transmits light in part")?;
+            document.warnings.warn(
+                location.clone(),
+                "alpha is left out of a material that also transmits light in part",
+            )?;
         } else if visible.as_constant() == Some(Rgb::BLACK) {
             material = Material::Null;
         } else {
-            material = Material::Blend { components: Box::new([Material::Null, material]), amount: visible };
+            material = Material::Blend {
+                components: Box::new([Material::Null, material]),
+                amount: visible,
+            };
         }
     }
 
-    let strength = extensions.emissive_strength.map_or(1.0, |strength| f64::from(strength.emissive_strength.0));
+    let strength = extensions
+        .emissive_strength
+        .map_or(1.0, |strength| f64::from(strength.emissive_strength.0));
     let factor = Rgb(source.emissive_factor.0.map(f64::from)) * strength;
     let emission = match &source.emissive_texture {
         _ if factor.is_black() => None,
@@ -109,11 +138,16 @@ fn glass(
 ) -> Result<Material, Error> {
     let extensions = source.extensions.clone().unwrap_or_default();
     let mut warn = |reason: &str| document.warnings.warn(location.clone(), reason);
-    if extensions.transmission.is_some_and(|transmission| transmission.transmission_texture.is_some()) {
+    if extensions
+        .transmission
+        .is_some_and(|transmission| transmission.transmission_texture.is_some())
+    {
         warn("the texture of transmission is left out, its factor holds everywhere")?;
     }
     if source.pbr_metallic_roughness.metallic_roughness_texture.is_some() {
-        warn("roughness and metalness of a material that transmits light do not vary: their texture is left out")?;
+        warn(
+            "roughness and metalness of a material that transmits light do not vary: their texture is left out",
+        )?;
     }
     let volume = extensions.volume.filter(|volume| volume.thickness_factor.0 > 0.0);
     let alpha = roughness * roughness;
@@ -158,7 +192,9 @@ fn visibility(
         return Ok(None);
     }
     let alpha = match &source.pbr_metallic_roughness.base_color_texture {
-        Some(info) => textures.texture(document, info, Meaning::Alpha, Rgb::splat(opacity), location)?,
+        Some(info) => {
+            textures.texture(document, info, Meaning::Alpha, Rgb::splat(opacity), location)?
+        }
         None => Rgb::splat(opacity).into(),
     };
     let alpha = if mode == AlphaMode::Mask {
@@ -171,27 +207,43 @@ fn visibility(
 }
 
 /// The set of texture coordinates that all textures of a material share.
-fn common_coordinates(document: &mut Document, source: &json::Material, location: &Location) -> Result<Option<u32>, Error> {
+fn common_coordinates(
+    document: &mut Document,
+    source: &json::Material,
+    location: &Location,
+) -> Result<Option<u32>, Error> {
     let pbr = &source.pbr_metallic_roughness;
-    let infos: [&Option<Info>; 3] = [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &source.emissive_texture];
+    let infos: [&Option<Info>; 3] =
+        [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &source.emissive_texture];
     let mut sets = infos.into_iter().flatten().map(coordinate_set);
     let first = sets.next();
     if sets.any(|set| Some(set) != first) {
-        document
-            .warnings
-            .warn(location.clone(), "its textures use several sets of texture coordinates: the first one's is used for all")?;
+        document.warnings.warn(
+            location.clone(),
+            "its textures use several sets of texture coordinates: the first one's is used for all",
+        )?;
     }
     Ok(first)
 }
 
 /// Names what a material asks for in vain.
-fn warn_about_the_rest(document: &mut Document, source: &json::Material, location: &Location) -> Result<(), Error> {
+fn warn_about_the_rest(
+    document: &mut Document,
+    source: &json::Material,
+    location: &Location,
+) -> Result<(), Error> {
     if source.normal_texture.is_some() {
-        document.warnings.warn(location.clone(), "normal maps are not supported: its normals are those of the mesh")?;
+        document.warnings.warn(
+            location.clone(),
+            "normal maps are not supported: its normals are those of the mesh",
+        )?;
     }
     let others = source.extensions.iter().flat_map(|extensions| extensions.others.keys());
     for name in others {
-        document.warnings.warn(location.clone(), format!("the extension {name} is not supported: it is shown without it"))?;
+        document.warnings.warn(
+            location.clone(),
+            format!("the extension {name} is not supported: it is shown without it"),
+        )?;
     }
     Ok(())
 }

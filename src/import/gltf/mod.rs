@@ -2,24 +2,33 @@
 //!
 //! # What is read
 //!
-//! The default scene, or the first: meshes of triangles, strips and fans with normals and one set of texture coordinates; perspective and orthographic cameras;
-//! metallic-roughness materials with their textures; emission; alpha; sparse accessors; data URIs; and the extensions `KHR_lights_punctual`,
-//! `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume` (without absorption), `KHR_texture_transform` and `KHR_mesh_quantization`. What else a file
+//! The default scene, or the first: meshes of triangles, strips and fans with normals and one set
+//! of texture coordinates; perspective and orthographic cameras; metallic-roughness materials with
+//! their textures; emission; alpha; sparse accessors; data URIs; and the extensions
+//! `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume`
+//! (without absorption), `KHR_texture_transform` and `KHR_mesh_quantization`. What else a file
 //! holds is a [`Warning`](super::Warning), what else it *requires* an [`Error`].
 //!
 //! # Conventions
 //!
-//! * **Units.** glTF is photometric: candela for point and spot lights, lux for directional ones, candela per square metre for emission. The numbers are taken
-//!   as they are for radiant intensity, irradiance and radiance, so that the image is in cd/m². Luminance and radiance differ by a constant of the
-//!   light's spectrum (683 lm/W at 555 nm), which glTF does not know and which would scale all lights alike.
-//! * **Materials** are [`MetallicRoughness`](crate::bsdf::MetallicRoughness). Light transport has no back faces to cull: surfaces scatter on both sides whether
-//!   they are double-sided or not. They emit on the front, and on the back if double-sided.
-//! * **Alpha.** `BLEND` and `MASK` let light [straight through](crate::scene::Material::Null) in proportion to 1 - alpha, which counts as a scattering event.
-//! * **Transmission** is glass where the file gives it a volume, a [pane](crate::bsdf::ThinDielectric) where it does not, both with Fresnel's equations.
+//! * **Units.** glTF is photometric: candela for point and spot lights, lux for directional ones,
+//!   candela per square metre for emission. The numbers are taken as they are for radiant
+//!   intensity, irradiance and radiance, so that the image is in cd/m². Luminance and radiance
+//!   differ by a constant of the light's spectrum (683 lm/W at 555 nm), which glTF does not know
+//!   and which would scale all lights alike.
+//! * **Materials** are [`MetallicRoughness`](crate::bsdf::MetallicRoughness). Light transport has
+//!   no back faces to cull: surfaces scatter on both sides whether they are double-sided or not.
+//!   They emit on the front, and on the back if double-sided.
+//! * **Alpha.** `BLEND` and `MASK` let light [straight through](crate::scene::Material::Null) in
+//!   proportion to 1 - alpha, which counts as a scattering event.
+//! * **Transmission** is glass where the file gives it a volume, a
+//!   [pane](crate::bsdf::ThinDielectric) where it does not, both with Fresnel's equations.
 //! * **Occlusion textures** are not needed, since light transport finds out what is occluded.
-//! * **Film.** A file does not say how many pixels: a camera's film is the largest of its aspect ratio in the given resolution. Clipping planes
-//!   and the scale of a camera's node have no effect. A file without cameras is seen as a whole from the front.
-//! * **Spot lights** fall off by the specification's formula, `t²` with t linear in the cosine between the cones.
+//! * **Film.** A file does not say how many pixels: a camera's film is the largest of its aspect
+//!   ratio in the given resolution. Clipping planes and the scale of a camera's node have no
+//!   effect. A file without cameras is seen as a whole from the front.
+//! * **Spot lights** fall off by the specification's formula, `t²` with t linear in the cosine
+//!   between the cones.
 
 mod accessor;
 mod document;
@@ -32,11 +41,13 @@ use super::{Error, Import, Options};
 use glam::UVec2;
 use std::path::Path;
 
-/// Reads the scene of a file, `.gltf` or `.glb`; both are told apart by their content. Images are `resolution` wide or high, or both.
+/// Reads the scene of a file, `.gltf` or `.glb`; both are told apart by their content. Images are
+/// `resolution` wide or high, or both.
 ///
 /// # Errors
-/// If the file or one that it refers to cannot be read, breaks the rules of the format, requires an unknown extension, exceeds a limit or leaves nothing to
-/// render; if the resolution is 0; in strict mode, for the first warning.
+/// If the file or one that it refers to cannot be read, breaks the rules of the format, requires an
+/// unknown extension, exceeds a limit or leaves nothing to render; if the resolution is 0; in
+/// strict mode, for the first warning.
 pub fn load(path: impl AsRef<Path>, resolution: UVec2, options: &Options) -> Result<Import, Error> {
     let mut document = document::Document::open(path.as_ref(), options)?;
     scene::build(&mut document, resolution)

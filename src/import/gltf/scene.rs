@@ -44,7 +44,10 @@ impl<'a> SceneReader<'a> {
     fn new(document: &'a mut Document, resolution: UVec2) -> Result<Self, Error> {
         let pixels = u64::from(resolution.x) * u64::from(resolution.y);
         if pixels == 0 || pixels > document.limits.pixels {
-            let reason = format!("{} × {} pixels must be at least 1 and at most {}", resolution.x, resolution.y, document.limits.pixels);
+            let reason = format!(
+                "{} × {} pixels must be at least 1 and at most {}",
+                resolution.x, resolution.y, document.limits.pixels
+            );
             return Err(Error::new(document.location("film", None), reason));
         }
         Ok(Self {
@@ -66,27 +69,39 @@ impl<'a> SceneReader<'a> {
     /// The nodes of the scene with their transforms to world space, parents first.
     fn placed_nodes(&self) -> Result<Vec<(usize, DAffine3)>, Error> {
         let root = &self.document.root;
-        let scene = root.scene.map(|index| index.value()).or(if root.scenes.is_empty() { None } else { Some(0) });
+        let scene = root.scene.map(|index| index.value()).or(if root.scenes.is_empty() {
+            None
+        } else {
+            Some(0)
+        });
         let roots: Vec<usize> = match scene {
             Some(scene) => root.scenes[scene].nodes.iter().map(Index::value).collect(),
             None => {
-                let children: HashSet<usize> =
-                    root.nodes.iter().flat_map(|node| node.children.iter().flatten()).map(Index::value).collect();
+                let children: HashSet<usize> = root
+                    .nodes
+                    .iter()
+                    .flat_map(|node| node.children.iter().flatten())
+                    .map(Index::value)
+                    .collect();
                 (0..root.nodes.len()).filter(|node| !children.contains(node)).collect()
             }
         };
         let mut visited = vec![false; root.nodes.len()];
         let mut placed = Vec::new();
-        let mut open: Vec<(usize, DAffine3)> = roots.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
+        let mut open: Vec<(usize, DAffine3)> =
+            roots.into_iter().rev().map(|node| (node, DAffine3::IDENTITY)).collect();
         while let Some((index, parent)) = open.pop() {
             let node = &root.nodes[index];
             let location = self.document.location(format!("node {index}"), node.name.as_ref());
             if std::mem::replace(&mut visited[index], true) {
                 return Err(Error::new(location, "it is reached twice: nodes must form a tree"));
             }
-            let transform = parent * local_transform(node).map_err(|reason| Error::new(location, reason))?;
+            let transform =
+                parent * local_transform(node).map_err(|reason| Error::new(location, reason))?;
             placed.push((index, transform));
-            open.extend(node.children.iter().flatten().rev().map(|child| (child.value(), transform)));
+            open.extend(
+                node.children.iter().flatten().rev().map(|child| (child.value(), transform)),
+            );
         }
         Ok(placed)
     }
@@ -94,20 +109,38 @@ impl<'a> SceneReader<'a> {
     fn add_node(&mut self, index: usize, transform: DAffine3) -> Result<(), Error> {
         let node = &self.document.root.nodes[index];
         let location = self.document.location(format!("node {index}"), node.name.as_ref());
-        let (mesh, camera) = (node.mesh.map(|mesh| mesh.value()), node.camera.map(|camera| camera.value()));
-        let light = node.extensions.as_ref().and_then(|extensions| extensions.khr_lights_punctual.as_ref());
+        let (mesh, camera) =
+            (node.mesh.map(|mesh| mesh.value()), node.camera.map(|camera| camera.value()));
+        let light =
+            node.extensions.as_ref().and_then(|extensions| extensions.khr_lights_punctual.as_ref());
         let light = light.map(|light| light.light.value());
-        let others: Vec<String> = node.extensions.iter().flat_map(|extensions| extensions.others.keys()).cloned().collect();
+        let others: Vec<String> = node
+            .extensions
+            .iter()
+            .flat_map(|extensions| extensions.others.keys())
+            .cloned()
+            .collect();
         let is_skinned = node.skin.is_some();
-        let morphs = node.weights.as_ref().is_some_and(|weights| weights.iter().any(|weight| *weight != 0.0));
+        let morphs = node
+            .weights
+            .as_ref()
+            .is_some_and(|weights| weights.iter().any(|weight| *weight != 0.0));
         for name in others {
-            self.document.warnings.warn(location.clone(), format!("the extension {name} is not supported: it is shown without it"))?;
+            self.document.warnings.warn(
+                location.clone(),
+                format!("the extension {name} is not supported: it is shown without it"),
+            )?;
         }
         if is_skinned {
-            self.document.warnings.warn(location.clone(), "skins are left out: the mesh is shown as it is stored")?;
+            self.document
+                .warnings
+                .warn(location.clone(), "skins are left out: the mesh is shown as it is stored")?;
         }
         if morphs {
-            self.document.warnings.warn(location.clone(), "morph targets are left out: the mesh is shown without them")?;
+            self.document.warnings.warn(
+                location.clone(),
+                "morph targets are left out: the mesh is shown without them",
+            )?;
         }
         if let Some(mesh) = mesh {
             self.add_mesh(index, mesh, transform, &location)?;
@@ -121,32 +154,59 @@ impl<'a> SceneReader<'a> {
         Ok(())
     }
 
-    fn add_mesh(&mut self, node: usize, mesh: usize, transform: DAffine3, location: &Location) -> Result<(), Error> {
+    fn add_mesh(
+        &mut self,
+        node: usize,
+        mesh: usize,
+        transform: DAffine3,
+        location: &Location,
+    ) -> Result<(), Error> {
         let source = &self.document.root.meshes[mesh];
         let primitives = source.primitives.len();
         let name = location.id.clone().or_else(|| source.name.clone());
-        if source.weights.as_ref().is_some_and(|weights| weights.iter().any(|weight| *weight != 0.0)) {
-            self.document.warnings.warn(location.clone(), "morph targets are left out: the mesh is shown without them")?;
+        if source
+            .weights
+            .as_ref()
+            .is_some_and(|weights| weights.iter().any(|weight| *weight != 0.0))
+        {
+            self.document.warnings.warn(
+                location.clone(),
+                "morph targets are left out: the mesh is shown without them",
+            )?;
         }
         for primitive in 0..primitives {
             if !self.meshes.contains_key(&(mesh, primitive)) {
                 let read = self.read_primitive(mesh, primitive)?;
                 self.meshes.insert((mesh, primitive), read);
             }
-            let material = self.document.root.meshes[mesh].primitives[primitive].material.map(|material| material.value());
+            let material = self.document.root.meshes[mesh].primitives[primitive]
+                .material
+                .map(|material| material.value());
             let (id, look) = self.material(material)?;
-            let name = self.unique_name(name.as_deref(), node, (primitives > 1).then_some(primitive));
+            let name =
+                self.unique_name(name.as_deref(), node, (primitives > 1).then_some(primitive));
             let geometry = self.meshes.get(&(mesh, primitive)).and_then(Option::as_ref);
-            // Vertices that no triangle uses are copied, too, for every instance; and what has no triangles takes time in every instance.
-            let triangles = geometry.map_or(1, |geometry| geometry.indices.len().max(geometry.positions.len() / 3)) as u64;
+            // Vertices that no triangle uses are copied, too, for every instance; and what has no
+            // triangles takes time in every instance.
+            let triangles = geometry
+                .map_or(1, |geometry| geometry.indices.len().max(geometry.positions.len() / 3))
+                as u64;
             self.triangles = self.triangles.checked_sub(triangles).ok_or_else(|| {
-                Error::new(location.clone(), format!("more than {} triangles, which is the limit", self.document.limits.triangles))
+                Error::new(
+                    location.clone(),
+                    format!(
+                        "more than {} triangles, which is the limit",
+                        self.document.limits.triangles
+                    ),
+                )
             })?;
             let Some(geometry) = geometry else { continue };
             let caused = |error| Error::caused(location.clone(), error);
             let surface = self.builder.add_mesh(name, geometry, transform, id).map_err(caused)?;
             if let Some(radiance) = look.emission {
-                self.builder.set_textured_emission(surface, radiance, look.double_sided).map_err(caused)?;
+                self.builder
+                    .set_textured_emission(surface, radiance, look.double_sided)
+                    .map_err(caused)?;
                 self.emits = true;
             }
         }
@@ -156,13 +216,21 @@ impl<'a> SceneReader<'a> {
     /// The triangles of a primitive; `None` if it has none.
     fn read_primitive(&mut self, mesh: usize, index: usize) -> Result<Option<Mesh>, Error> {
         let source = &self.document.root.meshes[mesh];
-        let location = self.document.location(format!("primitive {index} of mesh {mesh}"), source.name.as_ref());
+        let location = self
+            .document
+            .location(format!("primitive {index} of mesh {mesh}"), source.name.as_ref());
         let primitive: Primitive = source.primitives[index].clone();
-        let Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) = primitive.mode else {
-            self.document.warnings.warn(location, "points and lines have no area: they are left out")?;
+        let Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) =
+            primitive.mode
+        else {
+            self.document
+                .warnings
+                .warn(location, "points and lines have no area: they are left out")?;
             return Ok(None);
         };
-        let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|index| index.value());
+        let attribute = |semantic| {
+            primitive.attributes.get(&Checked::Valid(semantic)).map(|index| index.value())
+        };
         let Some(positions) = attribute(Semantic::Positions) else {
             self.document.warnings.warn(location, "it has no positions: it is left out")?;
             return Ok(None);
@@ -172,20 +240,36 @@ impl<'a> SceneReader<'a> {
         }
         let material = primitive.material.map(|material| material.value());
         let set = self.material(material)?.1.coordinates;
-        let vectors = |values: Vec<[f64; 3]>| values.into_iter().map(DVec3::from_array).collect::<Vec<_>>();
+        let vectors =
+            |values: Vec<[f64; 3]>| values.into_iter().map(DVec3::from_array).collect::<Vec<_>>();
         let positions = vectors(self.document.vectors(positions, &mut self.budget)?);
         let mut normals = match attribute(Semantic::Normals) {
             Some(normals) => Some(vectors(self.document.vectors(normals, &mut self.budget)?)),
             None => None,
         };
-        if normals.as_ref().is_some_and(|normals| normals.iter().any(|normal| normal.try_normalize().is_none())) {
-            self.document.warnings.warn(location.clone(), "some of its normals are zero: it is shown with flat triangles")?;
+        if normals
+            .as_ref()
+            .is_some_and(|normals| normals.iter().any(|normal| normal.try_normalize().is_none()))
+        {
+            self.document.warnings.warn(
+                location.clone(),
+                "some of its normals are zero: it is shown with flat triangles",
+            )?;
             normals = None;
         }
         let uvs = match attribute(Semantic::TexCoords(set.unwrap_or(0))) {
-            Some(uvs) => Some(self.document.vectors(uvs, &mut self.budget)?.into_iter().map(DVec2::from_array).collect()),
+            Some(uvs) => Some(
+                self.document
+                    .vectors(uvs, &mut self.budget)?
+                    .into_iter()
+                    .map(DVec2::from_array)
+                    .collect(),
+            ),
             None if set.is_some() => {
-                self.document.warnings.warn(location.clone(), "its material has textures, but it lacks their coordinates: they are 0")?;
+                self.document.warnings.warn(
+                    location.clone(),
+                    "its material has textures, but it lacks their coordinates: they are 0",
+                )?;
                 Some(vec![DVec2::ZERO; positions.len()])
             }
             None => None,
@@ -196,7 +280,10 @@ impl<'a> SceneReader<'a> {
         };
         let indices = triangles(&corners, mode);
         if mode == Mode::Triangles && corners.len() % 3 != 0 {
-            return Err(Error::new(location, format!("{} corners do not make whole triangles", corners.len())));
+            return Err(Error::new(
+                location,
+                format!("{} corners do not make whole triangles", corners.len()),
+            ));
         }
         Ok((!indices.is_empty()).then_some(Mesh { positions, normals, uvs, indices }))
     }
@@ -211,11 +298,17 @@ impl<'a> SceneReader<'a> {
             Some(index) => material::look(self.document, &mut self.textures, index)?,
             None => Look::default_look(),
         };
-        let element = index.map_or("the default material".to_owned(), |index| format!("material {index}"));
+        let element =
+            index.map_or("the default material".to_owned(), |index| format!("material {index}"));
         let name = index.and_then(|index| self.document.root.materials[index].name.clone());
-        let free = name.clone().filter(|name| self.builder.material(name).is_err()).unwrap_or_else(|| element.clone());
+        let free = name
+            .clone()
+            .filter(|name| self.builder.material(name).is_err())
+            .unwrap_or_else(|| element.clone());
         let id = self.builder.add_material(free, look.material.clone());
-        let id = id.map_err(|error| Error::caused(self.document.location(element, name.as_ref()), error))?;
+        let id = id.map_err(|error| {
+            Error::caused(self.document.location(element, name.as_ref()), error)
+        })?;
         let slot = match index {
             Some(index) => &mut self.materials[index],
             None => &mut self.fallback,
@@ -226,8 +319,10 @@ impl<'a> SceneReader<'a> {
     /// The file's name for an object, or one that no other object has.
     pub fn unique_name(&mut self, name: Option<&str>, node: usize, part: Option<usize>) -> String {
         let part = part.map_or(String::new(), |part| format!("/{part}"));
-        let wanted = name.map_or_else(|| format!("node {node}{part}"), |name| format!("{name}{part}"));
-        let free = if self.names.contains(&wanted) { format!("{wanted} (node {node})") } else { wanted };
+        let wanted =
+            name.map_or_else(|| format!("node {node}{part}"), |name| format!("{name}{part}"));
+        let free =
+            if self.names.contains(&wanted) { format!("{wanted} (node {node})") } else { wanted };
         self.names.insert(free.clone());
         free
     }
@@ -236,8 +331,11 @@ impl<'a> SceneReader<'a> {
         let whole = self.document.location("", None);
         let caused = |error: &dyn std::error::Error| Error::new(whole.clone(), error.to_string());
         if !self.emits {
-            self.document.warnings.warn(whole.clone(), "it has no light: it is shown in a white environment")?;
-            let environment = ConstantEnvironment::new(Rgb::WHITE).map_err(|error| caused(&error))?;
+            self.document
+                .warnings
+                .warn(whole.clone(), "it has no light: it is shown in a white environment")?;
+            let environment =
+                ConstantEnvironment::new(Rgb::WHITE).map_err(|error| caused(&error))?;
             let name = self.unique_name(Some("environment"), usize::MAX, None);
             self.builder.set_environment(name, environment).map_err(|error| caused(&error))?;
         }
@@ -246,8 +344,13 @@ impl<'a> SceneReader<'a> {
             if world.bounds().is_empty() {
                 return Err(Error::new(whole, "it has neither cameras nor surfaces"));
             }
-            let camera = framing(world.bounds(), self.resolution).map_err(|error| caused(&error))?;
-            self.views.push(ImportedView { name: "whole scene".to_owned(), camera: Box::new(camera), filter: Filter::default() });
+            let camera =
+                framing(world.bounds(), self.resolution).map_err(|error| caused(&error))?;
+            self.views.push(ImportedView {
+                name: "whole scene".to_owned(),
+                camera: Box::new(camera),
+                filter: Filter::default(),
+            });
         }
         let warnings = std::mem::take(&mut self.document.warnings).into_list();
         Ok(Import { world, views: self.views, hints: Hints::default(), warnings })
@@ -275,17 +378,27 @@ fn local_transform(node: &Node) -> Result<DAffine3, String> {
                 return Err("its rotation is not a unit quaternion".to_owned());
             }
             let scale = node.scale.map_or(DVec3::ONE, vector);
-            DAffine3::from_scale_rotation_translation(scale, rotation.normalize(), node.translation.map_or(DVec3::ZERO, vector))
+            DAffine3::from_scale_rotation_translation(
+                scale,
+                rotation.normalize(),
+                node.translation.map_or(DVec3::ZERO, vector),
+            )
         }
     };
-    if transform.is_finite() { Ok(transform) } else { Err("its transform is infinite or not a number".to_owned()) }
+    if transform.is_finite() {
+        Ok(transform)
+    } else {
+        Err("its transform is infinite or not a number".to_owned())
+    }
 }
 
 /// Corners of triangles. Every other triangle of a strip is turned, so that all face the same side.
 fn triangles(corners: &[u32], mode: Mode) -> Vec<[u32; 3]> {
     let windows = corners.windows(3).enumerate();
     match mode {
-        Mode::TriangleStrip => windows.map(|(k, w)| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] }).collect(),
+        Mode::TriangleStrip => windows
+            .map(|(k, w)| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] })
+            .collect(),
         Mode::TriangleFan => corners.windows(2).skip(1).map(|w| [w[0], w[1], corners[0]]).collect(),
         _ => corners.as_chunks::<3>().0.to_vec(),
     }

@@ -48,14 +48,24 @@ impl Textures {
         let image = self.image(document, source, meaning)?;
         let texture = &document.root.textures[info.index.value()];
         let sampler = texture.sampler.map(|index| &document.root.samplers[index.value()]);
-        let nearest = sampler.is_some_and(|sampler| sampler.mag_filter == Some(Checked::Valid(MagFilter::Nearest)));
+        let nearest = sampler
+            .is_some_and(|sampler| sampler.mag_filter == Some(Checked::Valid(MagFilter::Nearest)));
         let interpolation = if nearest { Interpolation::Nearest } else { Interpolation::Bilinear };
-        let wraps = sampler.map_or([Wrap::Repeat; 2], |sampler| [wrap(&sampler.wrap_s), wrap(&sampler.wrap_t)]);
-        let texture = Texture::bitmap(image, interpolation, wraps).and_then(|texture| texture.with_transform(transform(info)));
-        texture.and_then(|texture| texture.scaled(factor)).map_err(|error| Error::caused(at.clone(), error))
+        let wraps = sampler
+            .map_or([Wrap::Repeat; 2], |sampler| [wrap(&sampler.wrap_s), wrap(&sampler.wrap_t)]);
+        let texture = Texture::bitmap(image, interpolation, wraps)
+            .and_then(|texture| texture.with_transform(transform(info)));
+        texture
+            .and_then(|texture| texture.scaled(factor))
+            .map_err(|error| Error::caused(at.clone(), error))
     }
 
-    fn image(&mut self, document: &mut Document, index: usize, meaning: Meaning) -> Result<Arc<Image>, Error> {
+    fn image(
+        &mut self,
+        document: &mut Document,
+        index: usize,
+        meaning: Meaning,
+    ) -> Result<Arc<Image>, Error> {
         if let Some(image) = self.images.get(&(index, meaning)) {
             return Ok(Arc::clone(image));
         }
@@ -76,16 +86,28 @@ impl Textures {
         Ok(image)
     }
 
-    fn decode(&mut self, bytes: &[u8], meaning: Meaning, location: &Location) -> Result<Image, Error> {
+    fn decode(
+        &mut self,
+        bytes: &[u8],
+        meaning: Meaning,
+        location: &Location,
+    ) -> Result<Image, Error> {
         let refuse = |reason: String| Error::new(location.clone(), reason);
-        let format = image::guess_format(bytes).ok().filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg));
+        let format = image::guess_format(bytes)
+            .ok()
+            .filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg));
         let format = format.ok_or_else(|| refuse("it is neither PNG nor JPEG".to_owned()))?;
         let caused = |error: image::ImageError| Error::caused(location.clone(), error);
         // Its size before its pixels: a small file may stand for a huge image.
-        let (width, height) = ImageReader::with_format(Cursor::new(bytes), format).into_dimensions().map_err(caused)?;
+        let (width, height) = ImageReader::with_format(Cursor::new(bytes), format)
+            .into_dimensions()
+            .map_err(caused)?;
         let pixels = u64::from(width) * u64::from(height);
         if pixels > self.pixels {
-            return Err(refuse(format!("{width} × {height} pixels exceed the limit, which leaves {} for all images", self.pixels)));
+            return Err(refuse(format!(
+                "{width} × {height} pixels exceed the limit, which leaves {} for all images",
+                self.pixels
+            )));
         }
         self.pixels -= pixels;
         let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
@@ -100,14 +122,16 @@ impl Textures {
             Meaning::Alpha => Rgb::splat(unit(a)),
         };
         let (width, height) = decoded.dimensions();
-        let image = Image::new(width, height, decoded.pixels().map(|pixel| value(pixel.0)).collect());
+        let image =
+            Image::new(width, height, decoded.pixels().map(|pixel| value(pixel.0)).collect());
         image.ok_or_else(|| refuse("the number of pixels does not match the size".to_owned()))
     }
 }
 
 /// The set of texture coordinates that a texture is looked up with.
 pub(super) fn coordinate_set(info: &Info) -> u32 {
-    let transform = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref());
+    let transform =
+        info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref());
     transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord)
 }
 
@@ -119,9 +143,12 @@ fn wrap(mode: &Checked<WrappingMode>) -> Wrap {
     }
 }
 
-/// Scale, rotation, offset. The rotation is counter-clockwise with v downwards, as in the specification's example.
+/// Scale, rotation, offset. The rotation is counter-clockwise with v downwards, as in the
+/// specification's example.
 fn transform(info: &Info) -> DAffine2 {
-    let Some(transform) = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref()) else {
+    let Some(transform) =
+        info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref())
+    else {
         return DAffine2::IDENTITY;
     };
     let vector = |v: [f32; 2]| DVec2::from_array(v.map(f64::from));

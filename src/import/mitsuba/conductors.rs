@@ -1,8 +1,10 @@
 //! Optical constants of conductors: by name, and from spectra.
 //!
-//! Colour is what the eye sees of the *reflectance*, which is not linear in n and k, and an index that is converted like a light would be reddish where it is constant. So the
-//! reflectance at normal incidence under daylight becomes RGB as reflectances do, n becomes RGB, and k is chosen such that they fit together (the parameters of
-//! Gulbrandsen 2014); where n alone reflects more, n is chosen instead.
+//! Colour is what the eye sees of the *reflectance*, which is not linear in n and k, and an index
+//! that is converted like a light would be reddish where it is constant. So the reflectance at
+//! normal incidence under daylight becomes RGB as reflectances do, n becomes RGB, and k is chosen
+//! such that they fit together (the parameters of Gulbrandsen 2014); where n alone reflects more, n
+//! is chosen instead.
 
 use super::spectrum::{self, Illuminant, to_rgb};
 use crate::math::Rgb;
@@ -17,18 +19,25 @@ pub(super) fn by_name(name: &str) -> Option<[Rgb; 2]> {
     }
     let row = |name: &str| CONDUCTORS.iter().find(|row| row.0 == name);
     // Most materials have a second name with the author of the measurement.
-    let (_, n, k) = row(name).or_else(|| row(name.strip_suffix("_palik")?).filter(|row| !ONLY_PLAIN.contains(&row.0)))?;
+    let (_, n, k) = row(name)
+        .or_else(|| row(name.strip_suffix("_palik")?).filter(|row| !ONLY_PLAIN.contains(&row.0)))?;
     Some([Rgb(*n), Rgb(*k)])
 }
 
-/// n and k of a material with these spectra, which go on as they end. There must be values, and n must be positive.
+/// n and k of a material with these spectra, which go on as they end. There must be values, and n
+/// must be positive.
 pub(super) fn from_spectra(n: &Spectrum, k: &Spectrum) -> [Rgb; 2] {
-    let table: Vec<[f64; 3]> = spectrum::wavelengths().map(|at| [at, spectrum::extended(n, at), spectrum::extended(k, at)]).collect();
+    let table: Vec<[f64; 3]> = spectrum::wavelengths()
+        .map(|at| [at, spectrum::extended(n, at), spectrum::extended(k, at)])
+        .collect();
     let normal = |n: f64, k: f64| ((n - 1.0) * (n - 1.0) + k * k) / ((n + 1.0) * (n + 1.0) + k * k);
     let seen = |of: &dyn Fn(f64, f64) -> f64| {
         let values: Vec<(f64, f64)> = table.iter().map(|&[at, n, k]| (at, of(n, k))).collect();
-        let (least, most) = values.iter().fold((f64::INFINITY, 0.0f64), |(least, most), (_, v)| (least.min(*v), most.max(*v)));
-        // Gold's red is outside of the colours of sRGB; no channel has more than the material has anywhere.
+        let (least, most) = values
+            .iter()
+            .fold((f64::INFINITY, 0.0f64), |(least, most), (_, v)| (least.min(*v), most.max(*v)));
+        // Gold's red is outside of the colours of sRGB; no channel has more than the material has
+        // anywhere.
         to_rgb(&values, Illuminant::D65).map(|c| c.clamp(least, most))
     };
     let (eta, reflectance) = (seen(&|n, _| n), seen(&normal));
@@ -49,8 +58,10 @@ pub(super) fn from_spectra(n: &Spectrum, k: &Spectrum) -> [Rgb; 2] {
 /// Materials that have no second name.
 const ONLY_PLAIN: [&str; 6] = ["Ag", "Al", "Au", "Cr", "W", "a-C"];
 
-/// Name, n and k as [`from_spectra`] gives them; `tests/peers/conductors.py` prints the table. The spectra are those that Mitsuba 3.9 comes with: measurements that Palik (1985,
-/// 1991) collected, and for Au, Ag, Al, Cu, Cr, W and a-C others, all as the database luxpop gives them, with gaps closed linearly and continued as they end.
+/// Name, n and k as [`from_spectra`] gives them; `tests/peers/conductors.py` prints the table. The
+/// spectra are those that Mitsuba 3.9 comes with: measurements that Palik (1985, 1991) collected,
+/// and for Au, Ag, Al, Cu, Cr, W and a-C others, all as the database luxpop gives them, with gaps
+/// closed linearly and continued as they end.
 #[rustfmt::skip]
 const CONDUCTORS: [(&str, [f64; 3], [f64; 3]); 41] = [
     ("Ag", [0.12849, 0.12353, 0.15088], [4.1011, 3.3265, 2.4071]),
@@ -105,20 +116,31 @@ mod tests {
         [0, 1, 2].map(|c| crate::bsdf::fresnel::conductor(1.0, 0.0, eta[c], k[c]))
     }
 
-    /// The reflectance of the spectra in daylight, integrated by another program, which Mitsuba's spectral mode renders as well, to 5e-4.
+    /// The reflectance of the spectra in daylight, integrated by another program, which Mitsuba's
+    /// spectral mode renders as well, to 5e-4.
     #[test]
     fn conductors_have_their_colours() {
         // Gold's red would be 1.0219.
-        let cases = [("Au", [0.97541, 0.78224, 0.34351]), ("Cu", [0.95519, 0.63767, 0.53809]), ("MgO", [0.07204, 0.07307, 0.07489])];
+        let cases = [
+            ("Au", [0.97541, 0.78224, 0.34351]),
+            ("Cu", [0.95519, 0.63767, 0.53809]),
+            ("MgO", [0.07204, 0.07307, 0.07489]),
+        ];
         for (name, expected) in cases {
             let found = reflectance(by_name(name).expect("known"));
             (0..3).for_each(|c| assert_relative_eq!(found[c], expected[c], max_relative = 2e-4));
         }
         for (name, ..) in CONDUCTORS {
-            assert!(reflectance(by_name(name).expect("known")).iter().all(|r| (0.03..1.0).contains(r)), "{name}");
+            assert!(
+                reflectance(by_name(name).expect("known")).iter().all(|r| (0.03..1.0).contains(r)),
+                "{name}"
+            );
         }
         assert_eq!(reflectance(by_name("none").expect("known")), [1.0; 3]);
-        assert_eq!((by_name("Be_palik"), by_name("Unobtainium"), by_name("Au_palik")), (by_name("Be"), None, None));
+        assert_eq!(
+            (by_name("Be_palik"), by_name("Unobtainium"), by_name("Au_palik")),
+            (by_name("Be"), None, None)
+        );
         assert_ne!(by_name("Cu_palik"), by_name("Cu"));
     }
 
@@ -126,7 +148,8 @@ mod tests {
     fn the_table_is_what_spectra_give() {
         let at = [309.95, 354.229, 413.267, 495.92, 619.9, 826.533];
         let with = |values: [f64; 6]| std::array::from_fn::<_, 6, _>(|i| (at[i], values[i]));
-        let (n, k) = (with([2.27, 2.14, 1.74, 1.2, 1.32, 1.82]), with([1.23, 1.06, 1.04, 1.65, 2.69, 3.81]));
+        let (n, k) =
+            (with([2.27, 2.14, 1.74, 1.2, 1.32, 1.82]), with([1.23, 1.06, 1.04, 1.65, 2.69, 3.81]));
         let (found, expected) = (from_spectra(&n, &k), by_name("TiN").expect("known"));
         for (a, b) in found.iter().zip(expected) {
             (0..3).for_each(|c| assert_relative_eq!(a[c], b[c], max_relative = 5e-5));
@@ -134,7 +157,9 @@ mod tests {
         // What has no colour stays grey, with both solutions: of k, and of n.
         let (flat, none) = ([(500.0, 1.5)], [(500.0, 0.0)]);
         for (k, expected) in [(&none, 0.04), (&flat, (0.25 + 2.25) / (6.25 + 2.25))] {
-            reflectance(from_spectra(&flat, k)).iter().for_each(|r| assert_relative_eq!(*r, expected, max_relative = 2e-4));
+            reflectance(from_spectra(&flat, k))
+                .iter()
+                .for_each(|r| assert_relative_eq!(*r, expected, max_relative = 2e-4));
         }
     }
 }

@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-/// Elements that are nested deeper than this are refused: nothing needs it, and it protects the stack.
+/// Elements that are nested deeper than this are refused: nothing needs it, and it protects the
+/// stack.
 const MOST_NESTED: u32 = 64;
 /// Longest name of a parameter that is looked for.
 const LONGEST_NAME: usize = 256;
@@ -81,8 +82,16 @@ pub(super) struct Document {
 }
 
 /// Reads the files.
-pub(super) fn read(path: &Path, files: &mut Files, limits: &Limits, parameters: &BTreeMap<String, String>) -> Result<Document, Error> {
-    let set = parameters.iter().map(|(name, value)| (name.clone(), Parameter { value: value.clone(), used: false })).collect();
+pub(super) fn read(
+    path: &Path,
+    files: &mut Files,
+    limits: &Limits,
+    parameters: &BTreeMap<String, String>,
+) -> Result<Document, Error> {
+    let set = parameters
+        .iter()
+        .map(|(name, value)| (name.clone(), Parameter { value: value.clone(), used: false }))
+        .collect();
     let mut reader = Reader {
         files,
         limits,
@@ -94,7 +103,12 @@ pub(super) fn read(path: &Path, files: &mut Files, limits: &Limits, parameters: 
     let location = Location { file: path.to_owned(), ..Location::default() };
     let bytes = reader.files.read_path(path, location)?;
     let scene = reader.file(path, &bytes, 0)?;
-    let unused = reader.parameters.into_iter().filter(|(name, p)| !p.used && parameters.contains_key(name)).map(|(name, _)| name).collect();
+    let unused = reader
+        .parameters
+        .into_iter()
+        .filter(|(name, p)| !p.used && parameters.contains_key(name))
+        .map(|(name, _)| name)
+        .collect();
     Ok(Document { scene, aliases: reader.aliases, unused_parameters: unused })
 }
 
@@ -127,37 +141,58 @@ impl Source {
 impl Reader<'_> {
     /// The children of a file's `<scene>`.
     fn file(&mut self, path: &Path, bytes: &[u8], depth: u32) -> Result<Vec<Element>, Error> {
-        let whole = |line: Option<u32>| Location { file: path.to_owned(), line, ..Location::default() };
+        let whole =
+            |line: Option<u32>| Location { file: path.to_owned(), line, ..Location::default() };
         if bytes.len() > MOST_XML_BYTES {
             return Err(Error::new(whole(None), "the XML file is larger than 64 MiB"));
         }
         let text = std::str::from_utf8(bytes).map_err(|error| Error::caused(whole(None), error))?;
         // No attribute has a < in it, so that no element is longer than one of these parts.
-        let too_many = |part: &&str| !part.starts_with("!--") && part.bytes().filter(|byte| *byte == b'=').count() > MOST_ATTRIBUTES;
+        let too_many = |part: &&str| {
+            !part.starts_with("!--")
+                && part.bytes().filter(|byte| *byte == b'=').count() > MOST_ATTRIBUTES
+        };
         if text.split('<').any(|part| too_many(&part)) {
-            return Err(Error::new(whole(None), format!("an element has more than {MOST_ATTRIBUTES} attributes")));
+            return Err(Error::new(
+                whole(None),
+                format!("an element has more than {MOST_ATTRIBUTES} attributes"),
+            ));
         }
         // Text and comments are nodes, too.
         let nodes_limit = u32::try_from(self.limits.elements.saturating_mul(4)).unwrap_or(u32::MAX);
-        // Documents with a DTD, and with it entities that expand without end, are refused by default.
-        let options = roxmltree::ParsingOptions { nodes_limit, ..roxmltree::ParsingOptions::default() };
-        let tree =
-            roxmltree::Document::parse_with_options(text, options).map_err(|error| Error::caused(whole(Some(error.pos().row)), error))?;
-        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+        // Documents with a DTD, and with it entities that expand without end, are refused by
+        // default.
+        let options =
+            roxmltree::ParsingOptions { nodes_limit, ..roxmltree::ParsingOptions::default() };
+        let tree = roxmltree::Document::parse_with_options(text, options)
+            .map_err(|error| Error::caused(whole(Some(error.pos().row)), error))?;
+        let line_starts =
+            std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
         let source = Source { path: Rc::new(path.to_owned()), line_starts };
         let root = tree.root_element();
         if root.tag_name().name() != "scene" {
-            return Err(Error::new(whole(Some(source.line(root.range().start))), "the outermost element is not a scene"));
+            return Err(Error::new(
+                whole(Some(source.line(root.range().start))),
+                "the outermost element is not a scene",
+            ));
         }
         let version = root.attribute("version").unwrap_or("");
         if !version.starts_with("3.") {
-            let reason = format!("scene version \"{version}\" is not 3.x; Mitsuba itself can upgrade older files");
+            let reason = format!(
+                "scene version \"{version}\" is not 3.x; Mitsuba itself can upgrade older files"
+            );
             return Err(Error::new(whole(Some(source.line(root.range().start))), reason));
         }
         self.children(root, &source, depth, 0)
     }
 
-    fn children(&mut self, parent: roxmltree::Node<'_, '_>, source: &Source, depth: u32, nested: u32) -> Result<Vec<Element>, Error> {
+    fn children(
+        &mut self,
+        parent: roxmltree::Node<'_, '_>,
+        source: &Source,
+        depth: u32,
+        nested: u32,
+    ) -> Result<Vec<Element>, Error> {
         let mut children = Vec::new();
         for node in parent.children().filter(roxmltree::Node::is_element) {
             let mut element = Element {
@@ -167,8 +202,12 @@ impl Reader<'_> {
                 file: Rc::clone(&source.path),
                 line: source.line(node.range().start),
             };
-            let left = self.elements_left.checked_sub(1 + node.attributes().len() as u64 / ATTRIBUTES_PER_ELEMENT);
-            self.elements_left = left.ok_or_else(|| element.error("the scene has more elements than the limit admits"))?;
+            let left = self
+                .elements_left
+                .checked_sub(1 + node.attributes().len() as u64 / ATTRIBUTES_PER_ELEMENT);
+            self.elements_left = left.ok_or_else(|| {
+                element.error("the scene has more elements than the limit admits")
+            })?;
             if nested >= MOST_NESTED {
                 return Err(element.error("elements are nested too deeply"));
             }
@@ -178,18 +217,29 @@ impl Reader<'_> {
             }
             match element.tag.as_str() {
                 "default" => {
-                    let (name, value) = (element.required("name")?.to_owned(), element.required("value")?.to_owned());
+                    let (name, value) = (
+                        element.required("name")?.to_owned(),
+                        element.required("value")?.to_owned(),
+                    );
                     self.parameters.entry(name).or_insert(Parameter { value, used: false });
                 }
-                "path" => self.files.add_directory(element.required("value")?, element.location())?,
+                "path" => {
+                    self.files.add_directory(element.required("value")?, element.location())?
+                }
                 "alias" => {
-                    self.aliases.insert(element.required("as")?.to_owned(), element.required("id")?.to_owned());
+                    self.aliases.insert(
+                        element.required("as")?.to_owned(),
+                        element.required("id")?.to_owned(),
+                    );
                 }
                 "include" => {
                     if depth + 1 >= self.limits.depth {
-                        return Err(element.error("files are included too deeply, or include each other"));
+                        return Err(
+                            element.error("files are included too deeply, or include each other")
+                        );
                     }
-                    let (path, bytes) = self.files.read(element.required("filename")?, element.location())?;
+                    let (path, bytes) =
+                        self.files.read(element.required("filename")?, element.location())?;
                     let mut included = self.file(&path, &bytes, depth + 1)?;
                     children.append(&mut included);
                 }
@@ -209,9 +259,16 @@ impl Reader<'_> {
         while let Some(at) = rest.find('$') {
             result.push_str(&rest[..at]);
             rest = &rest[at + 1..];
-            let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len()).min(LONGEST_NAME);
+            let end = rest
+                .find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
+                .unwrap_or(rest.len())
+                .min(LONGEST_NAME);
             // "$widthpx" is the parameter "width" if there is no longer one.
-            let Some(name) = (1..=end).rev().map(|length| &rest[..length]).find(|name| self.parameters.contains_key(*name)) else {
+            let Some(name) = (1..=end)
+                .rev()
+                .map(|length| &rest[..length])
+                .find(|name| self.parameters.contains_key(*name))
+            else {
                 return Err(element.error(format!("the parameter ${} has no value", &rest[..end])));
             };
             let Some(parameter) = self.parameters.get_mut(name) else { continue };
@@ -219,7 +276,9 @@ impl Reader<'_> {
             result.push_str(&parameter.value);
             rest = &rest[name.len()..];
             let left = self.expansion_left.checked_sub(parameter.value.len() as u64);
-            self.expansion_left = left.ok_or_else(|| element.error("parameters expand to more characters than the limit admits"))?;
+            self.expansion_left = left.ok_or_else(|| {
+                element.error("parameters expand to more characters than the limit admits")
+            })?;
         }
         result.push_str(rest);
         Ok(result)

@@ -5,14 +5,18 @@ use super::Loader;
 use super::document::Element;
 use super::spectrum::Illuminant;
 use super::values::Object;
-use crate::endpoint::{ConstantEnvironment, DirectionalLight, EndpointError, EnvironmentMap, Light, Lookup, PointLight, SpotLight};
+use crate::endpoint::{
+    ConstantEnvironment, DirectionalLight, EndpointError, EnvironmentMap, Light, Lookup,
+    PointLight, SpotLight,
+};
 use crate::math::Rgb;
 use crate::scene::SceneError;
 use crate::texture::Texture;
 use glam::{DAffine3, DMat3, DVec3};
 
 impl<'a> Loader<'a> {
-    /// Adds an emitter of the scene. Area lights in their place are left to the shapes that refer to them.
+    /// Adds an emitter of the scene. Area lights in their place are left to the shapes that refer
+    /// to them.
     pub(super) fn emitter(&mut self, element: &'a Element) -> Result<(), Error> {
         let object = Object::new(element);
         let made = |error: EndpointError| element.caused(error);
@@ -36,8 +40,14 @@ impl<'a> Loader<'a> {
                 let to_world = object.transform("to_world")?;
                 let cutoff = object.float_or("cutoff_angle", 20.0)?;
                 let beam = object.float_or("beam_width", 0.75 * cutoff)?;
-                let light =
-                    SpotLight::new(to_world.translation, to_world.transform_vector3(DVec3::Z), intensity, beam, cutoff).map_err(made)?;
+                let light = SpotLight::new(
+                    to_world.translation,
+                    to_world.transform_vector3(DVec3::Z),
+                    intensity,
+                    beam,
+                    cutoff,
+                )
+                .map_err(made)?;
                 self.light(element, light.with_linear_falloff())?;
             }
             "directional" => {
@@ -56,7 +66,12 @@ impl<'a> Loader<'a> {
                 let map = self.environment_map(&object)?;
                 self.environment(element, map)?;
             }
-            other => return self.warn(element, format!("emitters of type {other} are not supported, and left out")),
+            other => {
+                return self.warn(
+                    element,
+                    format!("emitters of type {other} are not supported, and left out"),
+                );
+            }
         }
         object.ignore(&["sampling_weight"]);
         object.finish(&mut self.warnings)
@@ -70,7 +85,8 @@ impl<'a> Loader<'a> {
             return Ok(None);
         }
         let object = Object::new(element);
-        let radiance = self.texture(&object, "radiance", Illuminant::Equal)?.unwrap_or(Rgb::WHITE.into());
+        let radiance =
+            self.texture(&object, "radiance", Illuminant::Equal)?.unwrap_or(Rgb::WHITE.into());
         object.ignore(&["sampling_weight"]);
         object.finish(&mut self.warnings)?;
         Ok(Some(radiance))
@@ -80,12 +96,20 @@ impl<'a> Loader<'a> {
         Ok(self.colour(object, name, Illuminant::Equal)?.unwrap_or(Rgb::WHITE))
     }
 
-    fn light(&mut self, element: &'a Element, light: impl Light + Send + 'static) -> Result<(), Error> {
+    fn light(
+        &mut self,
+        element: &'a Element,
+        light: impl Light + Send + 'static,
+    ) -> Result<(), Error> {
         let name = self.name(element);
         self.builder.add_light(name, light).map_err(|error| element.caused(error))
     }
 
-    fn environment(&mut self, element: &'a Element, light: impl Light + Send + 'static) -> Result<(), Error> {
+    fn environment(
+        &mut self,
+        element: &'a Element,
+        light: impl Light + Send + 'static,
+    ) -> Result<(), Error> {
         let name = self.name(element);
         self.builder.set_environment(name, light).map_err(|error: SceneError| element.caused(error))
     }
@@ -93,11 +117,13 @@ impl<'a> Loader<'a> {
     fn environment_map(&mut self, object: &Object<'a>) -> Result<EnvironmentMap, Error> {
         let element = object.element;
         let scale = object.float_or("scale", 1.0)?;
-        let name = object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
+        let name =
+            object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
         let image = self.image(name, element, false)?;
         let rotation = rotation(element, &object.transform("to_world")?)?;
         let pixels = image.pixels().iter().map(|pixel| *pixel * scale).collect();
-        let map = EnvironmentMap::new(image.width(), image.height(), pixels, rotation).map_err(|error| element.caused(error))?;
+        let map = EnvironmentMap::new(image.width(), image.height(), pixels, rotation)
+            .map_err(|error| element.caused(error))?;
         Ok(map.with_lookup(Lookup::Bilinear))
     }
 }
@@ -107,5 +133,9 @@ fn rotation(element: &Element, to_world: &DAffine3) -> Result<DMat3, Error> {
     let scale = to_world.matrix3.determinant().abs().cbrt();
     let rotation = to_world.matrix3 * (1.0 / scale);
     let error = rotation.transpose() * rotation - DMat3::IDENTITY;
-    if error.to_cols_array().iter().all(|e| e.abs() < 1e-4) { Ok(rotation) } else { Err(element.error("to_world is not a rotation")) }
+    if error.to_cols_array().iter().all(|e| e.abs() < 1e-4) {
+        Ok(rotation)
+    } else {
+        Err(element.error("to_world is not a rotation"))
+    }
 }

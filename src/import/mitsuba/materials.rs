@@ -27,17 +27,25 @@ impl<'a> Loader<'a> {
         let material = self.bsdf(element, 0)?;
         // The scene's own names of materials are another set.
         let name = format!("{} {}", self.materials.len(), element.id().unwrap_or(element.kind()));
-        let id = self.builder.add_material(name, material).map_err(|error| element.caused(error))?;
+        let id =
+            self.builder.add_material(name, material).map_err(|error| element.caused(error))?;
         self.materials.insert(key, id);
         Ok(id)
     }
 
     /// The material of shapes that name none: grey and diffuse, or black if they emit.
-    pub(super) fn default_material(&mut self, shape: &'a Element, emits: bool) -> Result<MaterialId, Error> {
-        let (name, material) = if emits { ("default emitter", Material::Black) } else { ("default", stand_in()) };
+    pub(super) fn default_material(
+        &mut self,
+        shape: &'a Element,
+        emits: bool,
+    ) -> Result<MaterialId, Error> {
+        let (name, material) =
+            if emits { ("default emitter", Material::Black) } else { ("default", stand_in()) };
         match self.builder.material(name) {
             Ok(id) => Ok(id),
-            Err(_) => self.builder.add_material(name, material).map_err(|error| shape.caused(error)),
+            Err(_) => {
+                self.builder.add_material(name, material).map_err(|error| shape.caused(error))
+            }
         }
     }
 
@@ -63,12 +71,19 @@ impl<'a> Loader<'a> {
             }
             "roughdielectric" => {
                 let (alpha, beckmann) = self.roughness(&object)?;
-                let glass = Material::RoughDielectric { relative_ior: relative_ior(&object, "bk7")?, alpha };
+                let glass = Material::RoughDielectric {
+                    relative_ior: relative_ior(&object, "bk7")?,
+                    alpha,
+                };
                 self.transmissive(&object, with_distribution(glass, beckmann))?
             }
             "conductor" => {
                 let (eta, k) = self.complex_ior(&object)?;
-                let smooth = if is_perfect(eta, k) { Material::Mirror { reflectance: Rgb::WHITE } } else { Material::Conductor { eta, k } };
+                let smooth = if is_perfect(eta, k) {
+                    Material::Mirror { reflectance: Rgb::WHITE }
+                } else {
+                    Material::Conductor { eta, k }
+                };
                 self.tinted(&object, smooth)?.one_sided()
             }
             "roughconductor" => {
@@ -89,18 +104,27 @@ impl<'a> Loader<'a> {
             }
             "null" => Material::Null,
             "twosided" => match self.nested(&object, depth)?[..] {
-                [ref both] => Material::Sided { front: Box::new(both.clone()), back: Box::new(both.clone()) },
-                [ref front, ref back] => Material::Sided { front: Box::new(front.clone()), back: Box::new(back.clone()) },
+                [ref both] => {
+                    Material::Sided { front: Box::new(both.clone()), back: Box::new(both.clone()) }
+                }
+                [ref front, ref back] => {
+                    Material::Sided { front: Box::new(front.clone()), back: Box::new(back.clone()) }
+                }
                 _ => return Err(element.error("twosided has one bsdf or two")),
             },
             "mask" => {
-                let opacity = self.texture(&object, "opacity", Illuminant::D65)?.unwrap_or(Rgb::splat(0.5).into());
+                let opacity = self
+                    .texture(&object, "opacity", Illuminant::D65)?
+                    .unwrap_or(Rgb::splat(0.5).into());
                 let [inside] = self.exactly(&object, depth, "mask has one bsdf")?;
                 Material::Blend { components: Box::new([Material::Null, inside]), amount: opacity }
             }
             "blendbsdf" => {
-                let amount = self.texture(&object, "weight", Illuminant::D65)?.ok_or_else(|| element.error("the weight is missing"))?;
-                let components: [Material; 2] = self.exactly(&object, depth, "blendbsdf has two bsdfs")?;
+                let amount = self
+                    .texture(&object, "weight", Illuminant::D65)?
+                    .ok_or_else(|| element.error("the weight is missing"))?;
+                let components: [Material; 2] =
+                    self.exactly(&object, depth, "blendbsdf has two bsdfs")?;
                 Material::Blend { components: Box::new(components), amount }
             }
             "bumpmap" | "normalmap" => {
@@ -111,7 +135,13 @@ impl<'a> Loader<'a> {
                         inside = Some(self.bsdf(child, depth + 1)?);
                     }
                 }
-                self.warn(element, format!("a {} is not supported; the surface is as smooth as its shape", element.kind()))?;
+                self.warn(
+                    element,
+                    format!(
+                        "a {} is not supported; the surface is as smooth as its shape",
+                        element.kind()
+                    ),
+                )?;
                 object.ignore(&["normalmap", "arbitrary"]);
                 return Ok(inside.unwrap_or_else(stand_in));
             }
@@ -130,12 +160,18 @@ impl<'a> Loader<'a> {
         object.objects().into_iter().map(|child| self.bsdf(child, depth + 1)).collect()
     }
 
-    fn exactly<const N: usize>(&mut self, object: &Object<'a>, depth: u32, reason: &str) -> Result<[Material; N], Error> {
+    fn exactly<const N: usize>(
+        &mut self,
+        object: &Object<'a>,
+        depth: u32,
+        reason: &str,
+    ) -> Result<[Material; N], Error> {
         self.nested(object, depth)?.try_into().map_err(|_| object.element.error(reason))
     }
 
     fn diffuse(&mut self, object: &Object<'a>) -> Result<Material, Error> {
-        let reflectance = self.texture(object, "reflectance", Illuminant::D65)?.unwrap_or(Rgb::splat(0.5).into());
+        let reflectance =
+            self.texture(object, "reflectance", Illuminant::D65)?.unwrap_or(Rgb::splat(0.5).into());
         Ok(match reflectance.as_constant() {
             Some(albedo) => Material::Lambert { albedo },
             None => Material::Lambert { albedo: Rgb::WHITE }.tinted(reflectance),
@@ -144,8 +180,12 @@ impl<'a> Loader<'a> {
 
     fn plastic(&mut self, object: &Object<'a>) -> Result<Material, Error> {
         Ok(Material::Plastic {
-            albedo: self.texture(object, "diffuse_reflectance", Illuminant::D65)?.unwrap_or(Rgb::splat(0.5).into()),
-            specular: self.colour(object, "specular_reflectance", Illuminant::D65)?.unwrap_or(Rgb::WHITE),
+            albedo: self
+                .texture(object, "diffuse_reflectance", Illuminant::D65)?
+                .unwrap_or(Rgb::splat(0.5).into()),
+            specular: self
+                .colour(object, "specular_reflectance", Illuminant::D65)?
+                .unwrap_or(Rgb::WHITE),
             relative_ior: relative_ior(object, "polypropylene")?,
             colour_shift: object.boolean("nonlinear")?.unwrap_or(false),
         })
@@ -162,8 +202,10 @@ impl<'a> Loader<'a> {
     /// Multiplies by `specular_reflectance` and `specular_transmittance`, if they are the same.
     fn transmissive(&mut self, object: &Object<'a>, material: Material) -> Result<Material, Error> {
         let white = || Texture::from(Rgb::WHITE);
-        let reflectance = self.texture(object, "specular_reflectance", Illuminant::D65)?.unwrap_or_else(white);
-        let transmittance = self.texture(object, "specular_transmittance", Illuminant::D65)?.unwrap_or_else(white);
+        let reflectance =
+            self.texture(object, "specular_reflectance", Illuminant::D65)?.unwrap_or_else(white);
+        let transmittance =
+            self.texture(object, "specular_transmittance", Illuminant::D65)?.unwrap_or_else(white);
         if reflectance != transmittance {
             self.warn(object.element, "specular_reflectance and specular_transmittance differ, which is not supported: both are 1")?;
             return Ok(material);
@@ -178,12 +220,18 @@ impl<'a> Loader<'a> {
         let beckmann = match object.string("distribution")? {
             None | Some("beckmann") => true,
             Some("ggx") => false,
-            Some(other) => return Err(object.element.error(format!("the distribution \"{other}\" is not known"))),
+            Some(other) => {
+                return Err(object
+                    .element
+                    .error(format!("the distribution \"{other}\" is not known")));
+            }
         };
         let mut alpha = |name: &str| -> Result<Option<f64>, Error> {
             match object.get(name) {
                 None => Ok(None),
-                Some(child) if matches!(child.tag.as_str(), "float" | "integer") => number(child, child.required("value")?).map(Some),
+                Some(child) if matches!(child.tag.as_str(), "float" | "integer") => {
+                    number(child, child.required("value")?).map(Some)
+                }
                 Some(child) => {
                     self.warn(child, "roughness must be a number here; it is 0.1")?;
                     Ok(Some(0.1))
@@ -191,15 +239,23 @@ impl<'a> Loader<'a> {
             }
         };
         let both = alpha("alpha")?.unwrap_or(0.1);
-        Ok((DVec2::new(alpha("alpha_u")?.unwrap_or(both), alpha("alpha_v")?.unwrap_or(both)), beckmann))
+        Ok((
+            DVec2::new(alpha("alpha_u")?.unwrap_or(both), alpha("alpha_v")?.unwrap_or(both)),
+            beckmann,
+        ))
     }
 
     fn complex_ior(&mut self, object: &Object<'a>) -> Result<(Rgb, Rgb), Error> {
         let element = object.element;
         let mut spectrum = |name| object.get(name).map_or(Ok(None), |child| self.spectrum(child));
         if let (Some(n), Some(k)) = (spectrum("eta")?, spectrum("k")?) {
-            if n.is_empty() || k.is_empty() || n.iter().any(|(_, n)| *n <= 0.0) || k.iter().any(|(_, k)| *k < 0.0) {
-                return Err(element.error("eta must be positive at all its wavelengths, and k not negative"));
+            if n.is_empty()
+                || k.is_empty()
+                || n.iter().any(|(_, n)| *n <= 0.0)
+                || k.iter().any(|(_, k)| *k < 0.0)
+            {
+                return Err(element
+                    .error("eta must be positive at all its wavelengths, and k not negative"));
             }
             let [eta, k] = conductors::from_spectra(&n, &k);
             return Ok((eta, k));
@@ -213,7 +269,12 @@ impl<'a> Loader<'a> {
             (Some(name), None, None) => match conductors::by_name(name) {
                 Some([eta, k]) => Ok((eta, k)),
                 None => {
-                    self.warn(element, format!("the conductor {name} is not known; it is a perfect mirror instead"))?;
+                    self.warn(
+                        element,
+                        format!(
+                            "the conductor {name} is not known; it is a perfect mirror instead"
+                        ),
+                    )?;
                     Ok((Rgb::BLACK, Rgb::WHITE))
                 }
             },
@@ -237,9 +298,10 @@ fn relative_ior(object: &Object<'_>, inside: &str) -> Result<f64, Error> {
         let Some(child) = object.get(name) else { return Ok(named_ior(default).unwrap_or(1.0)) };
         let value = child.required("value")?;
         match child.tag.as_str() {
-            "string" => {
-                named_ior(value).ok_or_else(|| child.error(format!("the material {value} is not known; give its index as a number")))
-            }
+            "string" => named_ior(value).ok_or_else(|| {
+                child
+                    .error(format!("the material {value} is not known; give its index as a number"))
+            }),
             "float" | "integer" => number(child, value),
             _ => Err(child.error("must be a number or the name of a material")),
         }

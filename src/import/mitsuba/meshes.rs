@@ -13,12 +13,18 @@ use std::io::{Cursor, Read};
 
 impl<'a> Loader<'a> {
     /// The mesh of a shape, in world space.
-    pub(super) fn mesh_file(&mut self, object: &Object<'a>, to_world: &DAffine3, flip: bool) -> Result<Mesh, Error> {
+    pub(super) fn mesh_file(
+        &mut self,
+        object: &Object<'a>,
+        to_world: &DAffine3,
+        flip: bool,
+    ) -> Result<Mesh, Error> {
         let element = object.element;
         let kind = element.kind();
         let face_normals = object.boolean("face_normals")?.unwrap_or(false);
         let flip_uvs = object.boolean("flip_tex_coords")?.unwrap_or(kind == "obj");
-        let name = object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
+        let name =
+            object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
         let (path, bytes) = self.files.read(name, element.location())?;
         let parsed = match kind {
             "obj" => obj(&bytes, self.triangles_left),
@@ -31,9 +37,11 @@ impl<'a> Loader<'a> {
                 })
             }
         };
-        let mut mesh = parsed.map_err(|reason| element.error(format!("{}: {reason}", path.display())))?;
+        let mut mesh =
+            parsed.map_err(|reason| element.error(format!("{}: {reason}", path.display())))?;
         let left = self.triangles_left.checked_sub(mesh.indices.len() as u64);
-        self.triangles_left = left.ok_or_else(|| element.error("the meshes have more triangles than the limit admits"))?;
+        self.triangles_left = left
+            .ok_or_else(|| element.error("the meshes have more triangles than the limit admits"))?;
         check(element, &mesh)?;
         if face_normals {
             mesh.normals = None;
@@ -53,19 +61,25 @@ impl<'a> Loader<'a> {
 fn check(element: &Element, mesh: &Mesh) -> Result<(), Error> {
     let count = mesh.positions.len();
     match mesh.indices.iter().flatten().find(|&&index| index as usize >= count) {
-        Some(index) => Err(element.error(format!("a triangle refers to vertex {index} of {count}"))),
+        Some(index) => {
+            Err(element.error(format!("a triangle refers to vertex {index} of {count}")))
+        }
         None => Ok(()),
     }
 }
 
-/// The mesh in world space. Triangles are turned so that their front is where their normals point; without normals the winding is kept, so that a mirroring
-/// transform turns the mesh inside out.
+/// The mesh in world space. Triangles are turned so that their front is where their normals point;
+/// without normals the winding is kept, so that a mirroring transform turns the mesh inside out.
 pub(super) fn placed(mesh: Mesh, to_world: &DAffine3, flip: bool) -> Mesh {
     let Mesh { mut positions, mut normals, uvs, mut indices } = mesh;
     positions.iter_mut().for_each(|p| *p = to_world.transform_point3(*p));
     let matrix = to_world.matrix3;
     // The cofactors: the inverse transpose times the determinant.
-    let [x, y, z] = [matrix.y_axis.cross(matrix.z_axis), matrix.z_axis.cross(matrix.x_axis), matrix.x_axis.cross(matrix.y_axis)];
+    let [x, y, z] = [
+        matrix.y_axis.cross(matrix.z_axis),
+        matrix.z_axis.cross(matrix.x_axis),
+        matrix.x_axis.cross(matrix.y_axis),
+    ];
     let sign = if (matrix.determinant() < 0.0) != flip { -1.0 } else { 1.0 };
     normals.iter_mut().flatten().for_each(|n| *n = (x * n.x + y * n.y + z * n.z) * sign);
     for triangle in &mut indices {
@@ -84,7 +98,8 @@ pub(super) fn placed(mesh: Mesh, to_world: &DAffine3, flip: bool) -> Mesh {
     Mesh { positions, normals, uvs, indices }
 }
 
-/// Normals of vertices: those of their triangles, weighted by the triangles' angles there (Thürmer and Wüthrich 1998).
+/// Normals of vertices: those of their triangles, weighted by the triangles' angles there (Thürmer
+/// and Wüthrich 1998).
 fn smooth_normals(mesh: &Mesh) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; mesh.positions.len()];
     for triangle in &mesh.indices {
@@ -95,7 +110,8 @@ fn smooth_normals(mesh: &Mesh) -> Vec<DVec3> {
             normals[triangle[i] as usize] += normal * a.angle_between(b);
         }
     }
-    // A vertex of no triangle, or of two that cancel, is never interpolated to something useful; any direction will do.
+    // A vertex of no triangle, or of two that cancel, is never interpolated to something useful;
+    // any direction will do.
     normals.iter_mut().for_each(|normal| *normal = normal.try_normalize().unwrap_or(DVec3::Z));
     normals
 }
@@ -105,22 +121,35 @@ fn vectors<const N: usize>(values: &[f32]) -> Vec<[f64; N]> {
 }
 
 fn obj(bytes: &[u8], most: u64) -> Result<Mesh, String> {
-    // The parser takes much more memory than the file for corners, of which triangles have three and other polygons fewer for each triangle that they become.
-    let faces = bytes.split(|byte| *byte == b'\n').filter(|line| matches!(line.trim_ascii_start().first(), Some(b'f' | b'l' | b'p')));
-    let corners: u64 = faces.map(|line| line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count() as u64 - 1).sum();
+    // The parser takes much more memory than the file for corners, of which triangles have three
+    // and other polygons fewer for each triangle that they become.
+    let faces = bytes
+        .split(|byte| *byte == b'\n')
+        .filter(|line| matches!(line.trim_ascii_start().first(), Some(b'f' | b'l' | b'p')));
+    let corners: u64 = faces
+        .map(|line| {
+            line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count() as u64 - 1
+        })
+        .sum();
     if corners > most.saturating_mul(3) {
         return Err(format!("its {corners} corners make more triangles than the limit admits"));
     }
-    let options = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
-    let (models, _) =
-        tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| Ok((Vec::new(), Default::default()))).map_err(|e| e.to_string())?;
+    let options =
+        tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
+    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| {
+        Ok((Vec::new(), Default::default()))
+    })
+    .map_err(|e| e.to_string())?;
     let mut mesh = Mesh::default();
-    let all = |has: fn(&tobj::Mesh) -> bool| models.iter().filter(|model| !model.mesh.indices.is_empty()).all(|model| has(&model.mesh));
+    let all = |has: fn(&tobj::Mesh) -> bool| {
+        models.iter().filter(|model| !model.mesh.indices.is_empty()).all(|model| has(&model.mesh))
+    };
     let mut normals = all(|mesh| !mesh.normals.is_empty()).then(Vec::new);
     let mut uvs = all(|mesh| !mesh.texcoords.is_empty()).then(Vec::new);
     for model in models.iter().filter(|model| !model.mesh.indices.is_empty()) {
         let part = &model.mesh;
-        let first = u32::try_from(mesh.positions.len()).map_err(|_| "there are too many vertices")?;
+        let first =
+            u32::try_from(mesh.positions.len()).map_err(|_| "there are too many vertices")?;
         mesh.positions.extend(vectors(&part.positions).into_iter().map(DVec3::from_array));
         if let Some(normals) = &mut normals {
             normals.extend(vectors(&part.normals).into_iter().map(DVec3::from_array));
@@ -130,12 +159,18 @@ fn obj(bytes: &[u8], most: u64) -> Result<Mesh, String> {
         }
         for triangle in part.indices.as_chunks::<3>().0 {
             let shifted = triangle.map(|i| i.checked_add(first));
-            let [Some(a), Some(b), Some(c)] = shifted else { return Err("there are too many vertices".to_owned()) };
+            let [Some(a), Some(b), Some(c)] = shifted else {
+                return Err("there are too many vertices".to_owned());
+            };
             mesh.indices.push([a, b, c]);
         }
     }
     let count = mesh.positions.len();
-    Ok(Mesh { normals: normals.filter(|n| n.len() == count && count > 0), uvs: uvs.filter(|uv| uv.len() == count && count > 0), ..mesh })
+    Ok(Mesh {
+        normals: normals.filter(|n| n.len() == count && count > 0),
+        uvs: uvs.filter(|uv| uv.len() == count && count > 0),
+        ..mesh
+    })
 }
 
 /// What a PLY file says about a vertex: x, y, z, nx, ny, nz, u, v, and which of them it has said.
@@ -212,14 +247,18 @@ fn ply(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
     let (mut normals, mut uvs) = (Vec::new(), Vec::new());
     let (mut with_normals, mut with_uvs) = (true, true);
     for (name, definition) in &header.elements {
-        // Each element takes a byte at least; more of them, or elements of nothing, would never end.
-        if definition.count > bytes.len() || (definition.properties.is_empty() && definition.count > 0) {
+        // Each element takes a byte at least; more of them, or elements of nothing, would never
+        // end.
+        if definition.count > bytes.len()
+            || (definition.properties.is_empty() && definition.count > 0)
+        {
             return Err(format!("{} elements {name} do not fit into the file", definition.count));
         }
         match name.as_str() {
             "vertex" => {
-                for vertex in
-                    Parser::<PlyVertex>::new().read_payload_for_element(&mut reader, definition, &header).map_err(|e| e.to_string())?
+                for vertex in Parser::<PlyVertex>::new()
+                    .read_payload_for_element(&mut reader, definition, &header)
+                    .map_err(|e| e.to_string())?
                 {
                     let [x, y, z, nx, ny, nz, u, v] = vertex.values;
                     if vertex.known & 7 != 7 {
@@ -233,23 +272,34 @@ fn ply(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
                 }
             }
             "face" => {
-                for face in
-                    Parser::<PlyFace>::new().read_payload_for_element(&mut reader, definition, &header).map_err(|e| e.to_string())?
+                for face in Parser::<PlyFace>::new()
+                    .read_payload_for_element(&mut reader, definition, &header)
+                    .map_err(|e| e.to_string())?
                 {
-                    let [first, rest @ ..] = &face.vertices[..] else { return Err("a face has no vertices".to_owned()) };
+                    let [first, rest @ ..] = &face.vertices[..] else {
+                        return Err("a face has no vertices".to_owned());
+                    };
                     mesh.indices.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
                     if mesh.indices.len() as u64 > most_triangles {
-                        return Err("the meshes have more triangles than the limit admits".to_owned());
+                        return Err(
+                            "the meshes have more triangles than the limit admits".to_owned()
+                        );
                     }
                 }
             }
             _ => {
-                Parser::<Skipped>::new().read_payload_for_element(&mut reader, definition, &header).map_err(|e| e.to_string())?;
+                Parser::<Skipped>::new()
+                    .read_payload_for_element(&mut reader, definition, &header)
+                    .map_err(|e| e.to_string())?;
             }
         }
     }
     let any = !mesh.positions.is_empty();
-    Ok(Mesh { normals: (any && with_normals).then_some(normals), uvs: (any && with_uvs).then_some(uvs), ..mesh })
+    Ok(Mesh {
+        normals: (any && with_normals).then_some(normals),
+        uvs: (any && with_uvs).then_some(uvs),
+        ..mesh
+    })
 }
 
 /// Magic number of Mitsuba's format.
@@ -257,19 +307,26 @@ const SERIALIZED: u16 = 0x041C;
 
 /// One mesh of a file in Mitsuba's format, versions 3 and 4, and how many bytes were decompressed.
 ///
-/// Each mesh is a header and a zlib stream; at the file's end are the offsets of the meshes and their number.
+/// Each mesh is a header and a zlib stream; at the file's end are the offsets of the meshes and
+/// their number.
 fn serialized(bytes: &[u8], index: i64, most_bytes: u64) -> Result<(Mesh, u64), String> {
     let end = || "the file ends too early".to_owned();
-    let at = |offset: usize, length: usize| bytes.get(offset..).and_then(|rest| rest.get(..length)).ok_or_else(end);
+    let at = |offset: usize, length: usize| {
+        bytes.get(offset..).and_then(|rest| rest.get(..length)).ok_or_else(end)
+    };
     let short = |offset: usize| at(offset, 2).map(|b| u16::from_le_bytes([b[0], b[1]]));
-    let number = |offset: usize, length: usize| at(offset, length).map(|b| b.iter().rev().fold(0u64, |n, byte| n << 8 | u64::from(*byte)));
+    let number = |offset: usize, length: usize| {
+        at(offset, length).map(|b| b.iter().rev().fold(0u64, |n, byte| n << 8 | u64::from(*byte)))
+    };
     let (magic, version) = (short(0)?, short(2)?);
     if magic != SERIALIZED || !matches!(version, 3 | 4) {
         return Err("this is not a serialized mesh of version 3 or 4".to_owned());
     }
     let count = number(bytes.len().checked_sub(4).ok_or_else(end)?, 4)?;
-    let index =
-        u64::try_from(index).ok().filter(|index| *index < count).ok_or_else(|| format!("there is no shape {index}; there are {count}"))?;
+    let index = u64::try_from(index)
+        .ok()
+        .filter(|index| *index < count)
+        .ok_or_else(|| format!("there is no shape {index}; there are {count}"))?;
     let width = if version == 4 { 8 } else { 4 };
     let from_end = 4 + (count - index).saturating_mul(width);
     let entry = (bytes.len() as u64).checked_sub(from_end).ok_or_else(end)?;
@@ -298,10 +355,19 @@ impl Stream<'_> {
         }
         // The name.
         while version == 4 && self.bytes::<1>()? != [0] {}
-        let (vertices, triangles) = (u64::from_le_bytes(self.bytes()?), u64::from_le_bytes(self.bytes()?));
+        let (vertices, triangles) =
+            (u64::from_le_bytes(self.bytes()?), u64::from_le_bytes(self.bytes()?));
         let positions = self.vectors::<3>(vertices)?.into_iter().map(DVec3::from_array).collect();
-        let normals = if flags & 1 != 0 { Some(self.vectors::<3>(vertices)?.into_iter().map(DVec3::from_array).collect()) } else { None };
-        let uvs = if flags & 2 != 0 { Some(self.vectors::<2>(vertices)?.into_iter().map(DVec2::from_array).collect()) } else { None };
+        let normals = if flags & 1 != 0 {
+            Some(self.vectors::<3>(vertices)?.into_iter().map(DVec3::from_array).collect())
+        } else {
+            None
+        };
+        let uvs = if flags & 2 != 0 {
+            Some(self.vectors::<2>(vertices)?.into_iter().map(DVec2::from_array).collect())
+        } else {
+            None
+        };
         if flags & 8 != 0 {
             self.vectors::<3>(vertices)?;
         }
@@ -322,7 +388,11 @@ impl Stream<'_> {
         for _ in 0..count {
             let mut vector = [0.0; N];
             for value in &mut vector {
-                *value = if self.double { f64::from_le_bytes(self.bytes()?) } else { f64::from(f32::from_le_bytes(self.bytes()?)) };
+                *value = if self.double {
+                    f64::from_le_bytes(self.bytes()?)
+                } else {
+                    f64::from(f32::from_le_bytes(self.bytes()?))
+                };
             }
             vectors.push(vector);
         }
@@ -331,7 +401,9 @@ impl Stream<'_> {
 
     fn bytes<const N: usize>(&mut self) -> Result<[u8; N], String> {
         let mut bytes = [0; N];
-        self.reader.read_exact(&mut bytes).map_err(|error| format!("the mesh ends too early: {error}"))?;
+        self.reader
+            .read_exact(&mut bytes)
+            .map_err(|error| format!("the mesh ends too early: {error}"))?;
         Ok(bytes)
     }
 }

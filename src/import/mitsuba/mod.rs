@@ -25,15 +25,19 @@
 //!
 //! # Conventions
 //!
-//! - Spectra become linear RGB by the CIE 1931 observer: emission as it is seen, so that a constant spectrum has the colour of the equal-energy illuminant; everything
-//!   else under daylight (D65), so that constant reflectances are grey. Nothing is assumed outside of the listed wavelengths.
-//! - Conductors, by name or by spectra of `eta` and `k`, reflect at normal incidence what their spectrum reflects; their indices follow from that.
+//! - Spectra become linear RGB by the CIE 1931 observer: emission as it is seen, so that a constant
+//!   spectrum has the colour of the equal-energy illuminant; everything else under daylight (D65),
+//!   so that constant reflectances are grey. Nothing is assumed outside of the listed wavelengths.
+//! - Conductors, by name or by spectra of `eta` and `k`, reflect at normal incidence what their
+//!   spectrum reflects; their indices follow from that.
 //! - A shape without a material is diffuse and grey, or black if it emits.
 //! - A material that is not `twosided` absorbs on its back, unless it transmits light.
-//! - Which side is the front is decided by the vertex normals of a mesh. Meshes without them get normals weighted by the angles of their triangles,
-//!   unless `face_normals` is set.
-//! - Masking and shadowing of rough materials are height-correlated here, and independent there: rough surfaces are a little brighter here at grazing angles.
-//! - A Gaussian filter has the same standard deviation, but is the pixel's box blurred. Environment maps have their pixels' centres in the middle of pixels.
+//! - Which side is the front is decided by the vertex normals of a mesh. Meshes without them get
+//!   normals weighted by the angles of their triangles, unless `face_normals` is set.
+//! - Masking and shadowing of rough materials are height-correlated here, and independent there:
+//!   rough surfaces are a little brighter here at grazing angles.
+//! - A Gaussian filter has the same standard deviation, but is the pixel's box blurred. Environment
+//!   maps have their pixels' centres in the middle of pixels.
 //! - `max_depth` counts the edges of a path there and the scattering events here, one less.
 //! - The integrator and the sampler are [hints](super::Hints).
 
@@ -57,12 +61,18 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 use values::Object;
 
-/// Reads a scene. `parameters` are the values of `$name`s, which precede the `<default>`s in the file.
+/// Reads a scene. `parameters` are the values of `$name`s, which precede the `<default>`s in the
+/// file.
 ///
 /// # Errors
-/// If a file cannot be read or is malformed, refers to what does not exist or must not be read, asks for more than the limits admit, or describes nothing that
-/// can be rendered; in strict mode also for everything that would be a warning.
-pub fn load(path: impl AsRef<Path>, options: &Options, parameters: impl IntoIterator<Item = (String, String)>) -> Result<Import, Error> {
+/// If a file cannot be read or is malformed, refers to what does not exist or must not be read,
+/// asks for more than the limits admit, or describes nothing that can be rendered; in strict mode
+/// also for everything that would be a warning.
+pub fn load(
+    path: impl AsRef<Path>,
+    options: &Options,
+    parameters: impl IntoIterator<Item = (String, String)>,
+) -> Result<Import, Error> {
     let path = path.as_ref();
     let parameters: BTreeMap<String, String> = parameters.into_iter().collect();
     let mut files = Files::new(path, &options.limits)?;
@@ -130,7 +140,9 @@ impl<'a> Loader<'a> {
 
     fn find_references(&mut self, elements: &'a [Element]) {
         for element in elements {
-            if let Some(target) = element.id().filter(|_| element.tag == "ref").and_then(|id| self.lookup(id)) {
+            if let Some(target) =
+                element.id().filter(|_| element.tag == "ref").and_then(|id| self.lookup(id))
+            {
                 self.referenced.insert(target);
             }
             self.find_references(&element.children);
@@ -161,7 +173,10 @@ impl<'a> Loader<'a> {
 
     /// A name that nothing else has: the id, or kind and line.
     fn name(&mut self, element: &Element) -> String {
-        let base = element.id().map_or_else(|| format!("{} {} in line {}", element.kind(), element.tag, element.line()), str::to_owned);
+        let base = element.id().map_or_else(
+            || format!("{} {} in line {}", element.kind(), element.tag, element.line()),
+            str::to_owned,
+        );
         let mut number = self.names.get(&base).copied().unwrap_or(0);
         // Another object may have the name "base (2)" for its id.
         let name = loop {
@@ -190,7 +205,9 @@ impl<'a> Loader<'a> {
                 "integrator" => self.integrator(element)?,
                 // Read where they are referred to.
                 "bsdf" | "texture" | "spectrum" | "rgb" | "float" => {}
-                "medium" | "phase" | "volume" => self.warn(element, "participating media are not supported, and left out")?,
+                "medium" | "phase" | "volume" => {
+                    self.warn(element, "participating media are not supported, and left out")?
+                }
                 other => self.warn(element, format!("{other} is not known, and left out"))?,
             }
         }
@@ -211,7 +228,10 @@ impl<'a> Loader<'a> {
             clip.check(world.bounds(), &mut self.warnings)?;
         }
         if world.dropped_triangles() > 0 {
-            self.warnings.warn(whole(), format!("{} triangles without area are left out", world.dropped_triangles()))?;
+            self.warnings.warn(
+                whole(),
+                format!("{} triangles without area are left out", world.dropped_triangles()),
+            )?;
         }
         Ok(Import { world, views, hints: self.hints, warnings: self.warnings.into_list() })
     }

@@ -25,10 +25,13 @@ impl Clip {
     pub fn check(self, bounds: Bounds, warnings: &mut Warnings) -> Result<(), Error> {
         let center = if bounds.is_empty() { self.position } else { bounds.center() };
         let half = if bounds.is_empty() { DVec3::ZERO } else { 0.5 * (bounds.max - bounds.min) };
-        let (depth, reach) = ((center - self.position).dot(self.forward), half.dot(self.forward.abs()));
+        let (depth, reach) =
+            ((center - self.position).dot(self.forward), half.dot(self.forward.abs()));
         let [near, far] = self.planes;
         // What is behind the camera cannot be seen either way.
-        if near.is_some_and(|near| depth - reach < near && depth + reach > 0.0) || far.is_some_and(|far| depth + reach > far) {
+        if near.is_some_and(|near| depth - reach < near && depth + reach > 0.0)
+            || far.is_some_and(|far| depth + reach > far)
+        {
             warnings.warn(self.location, "the scene reaches beyond near_clip or far_clip, which are not supported: nothing is cut off")?;
         }
         Ok(())
@@ -43,7 +46,11 @@ struct FilmPlan {
 
 impl<'a> Loader<'a> {
     /// The camera of a sensor.
-    pub(super) fn sensor(&mut self, element: &'a Element, index: usize) -> Result<(ImportedView, Clip), Error> {
+    pub(super) fn sensor(
+        &mut self,
+        element: &'a Element,
+        index: usize,
+    ) -> Result<(ImportedView, Clip), Error> {
         let object = Object::new(element);
         let to_world = object.transform("to_world")?;
         let [position, forward, up] = self.pose(element, &to_world)?;
@@ -56,34 +63,57 @@ impl<'a> Loader<'a> {
                 "sampler" => {
                     self.hints.sampler = Some(child.kind().to_owned());
                     let samples = Object::new(child).integer("sample_count")?;
-                    self.hints.samples_per_pixel = samples.and_then(|n| u32::try_from(n).ok()).or(self.hints.samples_per_pixel);
+                    self.hints.samples_per_pixel = samples
+                        .and_then(|n| u32::try_from(n).ok())
+                        .or(self.hints.samples_per_pixel);
                 }
-                "medium" => self.warn(child, "participating media are not supported, and left out")?,
-                other => self.warn(child, format!("a {other} in a sensor is not supported, and left out"))?,
+                "medium" => {
+                    self.warn(child, "participating media are not supported, and left out")?
+                }
+                other => self
+                    .warn(child, format!("a {other} in a sensor is not supported, and left out"))?,
             }
         }
         let film = film.map_or_else(|| film_plan(element, 768, 576), Ok)?;
         let FilmRegion { resolution, window_min, window_max } = film.region;
         let size = resolution.as_dvec2();
-        let clip =
-            Clip { location: element.location(), position, forward, planes: [object.float("near_clip")?, object.float("far_clip")?] };
-        let offset = DVec2::new(object.float_or("principal_point_offset_x", 0.0)?, object.float_or("principal_point_offset_y", 0.0)?);
+        let clip = Clip {
+            location: element.location(),
+            position,
+            forward,
+            planes: [object.float("near_clip")?, object.float("far_clip")?],
+        };
+        let offset = DVec2::new(
+            object.float_or("principal_point_offset_x", 0.0)?,
+            object.float_or("principal_point_offset_y", 0.0)?,
+        );
         let principal_point = size * (0.5 - offset);
         let made = |error: EndpointError| element.caused(error);
         let camera: Box<dyn Camera + Send> = match element.kind() {
             "perspective" => {
                 object.ignore(&["focus_distance"]);
                 let fov = vertical_fov(&object, size)?;
-                let camera = PinholeCamera::new(position, target, up, fov, resolution).map_err(made)?;
-                let camera = camera.with_principal_point(principal_point).and_then(|camera| camera.with_window(window_min, window_max));
+                let camera =
+                    PinholeCamera::new(position, target, up, fov, resolution).map_err(made)?;
+                let camera = camera
+                    .with_principal_point(principal_point)
+                    .and_then(|camera| camera.with_window(window_min, window_max));
                 Box::new(camera.map_err(made)?)
             }
             "thinlens" => {
                 let fov = vertical_fov(&object, size)?;
-                let radius = object.float("aperture_radius")?.ok_or_else(|| element.error("aperture_radius is missing"))?;
-                let focus = object.float("focus_distance")?.ok_or_else(|| element.error("focus_distance is missing"))?;
-                let camera = ThinLensCamera::new(position, target, up, fov, radius, focus, resolution).map_err(made)?;
-                let camera = camera.with_principal_point(principal_point).and_then(|camera| camera.with_window(window_min, window_max));
+                let radius = object
+                    .float("aperture_radius")?
+                    .ok_or_else(|| element.error("aperture_radius is missing"))?;
+                let focus = object
+                    .float("focus_distance")?
+                    .ok_or_else(|| element.error("focus_distance is missing"))?;
+                let camera =
+                    ThinLensCamera::new(position, target, up, fov, radius, focus, resolution)
+                        .map_err(made)?;
+                let camera = camera
+                    .with_principal_point(principal_point)
+                    .and_then(|camera| camera.with_window(window_min, window_max));
                 Box::new(camera.map_err(made)?)
             }
             "orthographic" => {
@@ -95,10 +125,19 @@ impl<'a> Loader<'a> {
                     );
                 }
                 // The film is two units wide before it is scaled.
-                let camera = OrthographicCamera::new(position, target, up, 2.0 * x * size.y / size.x, resolution).map_err(made)?;
+                let camera = OrthographicCamera::new(
+                    position,
+                    target,
+                    up,
+                    2.0 * x * size.y / size.x,
+                    resolution,
+                )
+                .map_err(made)?;
                 Box::new(camera.with_window(window_min, window_max).map_err(made)?)
             }
-            other => return Err(element.error(format!("sensors of type {other} are not supported"))),
+            other => {
+                return Err(element.error(format!("sensors of type {other} are not supported")));
+            }
         };
         object.finish(&mut self.warnings)?;
         let name = element.id().map_or_else(|| format!("camera {}", index + 1), str::to_owned);
@@ -109,7 +148,9 @@ impl<'a> Loader<'a> {
     fn pose(&mut self, element: &'a Element, to_world: &DAffine3) -> Result<[DVec3; 3], Error> {
         let axes = to_world.matrix3;
         let unit = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::try_normalize);
-        let [Some(x), Some(y), Some(z)] = unit else { return Err(element.error("to_world is not invertible")) };
+        let [Some(x), Some(y), Some(z)] = unit else {
+            return Err(element.error("to_world is not invertible"));
+        };
         let skew = DMat3::from_cols(x, y, z);
         let error = skew.transpose() * skew - DMat3::IDENTITY;
         if error.to_cols_array().iter().any(|e| e.abs() > 1e-3) {
@@ -125,16 +166,23 @@ impl<'a> Loader<'a> {
         let object = Object::new(element);
         let pixels = |name: &str, default: i64| -> Result<u32, Error> {
             let value = object.integer(name)?.unwrap_or(default);
-            u32::try_from(value).map_err(|_| element.error(format!("{name} is {value}, which is no number of pixels")))
+            u32::try_from(value).map_err(|_| {
+                element.error(format!("{name} is {value}, which is no number of pixels"))
+            })
         };
         let (width, height) = (pixels("width", 768)?, pixels("height", 576)?);
         if u64::from(width) * u64::from(height) > self.limits.pixels {
-            return Err(element.error(format!("a film of {width} x {height} pixels is larger than the limit admits")));
+            return Err(element.error(format!(
+                "a film of {width} x {height} pixels is larger than the limit admits"
+            )));
         }
         let mut plan = film_plan(element, width, height)?;
         let min = UVec2::new(pixels("crop_offset_x", 0)?, pixels("crop_offset_y", 0)?);
         let rest = |size: u32, offset: u32| i64::from(size.saturating_sub(offset));
-        let crop = UVec2::new(pixels("crop_width", rest(width, min.x))?, pixels("crop_height", rest(height, min.y))?);
+        let crop = UVec2::new(
+            pixels("crop_width", rest(width, min.x))?,
+            pixels("crop_height", rest(height, min.y))?,
+        );
         let max = UVec2::new(min.x.saturating_add(crop.x), min.y.saturating_add(crop.y));
         if crop.cmpeq(UVec2::ZERO).any() || max.cmpgt(plan.region.resolution).any() {
             return Err(element.error("the crop window is empty or reaches out of the film"));
@@ -145,11 +193,21 @@ impl<'a> Loader<'a> {
             if child.tag == "rfilter" {
                 plan.filter = self.filter(child)?;
             } else {
-                self.warn(child, format!("a {} in a film is not supported, and left out", child.tag))?;
+                self.warn(
+                    child,
+                    format!("a {} in a film is not supported, and left out", child.tag),
+                )?;
             }
         }
         // They concern the file that is written.
-        object.ignore(&["file_format", "pixel_format", "component_format", "sample_border", "compensate", "banner"]);
+        object.ignore(&[
+            "file_format",
+            "pixel_format",
+            "component_format",
+            "sample_border",
+            "compensate",
+            "banner",
+        ]);
         object.finish(&mut self.warnings)?;
         Ok(plan)
     }
@@ -159,13 +217,19 @@ impl<'a> Loader<'a> {
         let filter = match element.kind() {
             "box" => {
                 if object.float("radius")?.is_some_and(|radius| radius != 0.5) {
-                    self.warn(element, "only a radius of 0.5 is supported for the box filter, and taken")?;
+                    self.warn(
+                        element,
+                        "only a radius of 0.5 is supported for the box filter, and taken",
+                    )?;
                 }
                 Filter::Box
             }
             "tent" => {
                 if object.float("radius")?.is_some_and(|radius| radius != 1.0) {
-                    self.warn(element, "only a radius of 1 is supported for the tent filter, and taken")?;
+                    self.warn(
+                        element,
+                        "only a radius of 1 is supported for the tent filter, and taken",
+                    )?;
                 }
                 Filter::Tent
             }
@@ -187,18 +251,28 @@ fn film_plan(element: &Element, width: u32, height: u32) -> Result<FilmPlan, Err
     if width == 0 || height == 0 {
         return Err(element.error("the film has no pixels"));
     }
-    Ok(FilmPlan { region: FilmRegion::full(UVec2::new(width, height)), filter: Filter::Gaussian { standard_deviation: 0.5 } })
+    Ok(FilmPlan {
+        region: FilmRegion::full(UVec2::new(width, height)),
+        filter: Filter::Gaussian { standard_deviation: 0.5 },
+    })
 }
 
-/// The vertical field of view in degrees, from fov along fov_axis or from a focal length for a small-picture film.
+/// The vertical field of view in degrees, from fov along fov_axis or from a focal length for a
+/// small-picture film.
 fn vertical_fov(object: &Object<'_>, size: DVec2) -> Result<f64, Error> {
     let element = object.element;
     let axis = object.string("fov_axis")?.unwrap_or("x");
     let focal_length = object.string("focal_length")?;
     let (tangent, axis) = match object.float("fov")? {
-        Some(_) if focal_length.is_some() => return Err(element.error("a sensor has either fov or focal_length")),
+        Some(_) if focal_length.is_some() => {
+            return Err(element.error("a sensor has either fov or focal_length"));
+        }
         Some(fov) if fov > 0.0 && fov < 180.0 => ((0.5 * fov.to_radians()).tan(), axis),
-        Some(fov) => return Err(element.error(format!("fov is {fov}, but must be between 0 and 180 degrees"))),
+        Some(fov) => {
+            return Err(
+                element.error(format!("fov is {fov}, but must be between 0 and 180 degrees"))
+            );
+        }
         None => {
             let text = focal_length.unwrap_or("50mm");
             let millimetres = number(element, text.strip_suffix("mm").unwrap_or(text))?;

@@ -21,8 +21,11 @@ impl<'a> Loader<'a> {
             match target.tag.as_str() {
                 "bsdf" => material = Some(self.material(target)?),
                 "emitter" => radiance = self.area_light(target)?,
-                "medium" => self.warn(child, "participating media are not supported, and left out")?,
-                other => self.warn(child, format!("a {other} in a shape is not supported, and left out"))?,
+                "medium" => {
+                    self.warn(child, "participating media are not supported, and left out")?
+                }
+                other => self
+                    .warn(child, format!("a {other} in a shape is not supported, and left out"))?,
             }
         }
         let material = match material {
@@ -34,26 +37,47 @@ impl<'a> Loader<'a> {
         let surface = match element.kind() {
             "rectangle" => self.rectangle(&name, element, &to_world, flip, material)?,
             "sphere" => {
-                let local = Sphere::new(object.vector("center")?.unwrap_or(DVec3::ZERO), object.float_or("radius", 1.0)?);
+                let local = Sphere::new(
+                    object.vector("center")?.unwrap_or(DVec3::ZERO),
+                    object.float_or("radius", 1.0)?,
+                );
                 match placed_sphere(local, &to_world, flip) {
-                    Some(sphere) => Some(self.builder.add_sphere(name, sphere, material).map_err(caused)?),
-                    None => self.left_out(element, "a sphere that is not scaled uniformly is not supported")?,
+                    Some(sphere) => {
+                        Some(self.builder.add_sphere(name, sphere, material).map_err(caused)?)
+                    }
+                    None => self.left_out(
+                        element,
+                        "a sphere that is not scaled uniformly is not supported",
+                    )?,
                 }
             }
             "disk" => match placed_disk(&to_world, flip) {
                 Some(disk) => Some(self.builder.add_disk(name, disk, material).map_err(caused)?),
-                None => self.left_out(element, "a disk that is not scaled uniformly is not supported")?,
+                None => {
+                    self.left_out(element, "a disk that is not scaled uniformly is not supported")?
+                }
             },
             "cube" => {
                 let mesh = meshes::placed(cube(), &to_world, flip);
-                Some(self.builder.add_mesh(name, &mesh, DAffine3::IDENTITY, material).map_err(caused)?)
+                Some(
+                    self.builder
+                        .add_mesh(name, &mesh, DAffine3::IDENTITY, material)
+                        .map_err(caused)?,
+                )
             }
             "obj" | "ply" | "serialized" => {
                 let mesh = self.mesh_file(&object, &to_world, flip)?;
-                Some(self.builder.add_mesh(name, &mesh, DAffine3::IDENTITY, material).map_err(caused)?)
+                Some(
+                    self.builder
+                        .add_mesh(name, &mesh, DAffine3::IDENTITY, material)
+                        .map_err(caused)?,
+                )
             }
             other => {
-                self.warn(element, format!("shapes of type {other} are not supported; it is left out"))?;
+                self.warn(
+                    element,
+                    format!("shapes of type {other} are not supported; it is left out"),
+                )?;
                 return Ok(());
             }
         };
@@ -71,14 +95,19 @@ impl<'a> Loader<'a> {
     }
 
     /// Warns where this crate's texture coordinates are others than Mitsuba's.
-    pub(super) fn check_uv(&mut self, element: &'a Element, texture: &Texture) -> Result<(), Error> {
+    pub(super) fn check_uv(
+        &mut self,
+        element: &'a Element,
+        texture: &Texture,
+    ) -> Result<(), Error> {
         if texture.as_constant().is_none() && matches!(element.kind(), "disk" | "sphere") {
             self.warn(element, "texture coordinates of spheres and disks have another origin here; the texture lies differently")?;
         }
         Ok(())
     }
 
-    /// The square from (-1, -1) to (1, 1) in its plane, its front towards z. Its normal is transformed as normals are, whatever becomes of its winding.
+    /// The square from (-1, -1) to (1, 1) in its plane, its front towards z. Its normal is
+    /// transformed as normals are, whatever becomes of its winding.
     fn rectangle(
         &mut self,
         name: &str,
@@ -88,16 +117,28 @@ impl<'a> Loader<'a> {
         material: MaterialId,
     ) -> Result<Option<SurfaceId>, Error> {
         let caused = |error| element.caused(error);
-        let (edge_u, edge_v) = (to_world.transform_vector3(DVec3::X * 2.0), to_world.transform_vector3(DVec3::Y * 2.0));
+        let (edge_u, edge_v) = (
+            to_world.transform_vector3(DVec3::X * 2.0),
+            to_world.transform_vector3(DVec3::Y * 2.0),
+        );
         // A mirroring transform turns the winding, not the normal.
         if flip == (to_world.matrix3.determinant() < 0.0) {
-            let quad = Quad { origin: to_world.transform_point3(DVec3::new(-1.0, -1.0, 0.0)), edge_u, edge_v };
+            let quad = Quad {
+                origin: to_world.transform_point3(DVec3::new(-1.0, -1.0, 0.0)),
+                edge_u,
+                edge_v,
+            };
             return self.builder.add_quad(name, quad, material).map(Some).map_err(caused);
         }
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
         let mesh = Mesh {
-            positions: corners.iter().map(|&(x, y)| to_world.transform_point3(DVec3::new(x, y, 0.0))).collect(),
-            uvs: Some(corners.iter().map(|&(x, y)| DVec2::new(0.5 + 0.5 * x, 0.5 + 0.5 * y)).collect()),
+            positions: corners
+                .iter()
+                .map(|&(x, y)| to_world.transform_point3(DVec3::new(x, y, 0.0)))
+                .collect(),
+            uvs: Some(
+                corners.iter().map(|&(x, y)| DVec2::new(0.5 + 0.5 * x, 0.5 + 0.5 * y)).collect(),
+            ),
             indices: vec![[0, 2, 1], [0, 3, 2]],
             normals: None,
         };
@@ -110,7 +151,8 @@ fn uniform_scale(matrix: &DMat3) -> Option<f64> {
     let squared = matrix.transpose() * *matrix;
     let scale = (squared.x_axis.x + squared.y_axis.y + squared.z_axis.z) / 3.0;
     let error = squared - DMat3::from_diagonal(DVec3::splat(scale));
-    (scale > 0.0 && error.to_cols_array().iter().all(|e| e.abs() <= 1e-5 * scale)).then(|| scale.sqrt())
+    (scale > 0.0 && error.to_cols_array().iter().all(|e| e.abs() <= 1e-5 * scale))
+        .then(|| scale.sqrt())
 }
 
 /// A mirroring transform turns a sphere inside out.
@@ -118,7 +160,11 @@ fn placed_sphere(local: Sphere, to_world: &DAffine3, flip: bool) -> Option<Spher
     let scale = uniform_scale(&to_world.matrix3)?;
     let mirrored = to_world.matrix3.determinant() < 0.0;
     let axis = to_world.transform_vector3(DVec3::Z);
-    Some(Sphere { axis, inward: flip != mirrored, ..Sphere::new(to_world.transform_point3(local.center), local.radius * scale) })
+    Some(Sphere {
+        axis,
+        inward: flip != mirrored,
+        ..Sphere::new(to_world.transform_point3(local.center), local.radius * scale)
+    })
 }
 
 /// The unit disk in the plane of x and y, its front towards z.
@@ -136,7 +182,8 @@ fn placed_disk(to_world: &DAffine3, flip: bool) -> Option<Disk> {
 
 /// The cube from (-1, -1, -1) to (1, 1, 1). Each face is a unit square of texture coordinates.
 fn cube() -> Mesh {
-    // For each face the corners at uv = (0, 1), (1, 1), (1, 0) and (0, 0), counter-clockwise seen from outside.
+    // For each face the corners at uv = (0, 1), (1, 1), (1, 0) and (0, 0), counter-clockwise seen
+    // from outside.
     const FACES: [[[i8; 3]; 4]; 6] = [
         [[1, -1, -1], [1, -1, 1], [-1, -1, 1], [-1, -1, -1]],
         [[1, 1, -1], [-1, 1, -1], [-1, 1, 1], [1, 1, 1]],
@@ -145,10 +192,14 @@ fn cube() -> Mesh {
         [[-1, -1, 1], [-1, 1, 1], [-1, 1, -1], [-1, -1, -1]],
         [[1, 1, -1], [1, -1, -1], [-1, -1, -1], [-1, 1, -1]],
     ];
-    let positions: Vec<DVec3> = FACES.iter().flatten().map(|p| DVec3::from_array(p.map(f64::from))).collect();
+    let positions: Vec<DVec3> =
+        FACES.iter().flatten().map(|p| DVec3::from_array(p.map(f64::from))).collect();
     let uvs = (0..6).flat_map(|_| [DVec2::Y, DVec2::ONE, DVec2::X, DVec2::ZERO]).collect();
-    let indices: Vec<[u32; 3]> =
-        (0..6).flat_map(|face| [[4 * face, 4 * face + 1, 4 * face + 2], [4 * face + 3, 4 * face, 4 * face + 2]]).collect();
+    let indices: Vec<[u32; 3]> = (0..6)
+        .flat_map(|face| {
+            [[4 * face, 4 * face + 1, 4 * face + 2], [4 * face + 3, 4 * face, 4 * face + 2]]
+        })
+        .collect();
     // The sum of a face's corners points outwards.
     let normals = FACES.iter().flat_map(|face| {
         let sum: DVec3 = face.iter().map(|p| DVec3::from_array(p.map(f64::from))).sum();

@@ -1,8 +1,10 @@
 //! Spectra as linear RGB with the primaries of sRGB.
 //!
-//! The CIE 1931 standard observer (2°) sees a spectrum s as `XYZ = ∫ s(λ) (x̄, ȳ, z̄)(λ) dλ / ∫ ȳ(λ) dλ`. What emits is converted like this; a constant spectrum then has the colour of
-//! the equal-energy illuminant, a little reddish. What reflects is seen under daylight, the standard illuminant D65, so that a constant reflectance stays
-//! grey: `XYZ = ∫ s D65 (x̄, ȳ, z̄) dλ / ∫ D65 ȳ dλ`.
+//! The CIE 1931 standard observer (2°) sees a spectrum s as `XYZ = ∫ s(λ) (x̄, ȳ, z̄)(λ) dλ / ∫
+//! ȳ(λ) dλ`. What emits is converted like this; a constant spectrum then has the colour of the
+//! equal-energy illuminant, a little reddish. What reflects is seen under daylight, the standard
+//! illuminant D65, so that a constant reflectance stays grey: `XYZ = ∫ s D65 (x̄, ȳ, z̄) dλ / ∫ D65
+//! ȳ dλ`.
 
 use crate::math::Rgb;
 
@@ -15,20 +17,24 @@ pub(super) enum Illuminant {
     D65,
 }
 
-/// The colour of a spectrum that is linear between the given wavelengths (in nanometres, rising) and nothing outside of them.
+/// The colour of a spectrum that is linear between the given wavelengths (in nanometres, rising)
+/// and nothing outside of them.
 pub(super) fn to_rgb(spectrum: &[(f64, f64)], illuminant: Illuminant) -> Rgb {
     let (Some(first), Some(last)) = (spectrum.first(), spectrum.last()) else { return Rgb::BLACK };
     let mut knots: Vec<f64> = spectrum.iter().map(|(wavelength, _)| *wavelength).collect();
     knots.extend((0..OBSERVER.len()).map(|i| FIRST + STEP * i as f64));
     knots.sort_by(f64::total_cmp);
     let (mut xyz, mut white) = ([0.0; 3], 0.0);
-    // Between knots everything is linear: Simpson's rule is exact for products of up to three factors.
+    // Between knots everything is linear: Simpson's rule is exact for products of up to three
+    // factors.
     for pair in knots.windows(2) {
         let (from, to) = (pair[0], pair[1]);
         let inside = from >= first.0 && to <= last.0;
         for (wavelength, weight) in [(from, 1.0), (0.5 * (from + to), 4.0), (to, 1.0)] {
             let Some([x, y, z, daylight]) = observer(wavelength) else { continue };
-            let weight = (to - from) / 6.0 * weight * if illuminant == Illuminant::D65 { daylight } else { 1.0 };
+            let weight = (to - from) / 6.0
+                * weight
+                * if illuminant == Illuminant::D65 { daylight } else { 1.0 };
             let value = if inside { weight * at(spectrum, wavelength) } else { 0.0 };
             white += weight * y;
             xyz = [xyz[0] + value * x, xyz[1] + value * y, xyz[2] + value * z];

@@ -14,21 +14,36 @@ use std::io::Cursor;
 
 impl<'a> Loader<'a> {
     /// The colour or texture of a name; `None` if there is none.
-    pub(super) fn texture(&mut self, object: &Object<'a>, name: &str, illuminant: Illuminant) -> Result<Option<Texture>, Error> {
+    pub(super) fn texture(
+        &mut self,
+        object: &Object<'a>,
+        name: &str,
+        illuminant: Illuminant,
+    ) -> Result<Option<Texture>, Error> {
         object.get(name).map(|element| self.texture_of(element, illuminant)).transpose()
     }
 
     /// The colour of a name, which must not vary; `None` if there is none.
-    pub(super) fn colour(&mut self, object: &Object<'a>, name: &str, illuminant: Illuminant) -> Result<Option<Rgb>, Error> {
+    pub(super) fn colour(
+        &mut self,
+        object: &Object<'a>,
+        name: &str,
+        illuminant: Illuminant,
+    ) -> Result<Option<Rgb>, Error> {
         let Some(element) = object.get(name) else { return Ok(None) };
         let texture = self.texture_of(element, illuminant)?;
         texture.as_constant().map(Some).ok_or_else(|| element.error("must not be a texture here"))
     }
 
-    fn texture_of(&mut self, element: &'a Element, illuminant: Illuminant) -> Result<Texture, Error> {
+    fn texture_of(
+        &mut self,
+        element: &'a Element,
+        illuminant: Illuminant,
+    ) -> Result<Texture, Error> {
         let element = self.resolved(element)?;
         if let Some(spectrum) = self.spectrum(element)? {
-            return listed_colour(element, &spectrum, illuminant, &mut self.warnings).map(Texture::from);
+            return listed_colour(element, &spectrum, illuminant, &mut self.warnings)
+                .map(Texture::from);
         }
         if element.tag != "texture" {
             return colour(element, illuminant).map(Texture::from);
@@ -47,18 +62,25 @@ impl<'a> Loader<'a> {
                 Texture::checkerboard(square("color0", 0.4)?, square("color1", 0.2)?)
             }
             other => {
-                self.warn(element, format!("textures of type {other} are not supported; it is 0.5 everywhere"))?;
+                self.warn(
+                    element,
+                    format!("textures of type {other} are not supported; it is 0.5 everywhere"),
+                )?;
                 return Ok(Rgb::splat(0.5).into());
             }
         };
-        let texture = texture.with_transform(to_uv(&object)?).map_err(|error| element.caused(error))?;
+        let texture =
+            texture.with_transform(to_uv(&object)?).map_err(|error| element.caused(error))?;
         object.finish(&mut self.warnings)?;
         self.textures.insert(key, texture.clone());
         Ok(texture)
     }
 
     /// The values of a `<spectrum>` that has a list or a file of them, wavelength by wavelength.
-    pub(super) fn spectrum(&mut self, element: &'a Element) -> Result<Option<Vec<(f64, f64)>>, Error> {
+    pub(super) fn spectrum(
+        &mut self,
+        element: &'a Element,
+    ) -> Result<Option<Vec<(f64, f64)>>, Error> {
         let element = self.resolved(element)?;
         if element.tag != "spectrum" {
             return Ok(None);
@@ -68,7 +90,11 @@ impl<'a> Loader<'a> {
             let text = std::str::from_utf8(&bytes).map_err(|error| element.caused(error))?;
             return wavelengths(element, text, true).map(Some);
         }
-        element.attribute("value").filter(|text| text.contains(':')).map(|text| wavelengths(element, text, false)).transpose()
+        element
+            .attribute("value")
+            .filter(|text| text.contains(':'))
+            .map(|text| wavelengths(element, text, false))
+            .transpose()
     }
 
     fn bitmap(&mut self, object: &Object<'a>) -> Result<Texture, Error> {
@@ -76,39 +102,59 @@ impl<'a> Loader<'a> {
         let interpolation = match object.string("filter_type")? {
             None | Some("bilinear") => Interpolation::Bilinear,
             Some("nearest") => Interpolation::Nearest,
-            Some(other) => return Err(element.error(format!("the filter_type \"{other}\" is not known"))),
+            Some(other) => {
+                return Err(element.error(format!("the filter_type \"{other}\" is not known")));
+            }
         };
         let wrap = match object.string("wrap_mode")? {
             None | Some("repeat") => Wrap::Repeat,
             Some("mirror") => Wrap::Mirror,
             Some("clamp") => Wrap::Clamp,
-            Some(other) => return Err(element.error(format!("the wrap_mode \"{other}\" is not known"))),
+            Some(other) => {
+                return Err(element.error(format!("the wrap_mode \"{other}\" is not known")));
+            }
         };
         let raw = object.boolean("raw")?.unwrap_or(false);
         object.ignore(&["format", "accel"]);
-        let name = object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
+        let name =
+            object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
         let image = self.image(name, element, raw)?;
         Texture::bitmap(image, interpolation, [wrap; 2]).map_err(|error| element.caused(error))
     }
 
     /// Reads an image file as linear RGB, or, if `raw`, as the numbers that it holds.
-    pub(super) fn image(&mut self, name: &str, element: &Element, raw: bool) -> Result<Image, Error> {
+    pub(super) fn image(
+        &mut self,
+        name: &str,
+        element: &Element,
+        raw: bool,
+    ) -> Result<Image, Error> {
         let (path, bytes) = self.files.read(name, element.location())?;
-        let fail = |error: image::ImageError| Error { reason: format!("{}: {error}", path.display()), ..element.caused(error) };
+        let fail = |error: image::ImageError| Error {
+            reason: format!("{}: {error}", path.display()),
+            ..element.caused(error)
+        };
         let reader = || ImageReader::new(Cursor::new(&bytes)).with_guessed_format();
-        let (width, height) = reader().map_err(|error| element.caused(error))?.into_dimensions().map_err(fail)?;
+        let (width, height) =
+            reader().map_err(|error| element.caused(error))?.into_dimensions().map_err(fail)?;
         let pixels = u64::from(width) * u64::from(height);
         let left = self.pixels_left.checked_sub(pixels);
-        self.pixels_left = left.ok_or_else(|| element.error("the images have more pixels than the limit admits"))?;
+        self.pixels_left =
+            left.ok_or_else(|| element.error("the images have more pixels than the limit admits"))?;
         let mut decoder = reader().map_err(|error| element.caused(error))?;
         let mut limits = image::Limits::default();
         limits.max_alloc = Some(pixels.saturating_mul(32).saturating_add(1 << 20));
         decoder.limits(limits);
         let decoded = decoder.decode().map_err(fail)?;
-        let is_linear = matches!(decoded, image::DynamicImage::ImageRgb32F(_) | image::DynamicImage::ImageRgba32F(_));
-        let linear = |c: f32| if raw || is_linear { f64::from(c) } else { linear_from_srgb(f64::from(c)) };
+        let is_linear = matches!(
+            decoded,
+            image::DynamicImage::ImageRgb32F(_) | image::DynamicImage::ImageRgba32F(_)
+        );
+        let linear =
+            |c: f32| if raw || is_linear { f64::from(c) } else { linear_from_srgb(f64::from(c)) };
         let pixels = decoded.into_rgb32f().pixels().map(|pixel| Rgb(pixel.0.map(linear))).collect();
-        Image::new(width, height, pixels).ok_or_else(|| element.error("the image has another size than it says"))
+        Image::new(width, height, pixels)
+            .ok_or_else(|| element.error("the image has another size than it says"))
     }
 }
 

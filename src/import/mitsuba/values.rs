@@ -1,4 +1,5 @@
-//! Parameters of an object: numbers, vectors, colours and transforms, each read once, so that what nobody has asked for can be told.
+//! Parameters of an object: numbers, vectors, colours and transforms, each read once, so that what
+//! nobody has asked for can be told.
 
 use super::super::{Error, Warnings};
 use super::document::Element;
@@ -14,7 +15,18 @@ pub(super) struct Object<'a> {
 }
 
 /// Elements that are values, not objects of their own.
-const VALUES: [&str; 10] = ["float", "integer", "boolean", "string", "point", "vector", "transform", "rgb", "spectrum", "translate"];
+const VALUES: [&str; 10] = [
+    "float",
+    "integer",
+    "boolean",
+    "string",
+    "point",
+    "vector",
+    "transform",
+    "rgb",
+    "spectrum",
+    "translate",
+];
 
 impl<'a> Object<'a> {
     pub fn new(element: &'a Element) -> Self {
@@ -23,7 +35,8 @@ impl<'a> Object<'a> {
 
     /// The child of a name.
     pub fn get(&self, name: &str) -> Option<&'a Element> {
-        let index = self.element.children.iter().position(|child| child.attribute("name") == Some(name))?;
+        let index =
+            self.element.children.iter().position(|child| child.attribute("name") == Some(name))?;
         self.used.borrow_mut()[index] = true;
         Some(&self.element.children[index])
     }
@@ -47,7 +60,10 @@ impl<'a> Object<'a> {
                 let name = child.attribute("name").unwrap_or(&child.tag);
                 warnings.warn(
                     self.element.location(),
-                    format!("the parameter {name} (line {}) is not supported here and left out", child.line()),
+                    format!(
+                        "the parameter {name} (line {}) is not supported here and left out",
+                        child.line()
+                    ),
                 )?;
             }
         }
@@ -78,13 +94,17 @@ impl<'a> Object<'a> {
             None => Ok(None),
             Some("true") => Ok(Some(true)),
             Some("false") => Ok(Some(false)),
-            Some(other) => Err(self.element.error(format!("{name} is \"{other}\", but must be true or false"))),
+            Some(other) => {
+                Err(self.element.error(format!("{name} is \"{other}\", but must be true or false")))
+            }
         }
     }
 
     pub fn integer(&self, name: &str) -> Result<Option<i64>, Error> {
         let Some(text) = self.typed(name, &["integer"])? else { return Ok(None) };
-        text.trim().parse().map(Some).map_err(|_| self.element.error(format!("{name} is \"{text}\", but must be an integer")))
+        text.trim().parse().map(Some).map_err(|_| {
+            self.element.error(format!("{name} is \"{text}\", but must be an integer"))
+        })
     }
 
     pub fn float(&self, name: &str) -> Result<Option<f64>, Error> {
@@ -105,7 +125,8 @@ impl<'a> Object<'a> {
         components(child, 0.0).map(Some)
     }
 
-    /// The transform of a name, the identity if there is none. Its last row must be that of an affine one.
+    /// The transform of a name, the identity if there is none. Its last row must be that of an
+    /// affine one.
     pub fn transform(&self, name: &str) -> Result<DAffine3, Error> {
         let Some(child) = self.get(name) else { return Ok(DAffine3::IDENTITY) };
         if child.tag != "transform" {
@@ -132,7 +153,8 @@ fn components(element: &Element, default: f64) -> Result<DVec3, Error> {
     if let Some(text) = element.attribute("value") {
         return three(element, text);
     }
-    let component = |name: &str| element.attribute(name).map_or(Ok(default), |text| number(element, text));
+    let component =
+        |name: &str| element.attribute(name).map_or(Ok(default), |text| number(element, text));
     Ok(DVec3::new(component("x")?, component("y")?, component("z")?))
 }
 
@@ -154,7 +176,8 @@ fn transform(element: &Element) -> Result<DAffine3, Error> {
             "scale" => DMat4::from_scale(components(step, 1.0)?),
             "rotate" => {
                 let axis = components(step, 0.0)?;
-                let axis = axis.try_normalize().ok_or_else(|| step.error("the axis has length zero"))?;
+                let axis =
+                    axis.try_normalize().ok_or_else(|| step.error("the axis has length zero"))?;
                 DMat4::from_axis_angle(axis, number(step, step.required("angle")?)?.to_radians())
             }
             "lookat" => look_at(step)?,
@@ -176,25 +199,37 @@ fn matrix(element: &Element) -> Result<DMat4, Error> {
     match values.len() {
         16 => Ok(DMat4::from_cols_slice(&values).transpose()),
         9 => {
-            let row = |i: usize| DVec4::new(values[3 * i], values[3 * i + 1], values[3 * i + 2], 0.0);
+            let row =
+                |i: usize| DVec4::new(values[3 * i], values[3 * i + 1], values[3 * i + 2], 0.0);
             Ok(DMat4::from_cols(row(0), row(1), row(2), DVec4::W).transpose())
         }
         n => Err(element.error(format!("a matrix has 16 or 9 numbers, but this one has {n}"))),
     }
 }
 
-/// From a camera's space, which looks along z with y up and x to the *left* in the image, to the world.
+/// From a camera's space, which looks along z with y up and x to the *left* in the image, to the
+/// world.
 fn look_at(element: &Element) -> Result<DMat4, Error> {
     let point = |name: &str| three(element, element.required(name)?);
     let (origin, target) = (point("origin")?, point("target")?);
-    let forward = (target - origin).try_normalize().ok_or_else(|| element.error("origin and target are the same"))?;
+    let forward = (target - origin)
+        .try_normalize()
+        .ok_or_else(|| element.error("origin and target are the same"))?;
     let up = match element.attribute("up") {
         Some(text) => three(element, text)?,
         // Any direction that is not along the view.
         None => forward.any_orthonormal_vector(),
     };
-    let left = up.cross(forward).try_normalize().ok_or_else(|| element.error("up is zero or along the view"))?;
-    Ok(DMat4::from_cols(left.extend(0.0), forward.cross(left).extend(0.0), forward.extend(0.0), origin.extend(1.0)))
+    let left = up
+        .cross(forward)
+        .try_normalize()
+        .ok_or_else(|| element.error("up is zero or along the view"))?;
+    Ok(DMat4::from_cols(
+        left.extend(0.0),
+        forward.cross(left).extend(0.0),
+        forward.extend(0.0),
+        origin.extend(1.0),
+    ))
 }
 
 /// The colour of an `<rgb>`, a `<float>`, or a `<spectrum>` that is the same everywhere.
@@ -206,7 +241,11 @@ pub(super) fn colour(element: &Element, illuminant: Illuminant) -> Result<Rgb, E
         "spectrum" => {
             let value = number(element, text)?;
             let constant = [(360.0, value), (830.0, value)];
-            Ok(if illuminant == Illuminant::Equal { spectrum::to_rgb(&constant, illuminant) } else { Rgb::splat(value) })
+            Ok(if illuminant == Illuminant::Equal {
+                spectrum::to_rgb(&constant, illuminant)
+            } else {
+                Rgb::splat(value)
+            })
         }
         other => Err(element.error(format!("a {other} is not a colour"))),
     }
@@ -220,23 +259,42 @@ pub(super) fn listed_colour(
     warnings: &mut Warnings,
 ) -> Result<Rgb, Error> {
     let colour = spectrum::to_rgb(spectrum, illuminant);
-    let greatest = if illuminant == Illuminant::D65 && spectrum.iter().all(|(_, value)| *value <= 1.0) { 1.0 } else { f64::INFINITY };
+    let greatest =
+        if illuminant == Illuminant::D65 && spectrum.iter().all(|(_, value)| *value <= 1.0) {
+            1.0
+        } else {
+            f64::INFINITY
+        };
     let inside = colour.map(|c| c.clamp(0.0, greatest));
     if (0..3).any(|i| (colour[i] - inside[i]).abs() > 1e-3 * colour.max_component().max(1e-3)) {
-        warnings.warn(element.location(), format!("the spectrum is outside of the colours of sRGB: {:?} is clipped", colour.0))?;
+        warnings.warn(
+            element.location(),
+            format!("the spectrum is outside of the colours of sRGB: {:?} is clipped", colour.0),
+        )?;
     }
     Ok(inside)
 }
 
-/// Wavelengths in nanometres with values: "400:0.1, 500:0.2" in an attribute, or lines of a file with two numbers each, where # begins a comment.
-pub(super) fn wavelengths(element: &Element, text: &str, in_file: bool) -> Result<Vec<(f64, f64)>, Error> {
+/// Wavelengths in nanometres with values: "400:0.1, 500:0.2" in an attribute, or lines of a file
+/// with two numbers each, where # begins a comment.
+pub(super) fn wavelengths(
+    element: &Element,
+    text: &str,
+    in_file: bool,
+) -> Result<Vec<(f64, f64)>, Error> {
     let pairs: Vec<(&str, &str)> = if in_file {
-        let lines = text.lines().map(|line| line.split('#').next().unwrap_or("").trim()).filter(|line| !line.is_empty());
+        let lines = text
+            .lines()
+            .map(|line| line.split('#').next().unwrap_or("").trim())
+            .filter(|line| !line.is_empty());
         lines.map(|line| line.split_once(char::is_whitespace).unwrap_or((line, ""))).collect()
     } else {
-        let parts = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|part| !part.is_empty());
+        let parts =
+            text.split(|c: char| c == ',' || c.is_whitespace()).filter(|part| !part.is_empty());
         let wrong = |part: &str| element.error(format!("\"{part}\" is not wavelength:value"));
-        parts.map(|part| part.split_once(':').ok_or_else(|| wrong(part))).collect::<Result<_, _>>()?
+        parts
+            .map(|part| part.split_once(':').ok_or_else(|| wrong(part)))
+            .collect::<Result<_, _>>()?
     };
     let mut spectrum: Vec<(f64, f64)> = Vec::with_capacity(pairs.len());
     for (wavelength, value) in pairs {

@@ -12,9 +12,11 @@ pub struct Decision {
     pub left_out: LeftOut,
     /// Samples of the pilot; 0 if there was no choice.
     pub samples: u64,
-    /// Shares of the cost of plain bidirectional path tracing that its camera walks and its light walks have.
+    /// Shares of the cost of plain bidirectional path tracing that its camera walks and its light
+    /// walks have.
     pub walk_costs: [f64; 2],
-    /// Single techniques as plain bidirectional path tracing runs them, by path length and then s; those of long paths are not told apart.
+    /// Single techniques as plain bidirectional path tracing runs them, by path length and then s;
+    /// those of long paths are not told apart.
     pub techniques: Vec<TechniqueRecord>,
     /// The sets that draw every path, plain bidirectional path tracing last.
     pub candidates: Vec<Candidate>,
@@ -42,7 +44,15 @@ pub struct TechniqueRecord {
 impl Decision {
     pub(super) fn only(set: TechniqueSet, left_out: LeftOut) -> Self {
         let chosen = Candidate { set, variance: f64::NAN, cost: f64::NAN };
-        Self { left_out, samples: 0, walk_costs: [f64::NAN; 2], techniques: Vec::new(), candidates: vec![chosen], chosen, achieved: None }
+        Self {
+            left_out,
+            samples: 0,
+            walk_costs: [f64::NAN; 2],
+            techniques: Vec::new(),
+            candidates: vec![chosen],
+            chosen,
+            achieved: None,
+        }
     }
 
     pub(super) fn measured(
@@ -53,7 +63,10 @@ impl Decision {
         left_out: LeftOut,
     ) -> Self {
         let plain = candidates.last().copied().unwrap_or(chosen);
-        let [energy, square] = findings.shares.iter().fold([0.0; 2], |sum, share| [sum[0] + share.energy, sum[1] + share.square]);
+        let [energy, square] = findings
+            .shares
+            .iter()
+            .fold([0.0; 2], |sum, share| [sum[0] + share.energy, sum[1] + share.square]);
         let part = |x: f64, of: f64| if of > 0.0 { x / of } else { 0.0 };
         let record = |technique| {
             let share = findings.shares.get(share_index(technique)?)?;
@@ -65,7 +78,9 @@ impl Decision {
                 kept: chosen.set.contains(technique),
             })
         };
-        let all = (0..=MOST_BOUNCES).flat_map(|bounces| (0..=bounces + 1).map(move |s| Technique { s, t: bounces + 2 - s }));
+        let all = (0..=MOST_BOUNCES).flat_map(|bounces| {
+            (0..=bounces + 1).map(move |s| Technique { s, t: bounces + 2 - s })
+        });
         Self {
             left_out,
             samples: findings.samples,
@@ -83,14 +98,15 @@ impl Decision {
         self.candidates.last().copied().unwrap_or(self.chosen)
     }
 
-    /// Variance × cost of plain bidirectional path tracing over that of the choice, as the pilot predicts; 1 if there was no choice, not a number if neither
-    /// has noise.
+    /// Variance × cost of plain bidirectional path tracing over that of the choice, as the pilot
+    /// predicts; 1 if there was no choice, not a number if neither has noise.
     #[must_use]
     pub fn expected_gain(&self) -> f64 {
         if self.achieved.is_some() { self.plain().work() / self.chosen.work() } else { 1.0 }
     }
 
-    /// The same with the variance and cost that the choice had when it was run, on as many samples as the pilot's.
+    /// The same with the variance and cost that the choice had when it was run, on as many samples
+    /// as the pilot's.
     #[must_use]
     pub fn achieved_gain(&self) -> f64 {
         self.achieved.map_or(1.0, |achieved| self.plain().work() / achieved.work())
@@ -111,14 +127,26 @@ impl fmt::Display for Decision {
             self.samples,
             self.candidates.len()
         )?;
-        writeln!(f, "gain over plain bidirectional: expected {:.2}, achieved {:.2}", self.expected_gain(), self.achieved_gain())?;
+        writeln!(
+            f,
+            "gain over plain bidirectional: expected {:.2}, achieved {:.2}",
+            self.expected_gain(),
+            self.achieved_gain()
+        )?;
         write!(f, "{:>8} {:>9} {:>9} {:>9}", "(s, t)", "energy", "variance", "cost")?;
-        for record in self.techniques.iter().filter(|record| record.energy > 0.0005 || record.cost > 0.0005) {
+        for record in
+            self.techniques.iter().filter(|record| record.energy > 0.0005 || record.cost > 0.0005)
+        {
             let Technique { s, t } = record.technique;
             let percent = |x: f64| format!("{:.1} %", 100.0 * x);
             let verdict = if record.kept { "kept" } else { "left out" };
-            let (energy, variance, cost) = (percent(record.energy), percent(record.variance), percent(record.cost));
-            write!(f, "\n{:>8} {energy:>9} {variance:>9} {cost:>9}  {verdict}", format!("({s}, {t})"))?;
+            let (energy, variance, cost) =
+                (percent(record.energy), percent(record.variance), percent(record.cost));
+            write!(
+                f,
+                "\n{:>8} {energy:>9} {variance:>9} {cost:>9}  {verdict}",
+                format!("({s}, {t})")
+            )?;
         }
         Ok(())
     }

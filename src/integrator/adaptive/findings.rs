@@ -1,24 +1,30 @@
 //! What the pilot's paths say of every set of techniques, by one formula for all.
 //!
-//! A path x that technique j drew has the value v = f/p_j and the ratios r_i = p_i/p_j. With n_i samples of technique i, a set C gives it the weight and the second moment
+//! A path x that technique j drew has the value v = f/p_j and the ratios r_i = p_i/p_j. With n_i
+//! samples of technique i, a set C gives it the weight and the second moment
 //!
 //! ```text
 //! w_i = (n_i r_i)^β / T,    T = Σ_{i ∈ C} (n_i r_i)^β,        E_C = Σ_{i ∈ C} (n_i r_i)^{2β-1} / T² · v²,
 //! ```
 //!
-//! so sums of r^β and r^{2β-1} over each family are all that a path has to tell. E_C is estimated with the samples of all techniques, each with the weight that
-//! it has in the pilot: what a set would find rarely and with huge values is seen here by whoever finds it easily.
+//! so sums of r^β and r^{2β-1} over each family are all that a path has to tell. E_C is estimated
+//! with the samples of all techniques, each with the weight that it has in the pilot: what a set
+//! would find rarely and with huge values is seen here by whoever finds it easily.
 //!
-//! What the camera walk contributes to its own pixel is summed before it is squared, since it is correlated. With A from the camera walk alone and b_1, b_2
-//! from its connections with each light walk, x = A + (b_1 + b_2)/2, D = (b_1 - b_2)², S = (b_1² + b_2²)/2, the variance with n light walks is
+//! What the camera walk contributes to its own pixel is summed before it is squared, since it is
+//! correlated. With A from the camera walk alone and b_1, b_2 from its connections with each light
+//! walk, x = A + (b_1 + b_2)/2, D = (b_1 - b_2)², S = (b_1² + b_2²)/2, the variance with n light
+//! walks is
 //!
 //! ```text
 //! V + E D / (2n)    for n ≥ 1,        V + E D / 2 + (1/n - 1) E S    for n < 1,        V = Var x - E D / 4.
 //! ```
 //!
-//! Var x comes from the set's own samples. Where Σ a², the sum of the squares of its single contributions, differs by more than a tenth from what E_C says that it
-//! should be, rare contributions are missing or overrepresented in it, and the difference is made up for. Contributions through the lens are taken as independent of
-//! all others. Variances are of luminance, mean over pixels.
+//! Var x comes from the set's own samples. Where Σ a², the sum of the squares of its single
+//! contributions, differs by more than a tenth from what E_C says that it should be, rare
+//! contributions are missing or overrepresented in it, and the difference is made up for.
+//! Contributions through the lens are taken as independent of all others. Variances are of
+//! luminance, mean over pixels.
 
 use super::pilot::{PASSES, WALKS};
 use crate::film::Technique;
@@ -65,7 +71,8 @@ struct Sums {
     /// Σ D and Σ S.
     difference: f64,
     square: f64,
-    /// Σ of the squares of single contributions to the own pixel, from own samples and from all samples.
+    /// Σ of the squares of single contributions to the own pixel, from own samples and from all
+    /// samples.
     direct: f64,
     robust: f64,
     /// The same through the lens, from all samples, and the mean.
@@ -80,7 +87,8 @@ pub(super) struct Seen {
     /// With which light walk, and how many samples its technique has.
     pub walk: usize,
     pub count: f64,
-    /// f/p, and its square with the weight that an average over all samples of all techniques gives it.
+    /// f/p, and its square with the weight that an average over all samples of all techniques gives
+    /// it.
     pub value: f64,
     pub moment: f64,
     /// Sums of r^β and r^{2β-1} by family.
@@ -104,7 +112,8 @@ impl Factors {
         let walks = set.light_walks.count();
         let weight = heuristic.raise(walks);
         Self {
-            families: [set.emitter_hits, set.emitter_sampling, set.connections, set.lens_sampling].map(on),
+            families: [set.emitter_hits, set.emitter_sampling, set.connections, set.lens_sampling]
+                .map(on),
             walks,
             weight,
             moment: weight * weight / walks,
@@ -152,15 +161,22 @@ pub(super) struct Tally<'a> {
 
 impl<'a> Tally<'a> {
     pub fn new(factors: &'a [Factors]) -> Self {
-        Self { findings: Findings::new(factors.len()), running: vec![Running::default(); factors.len()], factors }
+        Self {
+            findings: Findings::new(factors.len()),
+            running: vec![Running::default(); factors.len()],
+            factors,
+        }
     }
 
     /// A path that contributes.
     pub fn see(&mut self, seen: &Seen) {
         let Seen { p, q, .. } = seen;
-        for ((factors, running), sums) in self.factors.iter().zip(&mut self.running).zip(&mut self.findings.sums) {
+        for ((factors, running), sums) in
+            self.factors.iter().zip(&mut self.running).zip(&mut self.findings.sums)
+        {
             let on = factors.families(seen);
-            let inverse = 1.0 / (on[0] * p[0] + on[1] * p[1] + factors.weight * (on[2] * p[2] + on[3] * p[3]));
+            let inverse = 1.0
+                / (on[0] * p[0] + on[1] * p[1] + factors.weight * (on[2] * p[2] + on[3] * p[3]));
             if !inverse.is_finite() {
                 continue;
             }
@@ -213,7 +229,11 @@ pub(super) fn share_index(technique: Technique) -> Option<usize> {
 
 impl Findings {
     pub fn new(candidates: usize) -> Self {
-        let shares = vec![Share::default(); share_index(Technique { s: MOST_BOUNCES + 1, t: 1 }).map_or(0, |last| last + 1)];
+        let shares = vec![
+            Share::default();
+            share_index(Technique { s: MOST_BOUNCES + 1, t: 1 })
+                .map_or(0, |last| last + 1)
+        ];
         Self { sums: vec![Sums::default(); candidates], shares, ..Self::default() }
     }
 
@@ -264,7 +284,12 @@ impl Findings {
         let (difference, square) = (sums.difference / samples, sums.square / samples);
         // Not negative each for itself: noise must not cancel what light walks add.
         let camera = (sums.variance * f64::from(PASSES) / samples - 0.25 * difference).max(0.0);
-        let seen = camera + if n >= 1.0 { 0.5 / n * difference } else { 0.5 * difference + (1.0 / n - 1.0) * square };
+        let seen = camera
+            + if n >= 1.0 {
+                0.5 / n * difference
+            } else {
+                0.5 * difference + (1.0 / n - 1.0) * square
+            };
         let (direct, robust) = (sums.direct / samples, sums.robust / samples);
         let own = if (robust - direct).abs() <= 0.1 * robust.max(direct) {
             seen
@@ -274,11 +299,15 @@ impl Findings {
             seen * (robust / direct)
         };
         let mean = sums.lens_mean / samples;
-        let lens = (sums.lens / samples - mean * mean / (n * f64::from(film_pixels.max(1)))).max(0.0);
+        let lens =
+            (sums.lens / samples - mean * mean / (n * f64::from(film_pixels.max(1)))).max(0.0);
         let cost = |counters: &Counters, share: f64| share * counters.cost() / samples;
         let light = |counters: &Counters| cost(counters, n / WALKS as f64);
-        let (walks, sampling) =
-            if set.lens_first { (&self.rest_walks, &self.rest_sampling) } else { (&self.camera_walks, &self.emitter_sampling) };
+        let (walks, sampling) = if set.lens_first {
+            (&self.rest_walks, &self.rest_sampling)
+        } else {
+            (&self.camera_walks, &self.emitter_sampling)
+        };
         let total = [
             if set.has_camera_walk() { cost(walks, 1.0) } else { 0.0 },
             if set.emitter_sampling { cost(sampling, 1.0) } else { 0.0 },

@@ -1,9 +1,12 @@
-//! Bidirectional path tracing with as much of it as pays: a pilot of a few per cent of the budget finds the set of techniques, and the number of light walks
-//! per camera walk, with the least variance × cost, from plain path tracing to all techniques, and the rest of the budget goes to that
-//! (efficiency-aware multiple importance sampling: Grittmann, Yazici, Georgiev and Slusallek 2022).
+//! Bidirectional path tracing with as much of it as pays: a pilot of a few per cent of the budget
+//! finds the set of techniques, and the number of light walks per camera walk, with the least
+//! variance × cost, from plain path tracing to all techniques, and the rest of the budget goes to
+//! that (efficiency-aware multiple importance sampling: Grittmann, Yazici, Georgiev and Slusallek
+//! 2022).
 //!
-//! Only sets that draw every path are candidates, which is decided from what the scene needs and never from samples; the pilot's samples have random numbers
-//! of their own and are not in the image. So the image is unbiased whatever the pilot finds. Costs are counted, not timed: the same
+//! Only sets that draw every path are candidates, which is decided from what the scene needs and
+//! never from samples; the pilot's samples have random numbers of their own and are not in the
+//! image. So the image is unbiased whatever the pilot finds. Costs are counted, not timed: the same
 //! seed gives the same decision.
 
 mod decision;
@@ -13,7 +16,9 @@ mod pilot;
 pub use decision::{Decision, TechniqueRecord};
 pub use findings::Candidate;
 
-use super::{Adapted, Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, Pilot};
+use super::{
+    Adapted, Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, Pilot,
+};
 use crate::endpoint::Camera;
 use crate::film::{BatchSample, BatchSink, Contribution, FilmRegion, FilmSample, Sink};
 use crate::math::Rgb;
@@ -47,7 +52,13 @@ enum Chosen {
 
 impl Default for Adaptive {
     fn default() -> Self {
-        Self { depth: Depth::default(), roulette: Roulette::default(), heuristic: Heuristic::default(), pilot: 0.03, techniques: None }
+        Self {
+            depth: Depth::default(),
+            roulette: Roulette::default(),
+            heuristic: Heuristic::default(),
+            pilot: 0.03,
+            techniques: None,
+        }
     }
 }
 
@@ -57,9 +68,11 @@ const PILOT_SAMPLE: f64 = 16.0;
 const PIXELS: [u64; 2] = [128, 4096];
 /// Exponents of the numbers of light walks per camera walk.
 const EXPONENTS: std::ops::RangeInclusive<i8> = -3..=4;
-/// A simpler set is taken if it is worse by no more than this: its estimate is the more certain one.
+/// A simpler set is taken if it is worse by no more than this: its estimate is the more certain
+/// one.
 const TIE: f64 = 1.02;
-/// A choice that takes so many times the variance × cost of its estimate when it is run counts with what it took, and there is another choice.
+/// A choice that takes so many times the variance × cost of its estimate when it is run counts with
+/// what it took, and there is another choice.
 const MISTRUST: f64 = 2.0;
 /// Choices that are run at most.
 const RUNS: u32 = 4;
@@ -90,7 +103,11 @@ impl Adaptive {
         let general @ Bidirectional { depth, roulette, heuristic, .. } = self.bidirectional(set);
         match (set.has_camera_walk(), set.has_light_walk()) {
             (true, false) => {
-                let mode = if set.emitter_sampling { PathTracing::Both } else { PathTracing::EmissionOnly };
+                let mode = if set.emitter_sampling {
+                    PathTracing::Both
+                } else {
+                    PathTracing::EmissionOnly
+                };
                 Chosen::Path(PathTracer { mode, depth, roulette, heuristic })
             }
             (false, true) => Chosen::Light(LightTracer { depth, roulette }),
@@ -110,19 +127,31 @@ impl Adaptive {
         for emitter_sampling in [false, true] {
             // Without Dirac lobes the camera walk would be left nothing.
             if needs.contains(Needs::DIRAC_LOBES) {
-                let set =
-                    TechniqueSet { emitter_hits: true, emitter_sampling, lens_sampling: true, lens_first: true, ..TechniqueSet::NONE };
+                let set = TechniqueSet {
+                    emitter_hits: true,
+                    emitter_sampling,
+                    lens_sampling: true,
+                    lens_first: true,
+                    ..TechniqueSet::NONE
+                };
                 sets.extend(walks().map(|light_walks| TechniqueSet { light_walks, ..set }));
             }
             for (connections, lens_sampling) in [(false, true), (true, false), (true, true)] {
-                let set =
-                    TechniqueSet { emitter_hits: all.emitter_hits, emitter_sampling, connections, lens_sampling, ..TechniqueSet::NONE };
+                let set = TechniqueSet {
+                    emitter_hits: all.emitter_hits,
+                    emitter_sampling,
+                    connections,
+                    lens_sampling,
+                    ..TechniqueSet::NONE
+                };
                 sets.extend(walks().map(|light_walks| TechniqueSet { light_walks, ..set }));
             }
         }
         let lens = camera.place();
         // Without a camera walk one light walk is a sample.
-        let is_new = |set: &TechniqueSet| *set != all && (set.has_camera_walk() || set.light_walks == LightWalks::ONE);
+        let is_new = |set: &TechniqueSet| {
+            *set != all && (set.has_camera_walk() || set.light_walks == LightWalks::ONE)
+        };
         sets.retain(|set| set.pruned(needs) == *set && set.is_complete(needs, lens) && is_new(set));
         sets.push(all);
         sets
@@ -164,12 +193,16 @@ impl Adaptive {
     }
 }
 
-/// The index of the candidate with the least variance × cost, where that of each is taken as large as it may well be: times e to the power of two standard errors of the
-/// logarithm of its ratio to plain bidirectional path tracing, by the jackknife over groups. A pilot that saw no more of a set's noise than one huge contribution
-/// is not to be trusted.
+/// The index of the candidate with the least variance × cost, where that of each is taken as large
+/// as it may well be: times e to the power of two standard errors of the logarithm of its ratio to
+/// plain bidirectional path tracing, by the jackknife over groups. A pilot that saw no more of a
+/// set's noise than one huge contribution is not to be trusted.
 fn choose(all: &[Candidate], without_one: &[Vec<Candidate>]) -> usize {
     let pessimistic = |i: usize| {
-        let ratios: Vec<f64> = without_one.iter().filter_map(|part| Some((part[i].work() / part.last()?.work()).ln())).collect();
+        let ratios: Vec<f64> = without_one
+            .iter()
+            .filter_map(|part| Some((part[i].work() / part.last()?.work()).ln()))
+            .collect();
         let n = ratios.len() as f64;
         let mean = ratios.iter().sum::<f64>() / n;
         let error = ((n - 1.0) / n * ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>()).sqrt();
@@ -181,7 +214,11 @@ fn choose(all: &[Candidate], without_one: &[Vec<Candidate>]) -> usize {
     let best = works.iter().copied().fold(f64::INFINITY, f64::min);
     let mut good = (0..all.len()).filter(|i| works[*i] <= best * TIE);
     // Without noise, or without light, the cheapest is best.
-    let chosen = if best > 0.0 { good.next() } else { good.min_by(|i, j| all[*i].cost.total_cmp(&all[*j].cost)) };
+    let chosen = if best > 0.0 {
+        good.next()
+    } else {
+        good.min_by(|i, j| all[*i].cost.total_cmp(&all[*j].cost))
+    };
     chosen.unwrap_or(all.len() - 1)
 }
 
@@ -200,7 +237,11 @@ impl Sink for Moments {
         if !x.is_finite() || pixel.is_none() {
             return;
         }
-        if contribution.technique.t > 1 && pixel == self.pixel { self.own += x } else { self.splats += x * x }
+        if contribution.technique.t > 1 && pixel == self.pixel {
+            self.own += x
+        } else {
+            self.splats += x * x
+        }
     }
 }
 
@@ -217,7 +258,12 @@ impl<S: Scene + ?Sized> Integrator<S> for Adaptive {
         TechniqueSet::BIDIRECTIONAL.left_out(needs)
     }
 
-    fn adapt<C: Camera + ?Sized>(&self, scene: &S, camera: &C, pilot: &Pilot<'_>) -> Option<Adapted<Self>> {
+    fn adapt<C: Camera + ?Sized>(
+        &self,
+        scene: &S,
+        camera: &C,
+        pilot: &Pilot<'_>,
+    ) -> Option<Adapted<Self>> {
         if self.techniques.is_some() {
             return None;
         }
@@ -226,20 +272,31 @@ impl<S: Scene + ?Sized> Integrator<S> for Adaptive {
         let plain = *sets.last()?;
         if sets.len() == 1 {
             let decision = Decision::only(plain, Integrator::<S>::left_out(self, &needs));
-            return Some(Adapted { integrator: Self { techniques: Some(plain), ..*self }, decision, counters: Counters::default() });
+            return Some(Adapted {
+                integrator: Self { techniques: Some(plain), ..*self },
+                decision,
+                counters: Counters::default(),
+            });
         }
-        let share = self.pilot.clamp(0.0, 1.0) * pilot.samples as f64 / (PILOT_SAMPLE * f64::from(PASSES));
+        let share =
+            self.pilot.clamp(0.0, 1.0) * pilot.samples as f64 / (PILOT_SAMPLE * f64::from(PASSES));
         let pixels = (share as u64).clamp(PIXELS[0], PIXELS[1]);
         let groups = pilot::run(&self.bidirectional(plain), &sets, scene, camera, pilot, pixels);
         let film_pixels = camera.film().pixels();
         let candidates = |skip: Option<usize>| -> (Findings, Vec<Candidate>) {
             let mut findings = Findings::new(sets.len());
-            groups.iter().enumerate().filter(|(i, _)| Some(*i) != skip).for_each(|(_, group)| findings.merge(group));
-            let all = (0..).zip(&sets).map(|(i, set)| findings.candidate(i, *set, film_pixels)).collect();
+            groups
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| Some(*i) != skip)
+                .for_each(|(_, group)| findings.merge(group));
+            let all =
+                (0..).zip(&sets).map(|(i, set)| findings.candidate(i, *set, film_pixels)).collect();
             (findings, all)
         };
         let (findings, mut all) = candidates(None);
-        let mut without_one: Vec<Vec<Candidate>> = (0..GROUPS).map(|group| candidates(Some(group)).1).collect();
+        let mut without_one: Vec<Vec<Candidate>> =
+            (0..GROUPS).map(|group| candidates(Some(group)).1).collect();
         let mut counters = findings.counters();
         let mut runs = 0;
         let (integrator, chosen, achieved) = loop {

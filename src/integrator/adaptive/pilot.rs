@@ -1,7 +1,9 @@
-//! The pilot of [`Adaptive`](super::Adaptive): one run of bidirectional path tracing tells what every set of techniques would have cost and how noisy
-//! it would have been (efficiency-aware multiple importance sampling: Grittmann, Yazici, Georgiev and Slusallek 2022).
+//! The pilot of [`Adaptive`](super::Adaptive): one run of bidirectional path tracing tells what
+//! every set of techniques would have cost and how noisy it would have been (efficiency-aware
+//! multiple importance sampling: Grittmann, Yazici, Georgiev and Slusallek 2022).
 //!
-//! Each sample has one camera walk and two light walks; [`super::findings`] says what is made of them.
+//! Each sample has one camera walk and two light walks; [`super::findings`] says what is made of
+//! them.
 
 use super::findings::{Factors, Findings, Seen, Tally, share_index};
 use crate::endpoint::Camera;
@@ -32,13 +34,23 @@ pub(super) fn run<S: Scene + ?Sized, C: Camera + ?Sized>(
     pixels: u64,
 ) -> [Findings; GROUPS] {
     let walks = LightWalks::power_of_two(1).unwrap_or_default();
-    let proxy = Bidirectional { techniques: TechniqueSet { light_walks: walks, ..integrator.techniques }, ..*integrator };
-    let factors: Vec<Factors> = candidates.iter().map(|set| Factors::new(proxy.heuristic, set)).collect();
+    let proxy = Bidirectional {
+        techniques: TechniqueSet { light_walks: walks, ..integrator.techniques },
+        ..*integrator
+    };
+    let factors: Vec<Factors> =
+        candidates.iter().map(|set| Factors::new(proxy.heuristic, set)).collect();
     let parts = in_parallel(pilot, pixels, |range, scratch| {
         let mut tally = Tally::new(&factors);
         for site in range {
             for_each_sample(camera, pilot, site, pixels, 0, |film, sampler| {
-                sample(&mut tally, &Kernel::new(&proxy, scene, camera), &proxy, &mut BatchSample { film, sampler }, scratch);
+                sample(
+                    &mut tally,
+                    &Kernel::new(&proxy, scene, camera),
+                    &proxy,
+                    &mut BatchSample { film, sampler },
+                    scratch,
+                );
             });
             tally.end_pixel();
         }
@@ -64,8 +76,8 @@ pub(super) fn in_parallel<'s, S: Scene + ?Sized + 's, T: Send + Sync>(
     slots.into_iter().filter_map(OnceLock::into_inner).collect()
 }
 
-/// The samples of one of the pixels that are spread over the window. Pass numbers run down from the largest, which no rendering reaches: so the samples
-/// are independent of the rendering's.
+/// The samples of one of the pixels that are spread over the window. Pass numbers run down from the
+/// largest, which no rendering reaches: so the samples are independent of the rendering's.
 pub(super) fn for_each_sample<C: Camera + ?Sized>(
     camera: &C,
     pilot: &Pilot<'_>,
@@ -111,8 +123,11 @@ fn sample<'s, S: Scene + ?Sized, C: Camera + ?Sized, P: Sampler>(
     let counters = std::mem::take(&mut scratch.counters);
     tally.findings.camera_walks += counters;
     let goes_on = scratch.camera.get(1).is_some_and(|first| first.dirac);
-    tally.findings.rest_walks +=
-        if goes_on { counters } else { Counters { closest_rays: 1, scattered: counters.scattered.min(1), ..counters } };
+    tally.findings.rest_walks += if goes_on {
+        counters
+    } else {
+        Counters { closest_rays: 1, scattered: counters.scattered.min(1), ..counters }
+    };
     for t in 2..=scratch.camera.len() {
         for s in 0..2 {
             let counters = join(tally, kernel, proxy, (s, t), 0, draw, scratch);
@@ -161,7 +176,12 @@ fn join<'s, S: Scene + ?Sized, C: Camera + ?Sized, P: Sampler>(
 }
 
 /// Takes down a path that contributes.
-fn see<S: Scene + ?Sized, C: Camera + ?Sized>(tally: &mut Tally<'_>, proxy: &Bidirectional, path: &Path<'_, '_, S, C>, walk: usize) {
+fn see<S: Scene + ?Sized, C: Camera + ?Sized>(
+    tally: &mut Tally<'_>,
+    proxy: &Bidirectional,
+    path: &Path<'_, '_, S, C>,
+    walk: usize,
+) {
     let (technique, heuristic) = (path.technique(), proxy.heuristic);
     let (family, value) = (column(technique), path.value().luminance());
     let (mut p, mut q) = ([0.0; 4], [0.0; 4]);
@@ -178,7 +198,8 @@ fn see<S: Scene + ?Sized, C: Camera + ?Sized>(tally: &mut Tally<'_>, proxy: &Bid
     let count = proxy.techniques.count(technique);
     let proxy_walks = heuristic.raise(proxy.techniques.light_walks.count());
     let proxy_total = p[0] + p[1] + proxy_walks * (p[2] + p[3]);
-    // The weight in the pilot, over the number of samples: what an average over all samples of all techniques takes.
+    // The weight in the pilot, over the number of samples: what an average over all samples of all
+    // techniques takes.
     let in_proxy = heuristic.raise(count) / proxy_total / count;
     if !(value.is_finite() && in_proxy.is_finite() && q.iter().all(|q| q.is_finite())) {
         return;

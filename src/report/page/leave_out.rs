@@ -27,13 +27,17 @@ impl Page<'_> {
 /// One row per integrator.
 fn savings(report: &Report) -> String {
     let measures = ["rays per sample", "time per sample [µs]", "variance × processor time [s]"];
-    let columns: Vec<String> = std::iter::once("left out".to_owned())
-        .chain(measures.iter().flat_map(|measure| [format!("{measure}, everything"), format!("{measure}, needed")]))
-        .chain(["gain in processor time", "gain in rays"].map(str::to_owned))
-        .collect();
+    let columns: Vec<String> =
+        std::iter::once("left out".to_owned())
+            .chain(measures.iter().flat_map(|measure| {
+                [format!("{measure}, everything"), format!("{measure}, needed")]
+            }))
+            .chain(["gain in processor time", "gain in rays"].map(str::to_owned))
+            .collect();
     let mut html = head("integrator", columns.iter().map(String::as_str));
     for method in &report.methods {
-        let _ = write!(html, "<tr><th scope=\"row\">{}</th>{}</tr>", escape(&method.name), row(method));
+        let _ =
+            write!(html, "<tr><th scope=\"row\">{}</th>{}</tr>", escape(&method.name), row(method));
     }
     for method in &report.left_out {
         let (name, reasons) = (escape(&method.name), text(&method.left_out));
@@ -57,7 +61,8 @@ fn row(method: &MethodReport) -> String {
         reasons = "nothing: the scene rules nothing out for it".to_owned();
     }
     let all = method.everything.as_ref();
-    let with = |cell: &dyn Fn(&EverythingReport) -> String| all.map_or_else(|| "–".to_owned(), cell);
+    let with =
+        |cell: &dyn Fn(&EverythingReport) -> String| all.map_or_else(|| "–".to_owned(), cell);
     let gain = all.and_then(|all| all.gain);
     let unknown = if method.infinite_variance { "∗∗" } else { "–" };
     let cells = [
@@ -70,11 +75,15 @@ fn row(method: &MethodReport) -> String {
         gain.map_or_else(|| unknown.to_owned(), |gain| interval(&gain.cpu)),
         gain.map_or_else(|| unknown.to_owned(), |gain| interval(&gain.rays)),
     ];
-    format!("<td class=\"text\">{reasons}</td>{}", cells.map(|cell| format!("<td>{cell}</td>")).concat())
+    format!(
+        "<td class=\"text\">{reasons}</td>{}",
+        cells.map(|cell| format!("<td>{cell}</td>")).concat()
+    )
 }
 
 fn text(left_out: &[Omission]) -> String {
-    let items: Vec<String> = left_out.iter().map(|o| format!("{}: {}", escape(&o.what), escape(&o.why))).collect();
+    let items: Vec<String> =
+        left_out.iter().map(|o| format!("{}: {}", escape(&o.what), escape(&o.why))).collect();
     items.join("<br>")
 }
 
@@ -84,7 +93,17 @@ fn decisions(decisions: &[DecisionReport]) -> String {
         return "<p>No other set of techniques draws every path of this scene: there was no choice.</p>".to_owned();
     }
     let mut html = "<p>Before each run a pilot, none of whose samples are in the image, finds the set of techniques with the least variance × cost. Gain: over plain bidirectional path tracing, as the pilot predicts and as it was when the choice was run.</p>".to_owned();
-    html += &head("run", ["samples of the pilot", "sets to choose from", "expected gain", "achieved gain", "what it runs"].into_iter());
+    html += &head(
+        "run",
+        [
+            "samples of the pilot",
+            "sets to choose from",
+            "expected gain",
+            "achieved gain",
+            "what it runs",
+        ]
+        .into_iter(),
+    );
     for (run, decision) in decisions.iter().enumerate() {
         let _ = write!(
             html,
@@ -98,7 +117,9 @@ fn decisions(decisions: &[DecisionReport]) -> String {
         );
     }
     html += "</table></div>";
-    let mean = |share: fn(&DecisionReport) -> f64| decisions.iter().map(share).sum::<f64>() / decisions.len() as f64;
+    let mean = |share: fn(&DecisionReport) -> f64| {
+        decisions.iter().map(share).sum::<f64>() / decisions.len() as f64
+    };
     let _ = write!(
         html,
         "<p>Shares of the techniques in plain bidirectional path tracing, mean over the pilots. Energy: of the mean luminance. Variance: of the second moment of weighted contributions. Cost: of connections alone, without the walks, which techniques share: those from the camera are {:.1} % of the cost, those from the lights {:.1} %. Those with less than {} % of each are not shown.</p>",
@@ -110,13 +131,17 @@ fn decisions(decisions: &[DecisionReport]) -> String {
 }
 
 fn shares(decisions: &[DecisionReport]) -> String {
-    let mut html = head("(s, t)", ["scattering events", "energy", "variance", "cost", "verdict"].into_iter());
+    let mut html =
+        head("(s, t)", ["scattering events", "energy", "variance", "cost", "verdict"].into_iter());
     let runs = decisions.len();
     let all = decisions.first().map_or(&[][..], |decision| &decision.shares);
     for TechniqueDecision { s, t, .. } in all {
         let same = |share: &&TechniqueDecision| (share.s, share.t) == (*s, *t);
-        let found: Vec<&TechniqueDecision> = decisions.iter().filter_map(|decision| decision.shares.iter().find(same)).collect();
-        let mean = |share: fn(&TechniqueDecision) -> f64| found.iter().map(|x| share(x)).sum::<f64>() / runs as f64;
+        let found: Vec<&TechniqueDecision> =
+            decisions.iter().filter_map(|decision| decision.shares.iter().find(same)).collect();
+        let mean = |share: fn(&TechniqueDecision) -> f64| {
+            found.iter().map(|x| share(x)).sum::<f64>() / runs as f64
+        };
         let [energy, variance, cost] = [mean(|x| x.energy), mean(|x| x.variance), mean(|x| x.cost)];
         if energy.max(variance).max(cost) < LEAST_SHARE {
             continue;

@@ -36,7 +36,12 @@ impl Study {
     /// The report as one self-contained HTML page.
     #[must_use]
     pub fn page(&self) -> String {
-        let mut page = Page { study: self, html: String::new(), images: Vec::new(), gain: exposure(self.reference.image()) };
+        let mut page = Page {
+            study: self,
+            html: String::new(),
+            images: Vec::new(),
+            gain: exposure(self.reference.image()),
+        };
         page.header();
         page.strip();
         page.plots();
@@ -93,9 +98,12 @@ impl Page<'_> {
     fn header(&mut self) {
         let report = &self.study.report;
         let scene = &report.scene;
-        let depth =
-            scene.max_bounces.map_or_else(|| "no limit on scattering events".to_owned(), |n| format!("at most {n} scattering events"));
-        let verdicts: String = report.verdicts().iter().map(|v| format!("<div>{}</div>", escape(v))).collect();
+        let depth = scene.max_bounces.map_or_else(
+            || "no limit on scattering events".to_owned(),
+            |n| format!("at most {n} scattering events"),
+        );
+        let verdicts: String =
+            report.verdicts().iter().map(|v| format!("<div>{}</div>", escape(v))).collect();
         let _ = write!(
             self.html,
             "<h1>{}: error against run time</h1><p>{}</p><p>{} × {} pixels, {depth}; {} independent runs for each integrator within {}, interleaved.</p><div class=\"verdict\">{verdicts}</div><p>Reference: {}. Mean luminance {:.6} ± {}.</p>",
@@ -115,7 +123,11 @@ impl Page<'_> {
     fn strip(&mut self) {
         let (study, gain) = (self.study, self.gain);
         let reference = study.reference.image();
-        self.section(if study.report.setup.until_target { "Images on the way to the target" } else { "Images at equal budgets" });
+        self.section(if study.report.setup.until_target {
+            "Images on the way to the target"
+        } else {
+            "Images at equal budgets"
+        });
         self.text(if study.report.setup.until_target {
             "The first run of each integrator after 1/16, 1/4 and all of what it takes to the target error: times differ, the last images should look alike."
         } else {
@@ -123,7 +135,8 @@ impl Page<'_> {
         });
         let columns = study.images.len().max(1);
         for part in SNAPSHOTS {
-            let shot = |images: &MethodImages| images.snapshots.iter().position(|shot| shot.part == part);
+            let shot =
+                |images: &MethodImages| images.snapshots.iter().position(|shot| shot.part == part);
             if study.images.iter().all(|images| shot(images).is_none()) {
                 continue;
             }
@@ -131,7 +144,10 @@ impl Page<'_> {
             for (method, images) in study.report.methods.iter().zip(&study.images) {
                 let Some(shot) = shot(images).map(|index| &images.snapshots[index]) else {
                     let name = escape(&method.name);
-                    let _ = write!(self.html, "<figure><figcaption><b>{name}</b><br>a sample per pixel takes longer</figcaption></figure>");
+                    let _ = write!(
+                        self.html,
+                        "<figure><figcaption><b>{name}</b><br>a sample per pixel takes longer</figcaption></figure>"
+                    );
                     continue;
                 };
                 let caption = format!(
@@ -142,7 +158,12 @@ impl Page<'_> {
                     number(shot.errors.relative_mse),
                     number(shot.errors.mape)
                 );
-                self.figure(&shot.image, gain, &format!("{}, {} samples", method.name, shot.samples), &caption);
+                self.figure(
+                    &shot.image,
+                    gain,
+                    &format!("{}, {} samples", method.name, shot.samples),
+                    &caption,
+                );
             }
             self.html += "</div>";
         }
@@ -159,7 +180,9 @@ impl Page<'_> {
         }
         self.figure(reference, gain, "reference", "<b>reference</b>");
         self.html += "</div><h3>Signed relative error of all runs together</h3>";
-        let legend = Image::from_fn(256, 1, |x, _| error_colour((2.0 * (f64::from(x) + 0.5) / 256.0 - 1.0) * ERROR_SCALE));
+        let legend = Image::from_fn(256, 1, |x, _| {
+            error_colour((2.0 * (f64::from(x) + 0.5) / 256.0 - 1.0) * ERROR_SCALE)
+        });
         let percent = 100.0 * ERROR_SCALE;
         let _ = write!(
             self.html,
@@ -169,7 +192,12 @@ impl Page<'_> {
         let _ = write!(self.html, "<div class=\"strip\" style=\"--columns: {columns}\">");
         for (method, images) in study.report.methods.iter().zip(&study.images) {
             let map = signed_error_map(&images.mean, reference);
-            self.figure(&map, 0.0, &format!("error of {}", method.name), &format!("<b>{}</b>", escape(&method.name)));
+            self.figure(
+                &map,
+                0.0,
+                &format!("error of {}", method.name),
+                &format!("<b>{}</b>", escape(&method.name)),
+            );
         }
         self.html += "</div>";
     }
@@ -211,11 +239,19 @@ impl Page<'_> {
         self.html += "\n<section class=\"screen\">";
         self.section("Flip between two images");
         let all_runs = |(_, title): &&(String, String)| title.ends_with(", all runs");
-        let chosen = self.images.iter().find(all_runs).map_or(0, |(id, _)| self.images.iter().position(|i| i.0 == *id).unwrap_or(0));
+        let chosen = self
+            .images
+            .iter()
+            .find(all_runs)
+            .map_or(0, |(id, _)| self.images.iter().position(|i| i.0 == *id).unwrap_or(0));
         let reference = self.images.iter().position(|(_, title)| title == "reference").unwrap_or(0);
         let options = |selected: usize| -> String {
             let option = |(i, (id, title)): (usize, &(String, String))| {
-                format!("<option value=\"{id}\"{}>{}</option>", if i == selected { " selected" } else { "" }, escape(title))
+                format!(
+                    "<option value=\"{id}\"{}>{}</option>",
+                    if i == selected { " selected" } else { "" },
+                    escape(title)
+                )
             };
             self.images.iter().enumerate().map(option).collect()
         };
@@ -234,13 +270,18 @@ impl Page<'_> {
             pyramid.passes,
             number(pyramid.rays)
         ));
-        let lengths: std::collections::BTreeSet<u16> = pyramid.layers.iter().map(|l| l.technique.s + l.technique.t).collect();
+        let lengths: std::collections::BTreeSet<u16> =
+            pyramid.layers.iter().map(|l| l.technique.s + l.technique.t).collect();
         for length in lengths {
             let bounces = length.saturating_sub(2);
             let plural = if bounces == 1 { "" } else { "s" };
-            let _ = write!(self.html, "<h3>{bounces} scattering event{plural}</h3><div class=\"layer\">");
+            let _ = write!(
+                self.html,
+                "<h3>{bounces} scattering event{plural}</h3><div class=\"layer\">"
+            );
             for layer in pyramid.layers.iter().filter(|l| l.technique.s + l.technique.t == length) {
-                let [unweighted, weighted] = [&layer.unweighted, &layer.weighted].map(|image| shrunk(image, LAYER_WIDTH));
+                let [unweighted, weighted] =
+                    [&layer.unweighted, &layer.weighted].map(|image| shrunk(image, LAYER_WIDTH));
                 let name = format!("({}, {})", layer.technique.s, layer.technique.t);
                 let _ = write!(
                     self.html,
@@ -265,12 +306,18 @@ impl Page<'_> {
         if let Some(command) = &setup.command {
             let _ = write!(self.html, "<pre>{}</pre>", escape(command));
         }
-        let threads = setup.threads.map_or_else(|| "all threads".to_owned(), |n| format!("{n} threads"));
-        let load = setup.load.as_ref().map_or_else(String::new, |l| format!("; load averages {l} at the start"));
+        let threads =
+            setup.threads.map_or_else(|| "all threads".to_owned(), |n| format!("{n} threads"));
+        let load = setup
+            .load
+            .as_ref()
+            .map_or_else(String::new, |l| format!("; load averages {l} at the start"));
         self.text(&format!(
             "Seed {}, {} runs, {} sampler, {} filter, {threads}, 64-bit floats, no clamping. Measured on {} with {} processors{load}; pathspace {}. Seeds decide errors to the bit if the budget is in samples; times differ.",
             setup.seed, setup.seeds, setup.sampler, setup.filter, setup.processor, setup.processors, self.study.report.version
         ));
-        self.text("The same numbers are in report.json, report.csv, left-out.csv and decisions.csv.");
+        self.text(
+            "The same numbers are in report.json, report.csv, left-out.csv and decisions.csv.",
+        );
     }
 }

@@ -23,7 +23,9 @@ pub enum GalleryError {
 impl fmt::Display for GalleryError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::UnknownScene { name } => write!(f, "there is no scene {name:?} in the gallery; it has {}", NAMES.join(", ")),
+            Self::UnknownScene { name } => {
+                write!(f, "there is no scene {name:?} in the gallery; it has {}", NAMES.join(", "))
+            }
             Self::Scene(error) => error.fmt(f),
             Self::Endpoint(error) => error.fmt(f),
         }

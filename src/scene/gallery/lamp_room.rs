@@ -1,8 +1,10 @@
-//! The difficult case for path tracing: a room whose two lamps cannot be connected to. One is a filament inside a closed glass bulb, behind
-//! a screen; the other lies in an opaque bowl and reaches the room by way of the ceiling. Path tracing finds the first one by chance alone
-//! and mostly misses; light tracing and bidirectional path tracing do well.
+//! The difficult case for path tracing: a room whose two lamps cannot be connected to. One is a
+//! filament inside a closed glass bulb, behind a screen; the other lies in an opaque bowl and
+//! reaches the room by way of the ceiling. Path tracing finds the first one by chance alone and
+//! mostly misses; light tracing and bidirectional path tracing do well.
 //!
-//! The screen hides the glass from the camera, and nothing else is a mirror: so light tracing, too, sees every path.
+//! The screen hides the glass from the camera, and nothing else is a mirror: so light tracing, too,
+//! sees every path.
 
 use super::materials::{BLACK, GLASS, diffuse, emission};
 use super::shapes::{cuboid, room};
@@ -13,8 +15,7 @@ use crate::math::Rgb;
 use crate::scene::WorldBuilder;
 use glam::{DAffine3, DVec3, UVec2};
 
-pub(super) const DESCRIPTION: &str =
-    "A room lit by a lamp inside a glass bulb and by one in an opaque bowl: the difficult case for path tracing.";
+pub(super) const DESCRIPTION: &str = "A room lit by a lamp inside a glass bulb and by one in an opaque bowl: the difficult case for path tracing.";
 
 const BULB: DVec3 = DVec3::new(-0.95, 0.85, -1.5);
 const BULB_RADIUS: f64 = 0.2;
@@ -66,7 +67,8 @@ pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let lamp = builder.add_quad("bowl lamp", lamp, black)?;
     builder.set_emission(lamp, emission(BOWL_RADIANCE))?;
 
-    let camera = PinholeCamera::new(p(0.0, 1.35, 2.4), p(0.0, 1.15, 0.0), DVec3::Y, 62.0, resolution)?;
+    let camera =
+        PinholeCamera::new(p(0.0, 1.35, 2.4), p(0.0, 1.15, 0.0), DVec3::Y, 62.0, resolution)?;
     Ok(GalleryScene {
         name: "lamp-room",
         description: DESCRIPTION,

@@ -41,8 +41,9 @@ pub struct GalleryScene {
     pub claims: Claims,
 }
 
-/// Which integrators can draw every path that contributes to a scene's image. The mean of an integrator that cannot is too
-/// low. A claim is about the mean alone: the noise may be too large for any budget, as that of uniform-area sampling on narrow lobes is.
+/// Which integrators can draw every path that contributes to a scene's image. The mean of an
+/// integrator that cannot is too low. A claim is about the mean alone: the noise may be too large
+/// for any budget, as that of uniform-area sampling on narrow lobes is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Claims {
     /// [`UniformArea`](crate::integrator::UniformArea): no Dirac lobes, no light at infinity.
@@ -51,17 +52,20 @@ pub struct Claims {
     pub path_tracing: bool,
     /// [`LightTracer`](crate::integrator::LightTracer): the camera sees no Dirac lobe.
     pub light_tracing: bool,
-    /// [`Bidirectional`](crate::integrator::Bidirectional): no path with Dirac lobes between a Dirac light and a Dirac lens.
+    /// [`Bidirectional`](crate::integrator::Bidirectional): no path with Dirac lobes between a
+    /// Dirac light and a Dirac lens.
     pub bidirectional: bool,
 }
 
 impl Claims {
     /// Every integrator sees everything.
-    pub const ALL: Self = Self { uniform_area: true, path_tracing: true, light_tracing: true, bidirectional: true };
+    pub const ALL: Self =
+        Self { uniform_area: true, path_tracing: true, light_tracing: true, bidirectional: true };
 }
 
 /// The names of the scenes.
-pub const NAMES: [&str; 6] = ["cornell-box", "sphere-cap", "lamp-room", "caustic", "glossy-plates", "smooth-mesh"];
+pub const NAMES: [&str; 6] =
+    ["cornell-box", "sphere-cap", "lamp-room", "caustic", "glossy-plates", "smooth-mesh"];
 
 /// What a scene shows, in one sentence; `None` if there is no such scene.
 #[must_use]

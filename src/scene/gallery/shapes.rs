@@ -8,8 +8,8 @@ pub(super) fn quadrilateral(corners: [DVec3; 4]) -> Mesh {
     Mesh { positions: corners.to_vec(), indices: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }
 }
 
-/// An upright prism between two heights (y). The base is given counter-clockwise seen from above: in that order x turns towards -z.
-/// Open prisms have no lid.
+/// An upright prism between two heights (y). The base is given counter-clockwise seen from above:
+/// in that order x turns towards -z. Open prisms have no lid.
 pub(super) fn prism(base: [DVec3; 4], bottom: f64, top: f64, open: bool) -> Mesh {
     let ring = |height: f64| base.map(|corner| DVec3::new(corner.x, height, corner.z));
     let positions = [ring(bottom), ring(top)].concat();
@@ -27,7 +27,8 @@ pub(super) fn prism(base: [DVec3; 4], bottom: f64, top: f64, open: bool) -> Mesh
 /// A box with edges along the axes.
 pub(super) fn cuboid(min: DVec3, max: DVec3, open: bool) -> Mesh {
     let corner = |x: f64, z: f64| DVec3::new(x, 0.0, z);
-    let base = [corner(min.x, max.z), corner(max.x, max.z), corner(max.x, min.z), corner(min.x, min.z)];
+    let base =
+        [corner(min.x, max.z), corner(max.x, max.z), corner(max.x, min.z), corner(min.x, min.z)];
     prism(base, min.y, max.y, open)
 }
 

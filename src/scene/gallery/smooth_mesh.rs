@@ -1,5 +1,6 @@
-//! Two coarse meshes with smooth normals, a diffuse torus and a bumpy metal blob, under a procedural sky with a bright sun. Shading normals that
-//! differ from the geometric ones make scattering asymmetric between light and camera walks, and the light is at infinity: integrators
+//! Two coarse meshes with smooth normals, a diffuse torus and a bumpy metal blob, under a
+//! procedural sky with a bright sun. Shading normals that differ from the geometric ones make
+//! scattering asymmetric between light and camera walks, and the light is at infinity: integrators
 //! agree only if both are accounted for.
 
 use super::materials::{diffuse, metal};
@@ -11,7 +12,8 @@ use crate::scene::{Mesh, WorldBuilder};
 use glam::{DAffine3, DMat3, DVec3, UVec2};
 use std::f64::consts::{PI, TAU};
 
-pub(super) const DESCRIPTION: &str = "Coarse meshes with smooth normals, diffuse and metal, under a sky with a sun.";
+pub(super) const DESCRIPTION: &str =
+    "Coarse meshes with smooth normals, diffuse and metal, under a sky with a sun.";
 
 const SUN: DVec3 = DVec3::new(-0.55, 0.6, 0.58);
 const SUN_RADIANCE: Rgb = Rgb::new(160.0, 140.0, 110.0);
@@ -24,13 +26,28 @@ pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let clay = builder.add_material("clay", diffuse(Rgb::new(0.7, 0.32, 0.2)))?;
     let gold = builder.add_material("gold", metal(Rgb::new(0.95, 0.72, 0.35), 0.25))?;
 
-    builder.add_disk("ground", Disk { center: DVec3::ZERO, normal: DVec3::Y, radius: 7.0 }, ground)?;
+    builder.add_disk(
+        "ground",
+        Disk { center: DVec3::ZERO, normal: DVec3::Y, radius: 7.0 },
+        ground,
+    )?;
     // Both float a little, so that nothing intersects.
-    builder.add_mesh("torus", &torus(1.6, 0.5, 28, 12), DAffine3::from_translation(DVec3::Y * 0.52), clay)?;
+    builder.add_mesh(
+        "torus",
+        &torus(1.6, 0.5, 28, 12),
+        DAffine3::from_translation(DVec3::Y * 0.52),
+        clay,
+    )?;
     builder.add_mesh("blob", &blob(24, 14), DAffine3::from_translation(DVec3::Y * 1.05), gold)?;
     builder.set_environment("sky", sky()?)?;
 
-    let camera = PinholeCamera::new(DVec3::new(0.0, 2.5, 6.6), DVec3::new(0.0, 0.9, 0.0), DVec3::Y, 40.0, resolution)?;
+    let camera = PinholeCamera::new(
+        DVec3::new(0.0, 2.5, 6.6),
+        DVec3::new(0.0, 0.9, 0.0),
+        DVec3::Y,
+        40.0,
+        resolution,
+    )?;
     Ok(GalleryScene {
         name: "smooth-mesh",
         description: DESCRIPTION,
@@ -53,18 +70,28 @@ fn torus(major: f64, minor: f64, around: u32, across: u32) -> Mesh {
             mesh.positions.push(outwards * major + normal * minor);
             mesh.normals.get_or_insert_default().push(normal);
             let (next_i, next_j) = ((i + 1) % around, (j + 1) % across);
-            let corners = [i * across + j, next_i * across + j, next_i * across + next_j, i * across + next_j];
-            mesh.indices.extend([[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[3]]]);
+            let corners = [
+                i * across + j,
+                next_i * across + j,
+                next_i * across + next_j,
+                i * across + next_j,
+            ];
+            mesh.indices.extend([
+                [corners[0], corners[1], corners[2]],
+                [corners[0], corners[2], corners[3]],
+            ]);
         }
     }
     mesh
 }
 
-/// A sphere with bumps; each vertex has the mean normal of the triangles around it, weighted by area.
+/// A sphere with bumps; each vertex has the mean normal of the triangles around it, weighted by
+/// area.
 fn blob(around: u32, rows: u32) -> Mesh {
     let point = |polar: f64, turn: f64| {
         let (sin, cos) = polar.sin_cos();
-        let bumps = 0.14 * sin * sin * (5.0 * turn).cos() * (4.0 * polar).sin() + 0.08 * (3.0 * polar).cos();
+        let bumps = 0.14 * sin * sin * (5.0 * turn).cos() * (4.0 * polar).sin()
+            + 0.08 * (3.0 * polar).cos();
         DVec3::new(sin * turn.cos(), cos, -sin * turn.sin()) * (0.85 + bumps)
     };
     let mut mesh = Mesh { positions: vec![point(0.0, 0.0), point(PI, 0.0)], ..Mesh::default() };
@@ -76,9 +103,13 @@ fn blob(around: u32, rows: u32) -> Mesh {
     for row in 0..rows {
         for column in 0..around {
             if row > 0 {
-                mesh.positions.push(point(PI * f64::from(row) / f64::from(rows), TAU * f64::from(column) / f64::from(around)));
+                mesh.positions.push(point(
+                    PI * f64::from(row) / f64::from(rows),
+                    TAU * f64::from(column) / f64::from(around),
+                ));
             }
-            let [upper, lower] = [row, row + 1].map(|row| [vertex(row, column), vertex(row, column + 1)]);
+            let [upper, lower] =
+                [row, row + 1].map(|row| [vertex(row, column), vertex(row, column + 1)]);
             if row + 1 < rows {
                 mesh.indices.push([upper[0], lower[0], lower[1]]);
             }
@@ -102,16 +133,22 @@ fn blob(around: u32, rows: u32) -> Mesh {
 fn sky() -> Result<EnvironmentMap, EndpointError> {
     let (width, height) = (128, 64);
     let sun = SUN.normalize();
-    let pixels = (0..height).flat_map(|row| (0..width).map(move |column| (row, column))).map(|(row, column)| {
-        let polar = PI * (f64::from(row) + 0.5) / f64::from(height);
-        // The left edge is at -Z, a quarter to the right +X.
-        let turn = TAU * (f64::from(column) + 0.5) / f64::from(width);
-        let direction = DVec3::new(polar.sin() * turn.sin(), polar.cos(), -polar.sin() * turn.cos());
-        let horizon = (1.0 - direction.y.abs()).powi(4);
-        let air = Rgb::new(0.18, 0.32, 0.6) * (1.0 - horizon) + Rgb::new(0.75, 0.8, 0.85) * horizon;
-        let dust = Rgb::new(0.3, 0.28, 0.25);
-        let disk = direction.dot(sun) > SUN_DEGREES.to_radians().cos();
-        (if direction.y > 0.0 { air } else { dust }) + if disk { SUN_RADIANCE } else { Rgb::BLACK }
-    });
-    Ok(EnvironmentMap::new(width, height, pixels.collect(), DMat3::IDENTITY)?.with_lookup(Lookup::Bilinear))
+    let pixels = (0..height).flat_map(|row| (0..width).map(move |column| (row, column))).map(
+        |(row, column)| {
+            let polar = PI * (f64::from(row) + 0.5) / f64::from(height);
+            // The left edge is at -Z, a quarter to the right +X.
+            let turn = TAU * (f64::from(column) + 0.5) / f64::from(width);
+            let direction =
+                DVec3::new(polar.sin() * turn.sin(), polar.cos(), -polar.sin() * turn.cos());
+            let horizon = (1.0 - direction.y.abs()).powi(4);
+            let air =
+                Rgb::new(0.18, 0.32, 0.6) * (1.0 - horizon) + Rgb::new(0.75, 0.8, 0.85) * horizon;
+            let dust = Rgb::new(0.3, 0.28, 0.25);
+            let disk = direction.dot(sun) > SUN_DEGREES.to_radians().cos();
+            (if direction.y > 0.0 { air } else { dust })
+                + if disk { SUN_RADIANCE } else { Rgb::BLACK }
+        },
+    );
+    Ok(EnvironmentMap::new(width, height, pixels.collect(), DMat3::IDENTITY)?
+        .with_lookup(Lookup::Bilinear))
 }
