@@ -5,6 +5,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec2, UVec2};
 use pathspace::endpoint::Camera;
 use pathspace::film::{BatchSample, BatchSink, Contribution, FilmSample};
+use pathspace::gallery::{self, GalleryScene};
 use pathspace::integrator::{
     Bidirectional, Depth, Integrator, LightTracer, PathTracer, UniformArea,
 };
@@ -14,7 +15,6 @@ use pathspace::path::{
 };
 use pathspace::sampler::{Independent, SampleSource, Sampler};
 use pathspace::scene::World;
-use pathspace::scene::gallery::{self, GalleryScene};
 use std::hint::black_box;
 use std::time::Duration;
 

@@ -7,13 +7,14 @@ mod worlds;
 use common::Random;
 use pathspace::endpoint::Camera;
 use pathspace::film::{Contribution, Sink};
+use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Integrator, LightTracer, PathTracer, UniformArea};
 use pathspace::math::Rgb;
 use pathspace::path::Scratch;
 use pathspace::render::{Budget, Settings, render, unattended};
 use pathspace::sampler::{SampleSource, Sampler, SamplerKind};
-use pathspace::scene::{Scene, SurfaceArea, World, gallery};
+use pathspace::scene::{Scene, SurfaceArea, World};
 use worlds::{Result, TestScene};
 
 const SAMPLES: u32 = 2000;

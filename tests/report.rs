@@ -16,6 +16,7 @@ mod target;
 
 use pathspace::endpoint::Camera;
 use pathspace::film::{Contribution, FilmSample, Image, Sink, Technique};
+use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::Integrator;
 use pathspace::math::Rgb;
@@ -23,7 +24,7 @@ use pathspace::path::{Scratch, TechniqueSet};
 use pathspace::render::Budget;
 use pathspace::report::{Contestant, Method, Plan, Reference, Report, SceneInfo, Step, study};
 use pathspace::sampler::Sampler;
-use pathspace::scene::{Needs, Scene, gallery};
+use pathspace::scene::{Needs, Scene};
 use std::ops::ControlFlow;
 
 fn go_on(_: &Step<'_>) -> ControlFlow<()> {

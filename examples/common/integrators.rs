@@ -1,12 +1,12 @@
 //! The integrators by name.
 
 use clap::ValueEnum;
+use pathspace::gallery::Claims;
 use pathspace::integrator::{
     Adaptive, Bidirectional, Depth, Integrator, LightTracer, PathTracer, UniformArea,
 };
 use pathspace::path::{Roulette, TechniqueSet};
 use pathspace::report::{Contestant, Everything, Method};
-use pathspace::scene::gallery::Claims;
 use pathspace::scene::{WithNeeds, World};
 
 /// One of the integrators.

@@ -20,6 +20,7 @@ use common::{
 };
 use indicatif::ProgressBar;
 use pathspace::film::ImageFile;
+use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Depth};
 use pathspace::render::{Budget, Settings};
@@ -27,7 +28,7 @@ use pathspace::report::{
     Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, exposure,
     study,
 };
-use pathspace::scene::{World, gallery};
+use pathspace::scene::World;
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};

@@ -3,10 +3,10 @@
 use super::common::{AnyCamera, FileOptions, NamedScene, scene_or_file};
 use pathspace::endpoint::{ConstantEnvironment, PinholeCamera, PointLight, SpotLight};
 use pathspace::film::Filter;
+use pathspace::gallery::{self, Claims};
 use pathspace::geometry::{Quad, Sphere};
 use pathspace::glam::{DVec3, UVec2};
 use pathspace::math::Rgb;
-use pathspace::scene::gallery::{self, Claims};
 use pathspace::scene::{Emission, Material, WorldBuilder};
 use std::error::Error;
 

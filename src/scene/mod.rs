@@ -1,35 +1,22 @@
-//! The [`Scene`] trait, the one seam for other renderers, the ready-made [`World`], and a gallery
-//! of worlds.
+//! The [`Scene`] trait, the one seam for other renderers, and the ready-made [`World`].
 
-mod binary;
 mod builder;
-mod bvh;
 mod error;
-pub mod gallery;
 mod lights;
-mod many;
-mod material;
 mod mesh;
 mod needs;
-mod packet;
-mod query;
-mod scattering;
-mod space;
-#[cfg(test)]
-mod tests;
-mod traverse;
+mod surface;
 mod warning;
-mod wide;
 mod with_needs;
 mod world;
 
-pub use builder::{Emission, MaterialId, SurfaceId, WorldBuilder};
-pub use bvh::TreeStatistics;
+pub use crate::material::Material;
+pub use crate::tree::TreeStatistics;
+pub use builder::WorldBuilder;
 pub use error::SceneError;
-pub use material::Material;
 pub use mesh::Mesh;
 pub use needs::Needs;
-pub use scattering::SurfaceBsdf;
+pub use surface::{Emission, MaterialId, SurfaceId};
 pub use warning::Warning;
 pub use with_needs::WithNeeds;
 pub use world::World;

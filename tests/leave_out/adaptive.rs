@@ -4,12 +4,13 @@ use super::common::Moments;
 use super::{DEPTH, assert_same_mean, rooms, worlds};
 use glam::{DVec3, UVec2};
 use pathspace::endpoint::{Camera, PinholeCamera, SpotLight};
+use pathspace::gallery;
 use pathspace::geometry::Sphere;
 use pathspace::integrator::{Adaptive, Bidirectional, Decision, Depth};
 use pathspace::math::Rgb;
 use pathspace::path::TechniqueSet;
 use pathspace::render::{Budget, Render, Rendering, Settings, unattended};
-use pathspace::scene::{World, gallery};
+use pathspace::scene::World;
 use rooms::{Room, lambert, v};
 use worlds::Result;
 

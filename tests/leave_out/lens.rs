@@ -3,10 +3,10 @@
 
 use super::{DEPTH, contributions_with, rooms};
 use glam::{DVec2, UVec2};
+use pathspace::gallery;
 use pathspace::integrator::{Bidirectional, LightTracer, PathTracer};
 use pathspace::path::Roulette;
 use pathspace::sampler::{AnySource, SampleSource, Sampler, SamplerKind, Stream};
-use pathspace::scene::gallery;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Draws what may be skipped.

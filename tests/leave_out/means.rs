@@ -3,11 +3,12 @@
 use super::common::{Moments, Random};
 use super::{DEPTH, assert_same_mean, contributions, mean, rooms, sparing_scenes, worlds};
 use glam::UVec2;
+use pathspace::gallery;
 use pathspace::geometry::{Place, Sphere};
 use pathspace::integrator::{Bidirectional, LightTracer, PathTracer};
 use pathspace::math::Rgb;
 use pathspace::path::{Heuristic, LightWalks, Roulette, Scratch, TechniqueSet};
-use pathspace::scene::{Material, Scene, WithNeeds, gallery};
+use pathspace::scene::{Material, Scene, WithNeeds};
 use rooms::{Room, lambert, v};
 
 /// Dropping redundant techniques, needless light walks, or drawing another number of light walks

@@ -6,13 +6,14 @@ use pathspace::endpoint::{
     ConstantEnvironment, DirectionSample, Endpoint, Light, PointLight, PointSample,
 };
 use pathspace::film::Technique;
+use pathspace::gallery;
 use pathspace::geometry::{Place, Sphere, SurfacePoint};
 use pathspace::integrator::Bidirectional;
+use pathspace::material::Texture;
 use pathspace::math::{PerArea, PerProjected, Rgb};
 use pathspace::path::{Family, Reason, TechniqueSet};
 use pathspace::render::Render;
-use pathspace::scene::{Material, Mesh, Needs, Scene, World, gallery};
-use pathspace::texture::Texture;
+use pathspace::scene::{Material, Mesh, Needs, Scene, World};
 use rooms::{Room, lambert, v};
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::{cornell_box, exactly, go_on};
 use pathspace::endpoint::{PinholeCamera, PointLight};
+use pathspace::gallery;
 use pathspace::geometry::{Quad, Sphere};
 use pathspace::glam::{DVec3, UVec2};
 use pathspace::integrator::{Adaptive, Bidirectional, PathTracer, UniformArea};
@@ -11,7 +12,7 @@ use pathspace::render::Budget;
 use pathspace::report::{
     Contestant, Everything, MethodReport, Plan, Report, ReportError, SceneInfo, Study, study,
 };
-use pathspace::scene::{Emission, Material, World, WorldBuilder, gallery};
+use pathspace::scene::{Emission, Material, World, WorldBuilder};
 
 const SIZE: UVec2 = UVec2::splat(12);
 

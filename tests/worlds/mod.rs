@@ -304,8 +304,8 @@ pub fn own(at: Placement) -> Result<Vec<TestScene>> {
 /// All scenes of the gallery and the tests' own.
 pub fn all() -> Result<Vec<TestScene>> {
     let mut scenes = own(Placement::UNIT)?;
-    for name in pathspace::scene::gallery::NAMES {
-        let scene = pathspace::scene::gallery::build(name, RESOLUTION)?;
+    for name in pathspace::gallery::NAMES {
+        let scene = pathspace::gallery::build(name, RESOLUTION)?;
         scenes.push(TestScene { name: name.to_owned(), world: scene.world, camera: scene.camera });
     }
     Ok(scenes)

@@ -1,13 +1,13 @@
 //! What is asked of the tree, and what it answers: rays and segments that start and end where the
 //! primitives that they lie on are not in the way.
 
-use super::wide::Candidate;
+use super::layout::Candidate;
 use crate::geometry::{Intersection, Place, Ray, SurfacePoint, gamma};
 use glam::DVec3;
 
 /// What a ray knows about its ends: the primitives that they lie on, `SurfacePoint::NONE` for none.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ends {
+pub(crate) struct Ends {
     /// The primitive that the origin lies on.
     pub origin: u32,
     /// The primitive that the end of the segment lies on.
@@ -21,7 +21,7 @@ impl Ends {
 
 /// A ray to find the nearest hit of.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Query {
+pub(crate) struct Query {
     /// Where it starts.
     pub origin: DVec3,
     /// Where to.
@@ -46,7 +46,7 @@ impl Query {
 
 /// A ray up to a distance, to find out whether anything is in its way.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Segment {
+pub(crate) struct Segment {
     /// Where it starts.
     pub origin: DVec3,
     /// Where to.
@@ -109,11 +109,11 @@ impl Segment {
 
 /// The nearest hit of a ray.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hit<'a> {
+pub(crate) struct Hit<'a> {
     /// The primitive that was hit.
     pub primitive: u32,
     /// Where it is in the tree.
-    pub candidate: Candidate<'a>,
+    pub(super) candidate: Candidate<'a>,
     /// Where the ray starts that the intersection refers to, which may be further on than where the
     /// one that was asked for does.
     pub origin: DVec3,

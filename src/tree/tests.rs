@@ -3,13 +3,10 @@
 
 use super::bvh::Bvh;
 use super::query::{Ends, Query, Segment};
-use super::{Scene, SurfaceArea, WithNeeds};
-use crate::geometry::{
-    Bounds, Contact, Disk, Place, Quad, Ray, Shape, Sphere, SurfacePoint, Triangle,
-};
+use crate::geometry::{Bounds, Contact, Disk, Quad, Ray, Shape, Sphere, SurfacePoint, Triangle};
 use crate::math::warp::square_to_sphere;
 use fearless_simd::Level;
-use glam::{DVec2, DVec3, UVec2};
+use glam::{DVec2, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -485,66 +482,6 @@ fn rays_of_a_camera_at_once_are_answered_like_single_ones() {
     }
 }
 
-/// The same for points of worlds.
-#[test]
-fn points_at_once_see_what_single_ones_do() {
-    for name in super::gallery::NAMES {
-        let world =
-            super::gallery::build(name, UVec2::splat(8)).expect("a scene of the gallery").world;
-        let mut rng = Pcg64Mcg::seed_from_u64(3);
-        let points: Vec<SurfacePoint> = (0..500)
-            .map(|i| {
-                let x = world.sample_surface(rng.random(), DVec2::new(rng.random(), rng.random()));
-                match i % 9 {
-                    0 => SurfacePoint::dirac(x.position),
-                    1 => SurfacePoint { place: Place::Infinite, ..x },
-                    _ => x,
-                }
-            })
-            .collect();
-        let rays: Vec<_> = points.iter().map(|x| (x, direction(&mut rng))).collect();
-        let single: Vec<_> = rays.iter().map(|&(x, d)| world.intersect(x, d)).collect();
-        assert_eq!(
-            in_order(rays.len(), |answer| world.intersect_many(rays.iter().copied(), answer)),
-            single,
-            "{name}"
-        );
-        let all = WithNeeds::all(&world);
-        assert_eq!(
-            in_order(rays.len(), |answer| all.intersect_many(rays.iter().copied(), answer)),
-            single,
-            "{name}"
-        );
-
-        // Each with another, now and then with itself.
-        let segments: Vec<_> =
-            (0..points.len()).map(|i| (&points[i], &points[(i * 7) % points.len()])).collect();
-        let single: Vec<_> = segments.iter().map(|(a, b)| world.visible(a, b)).collect();
-        assert_eq!(
-            in_order(segments.len(), |answer| world.visible_many(segments.iter().copied(), answer)),
-            single,
-            "{name}"
-        );
-        assert_eq!(
-            in_order(segments.len(), |answer| all.visible_many(segments.iter().copied(), answer)),
-            single,
-            "{name}"
-        );
-
-        let single: Vec<_> = rays.iter().map(|&(x, d)| world.first_hit(x.position, d)).collect();
-        let first = rays.iter().map(|&(x, d)| (x.position, d));
-        assert_eq!(
-            in_order(rays.len(), |answer| world.first_hits(first, answer)),
-            single,
-            "{name}"
-        );
-        let single: Vec<_> =
-            rays.iter().map(|&(x, d)| world.is_clear(x.position, d, 1.0)).collect();
-        let clear = rays.iter().map(|&(x, d)| (x.position, d, 1.0));
-        assert_eq!(in_order(rays.len(), |answer| world.are_clear(clear, answer)), single, "{name}");
-    }
-}
-
 #[test]
 fn a_tree_deeper_than_the_stack_is_walked_all_the_same() {
     let vertices =
@@ -568,7 +505,7 @@ fn a_tree_deeper_than_the_stack_is_walked_all_the_same() {
 #[test]
 fn memory_per_triangle_does_not_grow() {
     for level in [3, 5, 6] {
-        let mesh = super::Mesh::icosphere(level);
+        let mesh = crate::scene::Mesh::icosphere(level);
         let corner = |i: u32| mesh.positions[i as usize];
         let shapes: Vec<Shape> = mesh
             .indices
@@ -587,16 +524,4 @@ fn memory_per_triangle_does_not_grow() {
                 && statistics.build_time > std::time::Duration::ZERO
         );
     }
-}
-
-/// A vertex is what a bidirectional sample keeps for each scattering event; `docs/performance.md`
-/// states its size.
-#[test]
-fn memory_per_vertex_does_not_grow() {
-    let bytes = size_of::<crate::path::Vertex<<super::World as super::Scene>::Bsdf<'static>>>();
-    println!(
-        "{bytes} bytes per vertex, {} per surface point",
-        size_of::<crate::geometry::SurfacePoint>()
-    );
-    assert!(bytes <= 400, "{bytes}");
 }

@@ -2,7 +2,7 @@
 //!
 //! ```
 //! use pathspace::glam::UVec2;
-//! use pathspace::scene::gallery;
+//! use pathspace::gallery;
 //!
 //! let scene = gallery::build("cornell-box", UVec2::new(64, 64))?;
 //! assert!(scene.claims.bidirectional);
@@ -21,8 +21,8 @@ mod sphere_cap;
 
 pub use error::GalleryError;
 
-use super::World;
 use crate::endpoint::Camera;
+use crate::scene::World;
 use glam::UVec2;
 
 /// A scene of the gallery.

@@ -1,15 +1,23 @@
 //! Materials: what a scene is told about how a surface scatters, checked and made a model when it
 //! is added.
 
-use super::scattering::{Layer, LayerModel, Mix, Scattering, Stack};
+mod scattering;
+#[cfg(test)]
+mod tests;
+mod texture;
+
+pub(crate) use scattering::Scattering;
+pub use scattering::SurfaceBsdf;
+pub use texture::{Interpolation, Texture, TextureError, Wrap};
+
 use crate::bsdf::{
     Beckmann, BsdfError, Conductor, Dielectric, Ggx, Lambert, Lobes, MetallicRoughness,
     Microfacets, Mirror, Mixture, Model, Null, Plastic, Reflectance, RoughConductor,
     RoughDielectric, SimpleModel, ThinDielectric,
 };
 use crate::math::Rgb;
-use crate::texture::Texture;
 use glam::DVec2;
+use scattering::{Layer, LayerModel, Mix, Stack};
 
 /// How a surface scatters.
 #[derive(Clone, Debug, Default, PartialEq)]

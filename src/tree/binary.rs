@@ -5,7 +5,7 @@
 //! it is; so leaves get full. Many references are put into bins along each axis (Wald 2007), few
 //! are sorted.
 
-use super::wide::{Facet, LANES};
+use super::layout::{Facet, LANES};
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;

@@ -1,133 +1,21 @@
-//! Many queries at once on a processor with vectors of sixteen numbers: sixteen rays are tested
-//! against one facet after the other. In a scene of few facets that takes no tree.
-//!
-//! Rays of a camera, which visit mostly the same, walk through the tree sixteen at a time in larger
-//! scenes: each node's boxes are tested one after the other, and what any ray enters is visited.
-//! Each ray passes what it would pass alone, by the same numbers.
-//!
-//! Tolerances, hits that are held back and exact tests are those of the walk through the tree, so
-//! the answers are the same.
+//! The nearest hits of a packet.
 
-use super::bvh::Bvh;
-use super::query::{Found, Hit, Query, Segment};
-use super::traverse::{FAR, Facets, SMALLEST, Stack, Tested, take};
-use super::wide::{Block, Candidate, Child, LANES, Node, WIDTH};
-use crate::geometry::{Ray, SurfacePoint};
-use fearless_simd::{Simd, dispatch, f32x4, f32x16, mask32x16, prelude::*, u32x16};
-use glam::DVec3;
-
-/// Facets up to which a tree does not pay, where it need not be walked for each ray.
-pub(super) const FEW: usize = 48;
-
-/// Rays of a packet.
-pub(super) const RAYS: usize = 16;
-
-/// Whether an instruction set is one with which packets are faster than rays that take turns: one
-/// of 16 lanes.
-#[inline(always)]
-fn pays<S: Simd>(_: S) -> bool {
-    S::f32s::LEN == RAYS
-}
-
-/// The rays of a packet in the space of the boxes, by axis. A limit that is no number is that of a
-/// lane without ray.
-struct Packet {
-    origin: [[f32; RAYS]; 3],
-    direction: [[f32; RAYS]; 3],
-    limit: [f32; RAYS],
-}
-
-impl Packet {
-    #[inline(always)]
-    fn new() -> Self {
-        Self { origin: [[0.0; RAYS]; 3], direction: [[0.0; RAYS]; 3], limit: [f32::NAN; RAYS] }
-    }
-
-    #[inline(always)]
-    fn set(&mut self, lane: usize, bvh: &Bvh, origin: DVec3, direction: DVec3, limit: f32) {
-        let (origin, direction) = (bvh.place(origin), direction.as_vec3());
-        for axis in 0..3 {
-            (self.origin[axis][lane], self.direction[axis][lane]) = (origin[axis], direction[axis]);
-        }
-        self.limit[lane] = limit;
-    }
-
-    #[inline(always)]
-    fn load<S: Simd>(&self, simd: S) -> ([f32x16<S>; 3], [f32x16<S>; 3], f32x16<S>) {
-        let row = |row: &[f32; RAYS]| f32x16::load_array_ref(simd, row);
-        let rows = |v: &[[f32; RAYS]; 3]| [row(&v[0]), row(&v[1]), row(&v[2])];
-        (rows(&self.origin), rows(&self.direction), row(&self.limit))
-    }
-}
-
-/// The rays of a packet and what else their exact tests need.
-struct Rays {
-    packet: Packet,
-    /// What is tested exactly, and how far it was moved.
-    rays: [(Ray, f64); RAYS],
-    /// The primitives that they start on.
-    origins: [u32; RAYS],
-}
-
-impl Rays {
-    /// Up to sixteen; a ray that does not enter the scene leaves its lane empty.
-    #[inline(always)]
-    fn new(bvh: &Bvh, queries: &[Query]) -> Self {
-        let mut rays = Self {
-            packet: Packet::new(),
-            rays: [(Ray::new(DVec3::ZERO, DVec3::X), 0.0); RAYS],
-            origins: [SurfacePoint::NONE; RAYS],
-        };
-        for (lane, query) in queries.iter().enumerate().take(RAYS) {
-            if let Some((origin, direction, moved)) = bvh.entry(query.origin, query.direction) {
-                rays.packet.set(lane, bvh, origin, direction, FAR);
-                rays.rays[lane] = (Ray::new(origin, direction), moved);
-                rays.origins[lane] = query.origin_primitive;
-            }
-        }
-        rays
-    }
-}
-
-/// The facets of a block, to be taken one by one.
-struct Rows {
-    vectors: [[[f32; LANES]; 3]; 4],
-    tolerance: [f32; LANES],
-    slack: [f32; LANES],
-}
-
-impl Rows {
-    #[inline(always)]
-    fn new<S: Simd>(simd: S, block: Block<'_>) -> Self {
-        let Facets { vertex, edge1, edge2, normal, tolerance, slack } = Facets::new(simd, block);
-        let rows = |v: [f32x4<S>; 3]| [v[0].to_array(), v[1].to_array(), v[2].to_array()];
-        Self {
-            vectors: [rows(vertex), rows(edge1), rows(edge2), rows(normal)],
-            tolerance: tolerance.to_array(),
-            slack: slack.to_array(),
-        }
-    }
-
-    /// One of them in all lanes.
-    #[inline(always)]
-    fn facet<S: Simd>(&self, simd: S, lane: usize) -> Facets<f32x16<S>> {
-        let splat = |row: &[f32; LANES]| f32x16::splat(simd, row[lane % LANES]);
-        let [vertex, edge1, edge2, normal] = &self.vectors;
-        let splats = |v: &[[f32; LANES]; 3]| [splat(&v[0]), splat(&v[1]), splat(&v[2])];
-        Facets {
-            vertex: splats(vertex),
-            edge1: splats(edge1),
-            edge2: splats(edge2),
-            normal: splats(normal),
-            tolerance: splat(&self.tolerance),
-            slack: splat(&self.slack),
-        }
-    }
-}
+use super::rays::{RAYS, Rays, Rows, pays};
+use crate::tree::bvh::Bvh;
+use crate::tree::facets::Tested;
+use crate::tree::layout::{Block, Candidate, Child, LANES, Node, WIDTH};
+use crate::tree::query::{Found, Hit, Query};
+use crate::tree::rounding::SMALLEST;
+use crate::tree::stack::{Stack, take};
+use fearless_simd::{Simd, dispatch, f32x16, mask32x16, prelude::*, u32x16};
 
 /// What [`Bvh::closest`] says of many rays in a scene of few facets. Returns whether that pays.
 #[inline(never)]
-pub(super) fn closest<'a>(bvh: &'a Bvh, queries: &[Query], hits: &mut [Option<Hit<'a>>]) -> bool {
+pub(in crate::tree) fn closest<'a>(
+    bvh: &'a Bvh,
+    queries: &[Query],
+    hits: &mut [Option<Hit<'a>>],
+) -> bool {
     !bvh.few.is_empty()
         && dispatch!(bvh.level, simd => pays(simd) && closest_with(simd, bvh, queries, hits))
 }
@@ -154,7 +42,7 @@ fn closest_with<'a, S: Simd>(
 /// the tree together. Returns whether they can and it pays: not if the signs of their directions
 /// differ.
 #[inline(never)]
-pub(super) fn closest_together<'a>(
+pub(in crate::tree) fn closest_together<'a>(
     bvh: &'a Bvh,
     queries: &[Query],
     hits: &mut [Option<Hit<'a>>],
@@ -195,7 +83,7 @@ struct Planes<S: Simd> {
 
 impl<S: Simd> Planes<S> {
     /// `None` if directions do not have the same signs. The numbers are those of a
-    /// [`BoxRay`](super::traverse::BoxRay).
+    /// [`BoxRay`](crate::tree::boxes::BoxRay).
     #[inline(always)]
     fn new(simd: S, search: &Search<'_, '_, S>) -> Option<Self> {
         let mut planes =
@@ -381,86 +269,4 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
             *hit = found.map(|found| found.hit(ray, *moved));
         }
     }
-}
-
-/// What [`Bvh::is_free`] says of many segments in a scene of few facets. Returns whether that pays.
-#[inline(never)]
-pub(super) fn are_free(bvh: &Bvh, segments: &[Result<Segment, bool>], free: &mut [bool]) -> bool {
-    !bvh.few.is_empty()
-        && dispatch!(bvh.level, simd => pays(simd) && are_free_with(simd, bvh, segments, free))
-}
-
-#[inline(always)]
-fn are_free_with<S: Simd>(
-    simd: S,
-    bvh: &Bvh,
-    segments: &[Result<Segment, bool>],
-    free: &mut [bool],
-) -> bool {
-    for (segments, answers) in segments.chunks(RAYS).zip(free.chunks_mut(RAYS)) {
-        let mut inside = [Segment::free(DVec3::ZERO, DVec3::ZERO, 0.0); RAYS];
-        let (mut packet, mut free, mut unknown) = (Packet::new(), 0, 0);
-        for (lane, segment) in segments.iter().enumerate() {
-            match segment.and_then(|segment| bvh.part_inside(&segment).ok_or(true)) {
-                Ok(segment) => {
-                    packet.set(
-                        lane,
-                        bvh,
-                        segment.origin,
-                        segment.direction,
-                        bvh.round_up(segment.length).min(FAR),
-                    );
-                    inside[lane] = segment;
-                    unknown |= 1 << lane;
-                }
-                Err(known) => free |= u64::from(known) << lane,
-            }
-        }
-        free |= unblocked(simd, bvh, &packet, &inside, unknown);
-        for (lane, answer) in answers.iter_mut().enumerate() {
-            *answer = free >> lane & 1 != 0;
-        }
-    }
-    true
-}
-
-/// Which segments of a packet, given by a bit for each, nothing lies on.
-#[inline(always)]
-fn unblocked<S: Simd>(
-    simd: S,
-    bvh: &Bvh,
-    packet: &Packet,
-    segments: &[Segment; RAYS],
-    mut free: u64,
-) -> u64 {
-    let (origin, direction, limit) = packet.load(simd);
-    let origins = u32x16::from_fn(simd, |lane| segments[lane].ends.origin);
-    let ends = u32x16::from_fn(simd, |lane| segments[lane].ends.end);
-    for block in &bvh.few {
-        let block = Block(block);
-        let rows = Rows::new(simd, block);
-        for lane in 0..LANES {
-            let tested = Tested::new(simd, &origin, &direction, limit, rows.facet(simd, lane));
-            let hits = tested.hits.to_bitmask() & free;
-            if hits == 0 {
-                continue;
-            }
-            let candidate = Candidate { block, lane };
-            let primitive = u32x16::splat(simd, candidate.primitive());
-            let touched = primitive.simd_eq(origins) | primitive.simd_eq(ends);
-            let certain = (tested.certain_before(limit) & !touched).to_bitmask() & hits;
-            free &= !certain;
-            let mut unclear = hits & !certain;
-            while unclear != 0 {
-                let lane = take(&mut unclear) % RAYS;
-                if bvh.blocks(candidate, &segments[lane]) {
-                    free &= !(1 << lane);
-                }
-            }
-            if free == 0 {
-                return 0;
-            }
-        }
-    }
-    free
 }
