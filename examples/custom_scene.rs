@@ -290,11 +290,7 @@ impl Scene for ToyScene {
 
     /// Optional: integrators leave out what the scene does not need.
     fn needs(&self) -> Needs {
-        const ABSENT: Needs = Needs::DIRAC_LOBES
-            .union(Needs::TRANSMISSION)
-            .union(Needs::ENVIRONMENT)
-            .union(Needs::SMOOTH_NORMALS);
-        Needs::ALL.without(ABSENT).without(Needs::UNCONNECTIBLE_LIGHTS)
+        Needs::ALL.without(Needs::DIRAC_LOBES | Needs::ENVIRONMENT | Needs::UNCONNECTIBLE_LIGHTS)
     }
 }
 

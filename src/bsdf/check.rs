@@ -1,11 +1,12 @@
 //! Tests that any [`Bsdf`] has to pass: run [`check`] on your own.
 //!
-//! For one fixed direction it samples many directions and compares them with what `pdf`, `eval` and
-//! `eval_dirac` say about them:
+//! For one fixed direction it samples many directions and compares them with what `pdf`, `eval`,
+//! `dirac_images` and `eval_dirac` say about them:
 //!
 //! - χ²: the sampled directions follow the density, over a grid of the whole sphere;
 //! - `∫ pdf dσ⊥` is the probability of sampling a finite lobe;
 //! - a sample's weight is `f / p⊥`, and its densities are those of `pdf`, in both directions;
+//! - a sample of a Dirac lobe is among the `dirac_images`;
 //! - `f(a, b) / n_b² = f(b, a) / n_a²`: Helmholtz reciprocity, in its form for refraction (Veach
 //!   1997, section 5.2);
 //! - the weights' mean, with refraction's n² taken out, is at most 1: no more light leaves than
@@ -45,6 +46,8 @@ pub struct Report {
     /// Largest relative difference between a sample's reverse density and `pdf` of the reversed
     /// walk.
     pub pdf_reverse_error: f64,
+    /// Largest distance between a sampled direction of a Dirac lobe and the nearest of its images.
+    pub image_error: f64,
     /// Largest relative violation of reciprocity.
     pub asymmetry: f64,
     /// Samples with a component that is infinite or not a number, with negative values, or with
@@ -67,6 +70,8 @@ pub enum Failure {
     Pdf(f64),
     /// A sample's reverse density is not that of `pdf`; the relative error.
     PdfReverse(f64),
+    /// A sample of a Dirac lobe is not among its images; the distance.
+    Image(f64),
     /// `f(a, b) / n_b² ≠ f(b, a) / n_a²`; the relative error.
     Reciprocity(f64),
     /// More light leaves than came: the albedo, by which many standard errors it is above 1.
@@ -90,6 +95,7 @@ impl fmt::Display for Failure {
             Self::PdfReverse(e) => {
                 write!(f, "a sample's reverse density differs from pdf by {e:.3e}")
             }
+            Self::Image(e) => write!(f, "a Dirac sample is {e:.3e} away from the nearest image"),
             Self::Reciprocity(e) => write!(f, "f/n² is not symmetric, relative error {e:.3e}"),
             Self::Energy(albedo, z) => write!(
                 f,
@@ -123,6 +129,7 @@ impl Report {
         if self.invalid > 0 {
             return Err(Failure::Invalid(self.invalid));
         }
+        exact(self.image_error, Failure::Image)?;
         exact(self.pdf_error, Failure::Pdf)?;
         exact(self.pdf_reverse_error, Failure::PdfReverse)?;
         exact(self.weight_error, Failure::Weight)?;
@@ -213,6 +220,7 @@ pub fn check<B: Bsdf + ?Sized>(
         weight_error: comparison.weight,
         pdf_error: comparison.pdf,
         pdf_reverse_error: comparison.pdf_reverse,
+        image_error: comparison.image,
         asymmetry: comparison.asymmetry,
         invalid: comparison.invalid,
     }
@@ -250,6 +258,7 @@ struct Comparison {
     weight: f64,
     pdf: f64,
     pdf_reverse: f64,
+    image: f64,
     asymmetry: f64,
     invalid: u64,
 }
@@ -258,6 +267,11 @@ impl Comparison {
     fn add<B: Bsdf + ?Sized>(&mut self, bsdf: &B, fixed: DVec3, walk: Walk, sample: &BsdfSample) {
         let (to_light, to_camera) = walk.label(fixed, sample.next);
         let (value, swapped, pdf, pdf_reverse) = if sample.dirac {
+            let mut distance = f64::INFINITY;
+            bsdf.dirac_images(fixed, walk, &mut |image| {
+                distance = distance.min(image.next.distance(sample.next));
+            });
+            self.image = self.image.max(distance);
             let there = bsdf.eval_dirac(to_light, to_camera);
             let back = bsdf.eval_dirac(to_camera, to_light);
             // these are coefficients of δ⊥(to_light); those of the swapped pair refer to the other

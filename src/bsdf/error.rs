@@ -23,6 +23,8 @@ pub enum BsdfError {
     MixtureWeight(f64),
     /// A component of a mixture is a mixture.
     NestedMixture,
+    /// A BSDF of a user's own is tinted, blended, mixed, or one side of two.
+    NestedCustom,
     /// Beckmann's distribution is asked of a material that is not rough.
     NotRough,
     /// A material that differs between its sides transmits light.
@@ -66,6 +68,10 @@ impl fmt::Display for BsdfError {
             Self::SidedTransmission => {
                 write!(f, "a material that differs between its sides must not transmit light")
             }
+            Self::NestedCustom => write!(
+                f,
+                "a BSDF of a user's own must stand alone, without tint, sides, blend or mixture"
+            ),
             Self::NestedMixture => write!(f, "a component of a mixture must not be a mixture"),
         }
     }

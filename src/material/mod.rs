@@ -1,23 +1,25 @@
-//! Materials: what a scene is told about how a surface scatters, checked and made a model when it
-//! is added.
+//! Materials: what a scene is told about how a surface scatters.
+//!
+//! A [`Material`] is a description. When it is added to a scene its parameters are checked once,
+//! and it becomes a model, a mixture of two, or layers of which a mixture is made at each point;
+//! integrators ask these through a [`SurfaceBsdf`].
 
-mod scattering;
+mod checked;
+mod custom;
+mod finish;
+mod surface_bsdf;
 #[cfg(test)]
 mod tests;
 mod texture;
 
-pub(crate) use scattering::Scattering;
-pub use scattering::SurfaceBsdf;
+pub use custom::CustomBsdf;
+pub(crate) use finish::Finish;
+pub use surface_bsdf::SurfaceBsdf;
 pub use texture::{Interpolation, Texture, TextureError, Wrap};
 
-use crate::bsdf::{
-    Beckmann, BsdfError, Conductor, Dielectric, Ggx, Lambert, Lobes, MetallicRoughness,
-    Microfacets, Mirror, Mixture, Model, Null, Plastic, Reflectance, RoughConductor,
-    RoughDielectric, SimpleModel, ThinDielectric,
-};
+use crate::bsdf::Bsdf;
 use crate::math::Rgb;
 use glam::DVec2;
-use scattering::{Layer, LayerModel, Mix, Stack};
 
 /// How a surface scatters.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,7 +57,7 @@ pub enum Material {
         /// Index of refraction of the pane over that of the outside.
         relative_ior: f64,
     },
-    /// A diffuse body under a smooth clear coat; see [`Plastic`].
+    /// A diffuse body under a smooth clear coat; see [`Plastic`](crate::bsdf::Plastic).
     Plastic {
         /// Reflected fraction of the body, 0 to 1.
         albedo: Texture,
@@ -67,7 +69,8 @@ pub enum Material {
         colour_shift: bool,
     },
     /// Metal, or a diffuse body under a dielectric coat, or a mixture of both: the material of
-    /// glTF; see [`MetallicRoughness`].
+    /// glTF; see
+    /// [`MetallicRoughness`](crate::bsdf::MetallicRoughness).
     MetallicRoughness {
         /// Reflectance of the metal at normal incidence, and albedo of the body, 0 to 1.
         base_color: Texture,
@@ -134,9 +137,19 @@ pub enum Material {
         /// Their weights; a sum of at most 1 conserves energy.
         weights: [f64; 2],
     },
+    /// A BSDF of a user's own, the same everywhere and on both sides but for what it makes of the
+    /// sign of z; see [`Material::custom`]. Tints, sides, blends and mixtures do not take it.
+    Custom(CustomBsdf),
 }
 
 impl Material {
+    /// A material of a BSDF of a user's own. What it says that it has
+    /// ([`lobes`](Bsdf::lobes)) decides what integrators do about it.
+    #[must_use]
+    pub fn custom(bsdf: impl Bsdf + 'static) -> Self {
+        Self::Custom(CustomBsdf::new(bsdf))
+    }
+
     /// Absorbs on its back what would otherwise be scattered on both sides.
     #[must_use]
     pub fn one_sided(self) -> Self {
@@ -148,179 +161,4 @@ impl Material {
     pub fn tinted(self, tint: impl Into<Texture>) -> Self {
         Self::Tinted { material: Box::new(self), tint: tint.into() }
     }
-
-    /// Checks the parameters and makes the model of the front at uv = (0, 0).
-    ///
-    /// # Errors
-    /// If a parameter is outside its range, a component of a mixture is a mixture, or a material
-    /// with two different sides transmits light.
-    pub fn model(&self) -> Result<Model, BsdfError> {
-        Ok(match self.scattering()? {
-            Scattering::Uniform(model) => model,
-            Scattering::Varying(sides) => sides.stacks[0].at(DVec2::ZERO),
-        })
-    }
-
-    /// Checks the parameters.
-    pub(crate) fn scattering(&self) -> Result<Scattering, BsdfError> {
-        match self {
-            // Its probabilities are its weights, which need not sum to 1.
-            Self::Mixture { components, weights } if components.iter().all(Self::is_simple) => {
-                let components = [components[0].simple_model()?, components[1].simple_model()?];
-                Ok(Scattering::Uniform(Model::Mixture(Mixture::new(components, *weights)?)))
-            }
-            _ if self.is_simple() => {
-                self.simple_model().map(|model| Scattering::Uniform(model.into()))
-            }
-            _ => Ok(Scattering::new(self.side(true)?, self.side(false)?)),
-        }
-    }
-
-    fn is_simple(&self) -> bool {
-        match self {
-            Self::Plastic { albedo, .. } => albedo.as_constant().is_some(),
-            Self::MetallicRoughness { base_color, metallic_roughness, .. } => {
-                base_color.as_constant().is_some() && metallic_roughness.as_constant().is_some()
-            }
-            _ => !matches!(
-                self,
-                Self::Tinted { .. }
-                    | Self::Sided { .. }
-                    | Self::Blend { .. }
-                    | Self::Mixture { .. }
-            ),
-        }
-    }
-
-    /// What is seen from one side.
-    fn side(&self, front: bool) -> Result<Stack, BsdfError> {
-        let alone = |model: LayerModel| Stack {
-            layers: vec![Layer { model, tints: Vec::new() }],
-            mix: Mix::Weights([1.0, 0.0]),
-        };
-        match self {
-            Self::Tinted { material, tint } => {
-                checked_colours(tint)?;
-                let mut stack = material.side(front)?;
-                stack.layers.iter_mut().for_each(|layer| layer.tints.push(tint.clone()));
-                Ok(stack)
-            }
-            Self::Sided { front: outer, back: inner } => {
-                // Each shows its own front.
-                let stacks = [outer.side(true)?, inner.side(true)?];
-                let transmits = |stack: &Stack| {
-                    stack
-                        .layers
-                        .iter()
-                        .any(|layer| layer.model.lobes().intersects(Lobes::TRANSMISSION))
-                };
-                if stacks.iter().any(transmits) {
-                    return Err(BsdfError::SidedTransmission);
-                }
-                let [outer, inner] = stacks;
-                Ok(if front { outer } else { inner })
-            }
-            Self::Mixture { components, weights } => {
-                // Checks the weights.
-                Mixture::new([SimpleModel::Black; 2], *weights)?;
-                Self::two_layers(components, front, Mix::Weights(*weights))
-            }
-            Self::Blend { components, amount } => {
-                checked_colours(amount)?;
-                Self::two_layers(components, front, Mix::Amount(amount.clone()))
-            }
-            Self::Plastic { albedo, specular, relative_ior, colour_shift } if !self.is_simple() => {
-                checked_colours(albedo)?;
-                // The brightest, so that the lobes are those that some point has.
-                let plastic =
-                    Plastic::new(albedo.range()[1], *specular, *relative_ior, *colour_shift)?;
-                Ok(alone(LayerModel::Plastic(plastic, albedo.clone())))
-            }
-            Self::MetallicRoughness { base_color, metallic_roughness, relative_ior }
-                if !self.is_simple() =>
-            {
-                checked_colours(base_color)?;
-                let [least, greatest] = metallic_roughness.range();
-                let coat = MetallicRoughness::coat(*relative_ior)?;
-                for extreme in [least, greatest] {
-                    MetallicRoughness::new(Rgb::BLACK, extreme.b(), extreme.g(), *relative_ior)?;
-                }
-                let (base_color, surface) = (base_color.clone(), metallic_roughness.clone());
-                Ok(alone(LayerModel::MetallicRoughness { base_color, surface, coat }))
-            }
-            _ => Ok(alone(LayerModel::Uniform(self.simple_model()?))),
-        }
-    }
-
-    fn two_layers(components: &[Self; 2], front: bool, mix: Mix) -> Result<Stack, BsdfError> {
-        let mut layers = Vec::with_capacity(2);
-        for component in components {
-            let mut stack = component.side(front)?;
-            layers.append(&mut stack.layers);
-        }
-        if layers.len() == 2 { Ok(Stack { layers, mix }) } else { Err(BsdfError::NestedMixture) }
-    }
-
-    fn simple_model(&self) -> Result<SimpleModel, BsdfError> {
-        let ggx = |alpha: &DVec2| Ggx::new(alpha.x, alpha.y).map(Microfacets::Ggx);
-        match self {
-            Self::Beckmann { rough } => {
-                let beckmann =
-                    |alpha: &DVec2| Beckmann::new(alpha.x, alpha.y).map(Microfacets::Beckmann);
-                rough.rough_model(beckmann)?.ok_or(BsdfError::NotRough)
-            }
-            Self::Black => Ok(SimpleModel::Black),
-            Self::Null => Ok(SimpleModel::Null(Null)),
-            Self::Lambert { albedo } => Lambert::new(*albedo).map(SimpleModel::Lambert),
-            Self::Mirror { reflectance } => Mirror::new(*reflectance).map(SimpleModel::Mirror),
-            Self::Conductor { eta, k } => Conductor::new(*eta, *k).map(SimpleModel::Conductor),
-            Self::Dielectric { relative_ior } => {
-                Dielectric::new(*relative_ior).map(SimpleModel::Dielectric)
-            }
-            Self::ThinDielectric { relative_ior } => {
-                ThinDielectric::new(*relative_ior).map(SimpleModel::ThinDielectric)
-            }
-            Self::Plastic { albedo, specular, relative_ior, colour_shift } => {
-                Plastic::new(albedo.range()[1], *specular, *relative_ior, *colour_shift)
-                    .map(SimpleModel::Plastic)
-            }
-            Self::MetallicRoughness { base_color, metallic_roughness, relative_ior } => {
-                let [_, roughness, metalness] = metallic_roughness.range()[1].0;
-                MetallicRoughness::new(base_color.range()[1], metalness, roughness, *relative_ior)
-                    .map(SimpleModel::MetallicRoughness)
-            }
-            // Everything else is made of others.
-            _ => self.rough_model(ggx)?.ok_or(BsdfError::NestedMixture),
-        }
-    }
-
-    /// The model of a rough material with the given distribution; `None` if it is none.
-    fn rough_model(
-        &self,
-        distribution: impl Fn(&DVec2) -> Result<Microfacets, BsdfError>,
-    ) -> Result<Option<SimpleModel>, BsdfError> {
-        Ok(Some(match self {
-            Self::RoughMirror { reflectance, alpha } => {
-                RoughConductor::new(Reflectance::constant(*reflectance)?, distribution(alpha)?)
-                    .into()
-            }
-            Self::RoughConductor { eta, k, alpha } => {
-                RoughConductor::new(Reflectance::conductor(*eta, *k)?, distribution(alpha)?).into()
-            }
-            Self::RoughDielectric { relative_ior, alpha } => {
-                RoughDielectric::new(*relative_ior, distribution(alpha)?)?.into()
-            }
-            _ => return Ok(None),
-        }))
-    }
-}
-
-/// Checks that a texture's colours are reflectances or weights.
-fn checked_colours(texture: &Texture) -> Result<(), BsdfError> {
-    let [least, greatest] = texture.range();
-    if texture.is_within(0.0, 1.0) {
-        return Ok(());
-    }
-    let outside = |colour: &Rgb| !colour.0.iter().all(|c| (0.0..=1.0).contains(c));
-    Err(BsdfError::Reflectance(if outside(&least) { least } else { greatest }))
 }

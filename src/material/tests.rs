@@ -48,14 +48,14 @@ fn textured_and_sided_materials_agree_with_themselves() {
     let directions = [DVec3::new(0.48, 0.36, 0.8), DVec3::new(0.48, 0.36, -0.8)];
     let cases = materials.len() * PLACES.len() * directions.len() * 2;
     for (index, material) in materials.iter().enumerate() {
-        let scattering = material.scattering().expect("valid");
+        let finish = material.finish().expect("valid");
         for uv in PLACES {
             for (fixed, walk) in
                 directions.iter().flat_map(|w| [(*w, Walk::Camera), (*w, Walk::Light)])
             {
                 let mut sampler = Independent { seed: index as u64 }.sampler(7, 0);
                 let report =
-                    check(&SurfaceBsdf::new(&scattering, uv), fixed, walk, &mut sampler, 10_000);
+                    check(&SurfaceBsdf::new(&finish, uv), fixed, walk, &mut sampler, 10_000);
                 assert_eq!(
                     report.verdict(0.01, cases),
                     Ok(()),
@@ -69,8 +69,8 @@ fn textured_and_sided_materials_agree_with_themselves() {
 #[test]
 fn colours_are_those_of_the_place_and_the_side() {
     let f = |material: &Material, uv: DVec2, z: f64| {
-        let scattering = material.scattering().expect("valid");
-        SurfaceBsdf::new(&scattering, uv).eval(DVec3::Z * z, DVec3::Z * z) * PI
+        let finish = material.finish().expect("valid");
+        SurfaceBsdf::new(&finish, uv).eval(DVec3::Z * z, DVec3::Z * z) * PI
     };
     let near = |a: Rgb, b: Rgb| {
         (0..3).for_each(|c| approx::assert_relative_eq!(a[c], b[c], max_relative = 1e-14))
@@ -87,8 +87,8 @@ fn colours_are_those_of_the_place_and_the_side() {
         Material::Blend { components: Box::new([lambert(0.2), lambert(0.6)]), amount: half };
     near(f(&blend, PLACES[0], 1.0), Rgb::splat(0.75 * 0.2 + 0.25 * 0.6));
     assert!(
-        !blend.scattering().expect("valid").is_textured()
-            && tinted.scattering().expect("valid").is_textured()
+        matches!(blend.finish(), Ok(Finish::Mixture(_)))
+            && matches!(tinted.finish(), Ok(Finish::Layers { .. }))
     );
 }
 
@@ -96,21 +96,59 @@ fn colours_are_those_of_the_place_and_the_side() {
 fn what_cannot_be_is_refused() {
     use crate::bsdf::BsdfError;
     let glass = Material::Dielectric { relative_ior: 1.5 };
-    assert_eq!(glass.clone().one_sided().scattering(), Err(BsdfError::SidedTransmission));
+    assert_eq!(glass.clone().one_sided().finish(), Err(BsdfError::SidedTransmission));
     let blend = |a: Material, b: Material| Material::Blend {
         components: Box::new([a, b]),
         amount: board(),
     };
     assert_eq!(
-        blend(blend(lambert(0.1), lambert(0.2)), glass.clone()).scattering(),
+        blend(blend(lambert(0.1), lambert(0.2)), glass.clone()).finish(),
         Err(BsdfError::NestedMixture)
     );
-    assert_eq!(
-        Material::Beckmann { rough: Box::new(glass) }.scattering(),
-        Err(BsdfError::NotRough)
-    );
+    assert_eq!(Material::Beckmann { rough: Box::new(glass) }.finish(), Err(BsdfError::NotRough));
     assert!(matches!(
-        lambert(0.5).tinted(Rgb::splat(1.5)).scattering(),
+        lambert(0.5).tinted(Rgb::splat(1.5)).finish(),
         Err(BsdfError::Reflectance(_))
     ));
+    let custom = Material::custom(crate::bsdf::Null);
+    assert!(matches!(custom.finish(), Ok(Finish::Custom(_))) && custom.mixture() == Ok(None));
+    let sided = Material::Sided { front: Box::new(lambert(0.5)), back: Box::new(custom.clone()) };
+    let mixture = Material::Mixture {
+        components: Box::new([lambert(0.5), custom.clone()]),
+        weights: [0.5, 0.5],
+    };
+    for nested in [
+        custom.clone().tinted(board()),
+        custom.clone().one_sided(),
+        sided,
+        blend(custom.clone(), lambert(0.5)),
+        mixture,
+    ] {
+        let refused = nested.finish();
+        assert!(matches!(refused, Err(BsdfError::NestedCustom)), "{nested:?}: {refused:?}");
+    }
+    let rough = Material::Beckmann { rough: Box::new(custom) };
+    assert_eq!(rough.finish(), Err(BsdfError::NotRough));
+}
+
+#[test]
+fn custom_materials_are_equal_to_their_clones_alone() {
+    let (one, other) = (Material::custom(crate::bsdf::Null), Material::custom(crate::bsdf::Null));
+    assert!(one == one.clone() && one != other);
+    assert_eq!(format!("{one:?}"), "Custom(CustomBsdf(Lobes(32)))");
+}
+
+/// Nothing is lost of a weight that stands beside nothing.
+#[test]
+fn a_material_mixed_with_black_keeps_its_weight() {
+    let mixture = |weights| Material::Mixture {
+        components: Box::new([lambert(0.8), Material::Black]),
+        weights,
+    };
+    assert!(matches!(mixture([1.0, 0.0]).finish(), Ok(Finish::Model(_))));
+    for (weights, albedo) in [([0.5, 0.0], 0.4), ([0.5, 0.5], 0.4), ([1.0, 0.0], 0.8)] {
+        let finish = mixture(weights).finish().expect("valid");
+        let value = SurfaceBsdf::new(&finish, DVec2::ZERO).eval(DVec3::Z, DVec3::Z) * PI;
+        approx::assert_relative_eq!(value.mean(), albedo, max_relative = 1e-14);
+    }
 }

@@ -8,7 +8,7 @@ use super::warning::Warning;
 use super::world::World;
 use crate::endpoint::{AreaLight, Light, LightId};
 use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
-use crate::material::{Material, Scattering, Texture};
+use crate::material::{Finish, Material, Texture};
 use crate::tree::Bvh;
 use glam::DAffine3;
 use std::collections::{HashMap, HashSet};
@@ -35,7 +35,7 @@ use std::collections::{HashMap, HashSet};
 /// ```
 #[derive(Default)]
 pub struct WorldBuilder {
-    materials: Vec<Scattering>,
+    materials: Vec<Finish>,
     material_ids: HashMap<String, MaterialId>,
     names: HashSet<String>,
     surfaces: Vec<Surface>,
@@ -63,15 +63,15 @@ impl WorldBuilder {
         material: Material,
     ) -> Result<MaterialId, SceneError> {
         let name = name.into();
-        let scattering = material
-            .scattering()
+        let finish = material
+            .finish()
             .map_err(|reason| SceneError::Material { name: name.clone(), reason })?;
         if self.material_ids.contains_key(&name) {
             return Err(SceneError::DuplicateName { name });
         }
         Warning::of_material(&name, &material, &mut self.warnings);
         let id = MaterialId(self.materials.len() as u32);
-        self.materials.push(scattering);
+        self.materials.push(finish);
         self.material_ids.insert(name, id);
         Ok(id)
     }

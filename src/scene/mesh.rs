@@ -206,11 +206,6 @@ impl Shading {
 }
 
 impl Attributes {
-    /// Whether shading normals differ from geometric ones.
-    pub fn is_smooth(&self) -> bool {
-        self.normals.is_some()
-    }
-
     /// The texture coordinates of each triangle's corners, if there are any.
     pub fn corner_uvs(&self) -> Option<Vec<[DVec2; 3]>> {
         let uvs = self.uvs.as_ref()?;

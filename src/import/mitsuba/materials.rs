@@ -152,7 +152,7 @@ impl<'a> Loader<'a> {
         };
         object.finish(&mut self.warnings)?;
         // So that the error names this element, not the outermost one.
-        material.scattering().map_err(|error| element.caused(error))?;
+        material.finish().map_err(|error| element.caused(error))?;
         Ok(material)
     }
 

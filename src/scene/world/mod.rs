@@ -10,7 +10,7 @@ use super::surface::{MaterialId, Surface, SurfaceId};
 use super::{Needs, Warning};
 use crate::endpoint::LightId;
 use crate::geometry::{Bounds, Shape, SurfacePoint};
-use crate::material::{Scattering, SurfaceBsdf};
+use crate::material::{Finish, SurfaceBsdf};
 use crate::tree::{Bvh, TreeStatistics};
 
 /// A scene made by a [`WorldBuilder`](super::WorldBuilder). Immutable; share it between threads.
@@ -20,7 +20,7 @@ use crate::tree::{Bvh, TreeStatistics};
 pub struct World {
     bvh: Bvh,
     bounds: Bounds,
-    materials: Vec<Scattering>,
+    materials: Vec<Finish>,
     surfaces: Vec<Surface>,
     /// The surface of each primitive.
     surface_of: Vec<u32>,
@@ -38,7 +38,7 @@ impl World {
     pub(in crate::scene) fn assemble(
         bvh: Bvh,
         bounds: Bounds,
-        materials: Vec<Scattering>,
+        materials: Vec<Finish>,
         surfaces: Vec<Surface>,
         lights: Vec<(String, BoxedLight)>,
         environment: Option<LightId>,

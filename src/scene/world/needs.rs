@@ -3,7 +3,7 @@
 use crate::bsdf::Lobes;
 use crate::endpoint::LightId;
 use crate::geometry::{Bounds, Shape};
-use crate::material::Scattering;
+use crate::material::Finish;
 use crate::scene::Needs;
 use crate::scene::lights::BoxedLight;
 use crate::scene::surface::Surface;
@@ -11,7 +11,7 @@ use crate::tree::Bvh;
 
 /// What rendering a world takes.
 pub(super) fn needs(
-    materials: &[Scattering],
+    materials: &[Finish],
     surfaces: &[Surface],
     lights: &[(String, BoxedLight)],
     environment: Option<LightId>,
@@ -25,12 +25,6 @@ pub(super) fn needs(
     let lobes = surfaces
         .iter()
         .fold(Lobes::NONE, |lobes, s| lobes | materials[s.material.0 as usize].lobes());
-    let smooth = surfaces.iter().any(|s| s.attributes.as_ref().is_some_and(|a| a.is_smooth()));
-    let is_textured = |s: &Surface| {
-        let emits_pattern =
-            s.emission.as_ref().is_some_and(|(radiance, _)| radiance.as_constant().is_none());
-        emits_pattern || materials[s.material.0 as usize].is_textured()
-    };
     let is_flat = |shape: &Shape| !matches!(shape, Shape::Sphere(_));
     let is_ball = |shape: &Shape| matches!(shape, Shape::Sphere(sphere) if sphere.is_whole() && !sphere.inward);
     let single = match surfaces {
@@ -46,8 +40,7 @@ pub(super) fn needs(
         is_flat(shape)
             || (is_ball(shape) && outside && own && !lobes.intersects(Lobes::TRANSMISSION))
     });
-    when(surfaces.iter().any(is_textured), Needs::TEXTURES)
-        | when(any_light(&|light| light.can_be_hit()), Needs::HITTABLE_LIGHTS)
+    when(any_light(&|light| light.can_be_hit()), Needs::HITTABLE_LIGHTS)
         | when(any_light(&|light| !light.can_be_hit()), Needs::DIRAC_LIGHTS)
         | when(any_light(&|light| light.can_be_connected()), Needs::CONNECTIBLE_LIGHTS)
         | when(any_light(&|light| !light.can_be_connected()), Needs::UNCONNECTIBLE_LIGHTS)
@@ -56,7 +49,5 @@ pub(super) fn needs(
         | when(lobes.intersects(Lobes::FINITE), Needs::FINITE_LOBES)
         | when(lobes.intersects(Lobes::GLOSSY), Needs::GLOSSY_LOBES)
         | when(lobes.intersects(Lobes::DIRAC), Needs::DIRAC_LOBES)
-        | when(lobes.intersects(Lobes::TRANSMISSION), Needs::TRANSMISSION)
         | when(environment.is_some(), Needs::ENVIRONMENT)
-        | when(smooth, Needs::SMOOTH_NORMALS)
 }

@@ -3,7 +3,7 @@
 use super::World;
 use crate::endpoint::{Light, LightId};
 use crate::geometry::{Ray, SurfacePoint, Triangle};
-use crate::material::{Scattering, SurfaceBsdf};
+use crate::material::{Finish, SurfaceBsdf};
 use crate::scene::mesh::Shading;
 use crate::scene::{Needs, Scene, SurfaceArea};
 use crate::tree::{Hit, Query, Segment};
@@ -138,8 +138,7 @@ impl Scene for World {
 
     #[inline]
     fn bsdf(&self, x: &SurfacePoint) -> SurfaceBsdf<'_> {
-        self.material_at(x)
-            .map_or(SurfaceBsdf::new(&Scattering::BLACK, DVec2::ZERO), |(_, bsdf)| bsdf)
+        self.material_at(x).map_or(SurfaceBsdf::new(&Finish::BLACK, DVec2::ZERO), |(_, bsdf)| bsdf)
     }
 
     #[inline]
