@@ -18,7 +18,6 @@ use crate::math::statistics::{ChiSquare, Estimate, chi_square, sidak, two_sided_
 use crate::sampler::Sampler;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
-use std::fmt;
 
 /// Cells of the χ² grid in θ (over the whole sphere) and in φ. Densities are integrated adaptively
 /// within cells, which resolves peaks down to about a tenth of a cell, that is GGX with α ≥ 0.02.
@@ -56,59 +55,40 @@ pub struct Report {
 }
 
 /// Why a BSDF failed a check.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Failure {
     /// Sampled directions do not follow the density; the p-value.
+    #[error("sampled directions do not follow the density (p-value {0:.3e})")]
     Density(f64),
     /// The density does not integrate to the share of finite samples; the distance in standard
     /// errors.
+    #[error(
+        "the density does not integrate to the share of finite samples ({0:.1} standard errors)"
+    )]
     Normalization(f64),
     /// A weight is not `f / p⊥`; the relative error.
+    #[error("a weight differs from f / pdf by {0:.3e}")]
     Weight(f64),
     /// A sample's density is not that of `pdf`; the relative error.
+    #[error("a sample's density differs from pdf by {0:.3e}")]
     Pdf(f64),
     /// A sample's reverse density is not that of `pdf`; the relative error.
+    #[error("a sample's reverse density differs from pdf by {0:.3e}")]
     PdfReverse(f64),
     /// A sample of a Dirac lobe is not among its images; the distance.
+    #[error("a Dirac sample is {0:.3e} away from the nearest image")]
     Image(f64),
     /// `f(a, b) / n_b² ≠ f(b, a) / n_a²`; the relative error.
+    #[error("f/n² is not symmetric, relative error {0:.3e}")]
     Reciprocity(f64),
     /// More light leaves than came: the albedo, by which many standard errors it is above 1.
+    #[error("more light leaves than came: albedo {0} ({1:.1} standard errors above 1)")]
     Energy(f64, f64),
     /// How many samples were infinite, not a number, negative or not of unit length.
+    #[error("{0} samples are not finite, negative or not of unit length")]
     Invalid(u64),
 }
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Density(p) => {
-                write!(f, "sampled directions do not follow the density (p-value {p:.3e})")
-            }
-            Self::Normalization(z) => write!(
-                f,
-                "the density does not integrate to the share of finite samples ({z:.1} standard errors)"
-            ),
-            Self::Weight(e) => write!(f, "a weight differs from f / pdf by {e:.3e}"),
-            Self::Pdf(e) => write!(f, "a sample's density differs from pdf by {e:.3e}"),
-            Self::PdfReverse(e) => {
-                write!(f, "a sample's reverse density differs from pdf by {e:.3e}")
-            }
-            Self::Image(e) => write!(f, "a Dirac sample is {e:.3e} away from the nearest image"),
-            Self::Reciprocity(e) => write!(f, "f/n² is not symmetric, relative error {e:.3e}"),
-            Self::Energy(albedo, z) => write!(
-                f,
-                "more light leaves than came: albedo {albedo} ({z:.1} standard errors above 1)"
-            ),
-            Self::Invalid(n) => {
-                write!(f, "{n} samples are not finite, negative or not of unit length")
-            }
-        }
-    }
-}
-
-impl std::error::Error for Failure {}
 
 impl Report {
     /// Relative error that deterministic comparisons may show.

@@ -7,7 +7,6 @@
 use crate::film::Image;
 use crate::math::Rgb;
 use glam::{DAffine2, DVec2};
-use std::fmt;
 use std::sync::Arc;
 
 /// A colour as a function of uv; cheap to clone.
@@ -50,35 +49,22 @@ pub enum Wrap {
 }
 
 /// Why a texture could not be made.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TextureError {
     /// The image has no pixels.
+    #[error("the image has no pixels")]
     Empty,
     /// A colour is infinite or not a number.
+    #[error("a colour of the texture is infinite or not a number")]
     NotFinite,
     /// The transform of uv is infinite or not a number.
+    #[error("the transform of texture coordinates is infinite or not a number")]
     Transform,
     /// A texture that has been cut to black and white cannot be scaled.
+    #[error("a texture that has been cut to black and white cannot be scaled")]
     Cut,
 }
-
-impl fmt::Display for TextureError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Empty => write!(f, "the image has no pixels"),
-            Self::NotFinite => write!(f, "a colour of the texture is infinite or not a number"),
-            Self::Cut => {
-                write!(f, "a texture that has been cut to black and white cannot be scaled")
-            }
-            Self::Transform => {
-                write!(f, "the transform of texture coordinates is infinite or not a number")
-            }
-        }
-    }
-}
-
-impl std::error::Error for TextureError {}
 
 impl From<Rgb> for Texture {
     fn from(colour: Rgb) -> Self {
