@@ -12,7 +12,9 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::hint::black_box;
 
-fn models() -> Result<Vec<(&'static str, Box<dyn Bsdf>)>, BsdfError> {
+type Named = (&'static str, Box<dyn Bsdf>);
+
+fn models() -> Result<Vec<Named>, BsdfError> {
     let (eta, k) = (Rgb::new(0.2, 0.4, 1.4), Rgb::new(3.9, 2.5, 1.6));
     let lambert = Lambert::new(Rgb::splat(0.5))?;
     let rough = RoughConductor::new(Reflectance::conductor(eta, k)?, Ggx::isotropic(0.3)?);

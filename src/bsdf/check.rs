@@ -23,13 +23,13 @@ use std::f64::consts::{PI, TAU};
 /// within cells, which resolves peaks down to about a tenth of a cell, that is GGX with α ≥ 0.02.
 const CELLS: (usize, usize) = (24, 36);
 
-/// What [`check`] found out about a BSDF and one fixed direction.
+/// The findings of [`check`] about a BSDF and one fixed direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
-    /// How many directions were sampled.
+    /// Number of sampled directions.
     pub samples: u64,
-    /// Whether sampled directions follow `pdf`; one cell holds all samples that were absorbed or of
-    /// a Dirac lobe.
+    /// Test of sampled directions against `pdf`; one cell holds all samples that were absorbed or
+    /// of a Dirac lobe.
     pub chi_square: ChiSquare,
     /// `∫ pdf dσ⊥` by quadrature.
     pub pdf_integral: f64,
@@ -54,7 +54,7 @@ pub struct Report {
     pub invalid: u64,
 }
 
-/// Why a BSDF failed a check.
+/// The reason for which a BSDF failed a check.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Failure {
@@ -85,7 +85,7 @@ pub enum Failure {
     /// More light leaves than came: the albedo, by which many standard errors it is above 1.
     #[error("more light leaves than came: albedo {0} ({1:.1} standard errors above 1)")]
     Energy(f64, f64),
-    /// How many samples were infinite, not a number, negative or not of unit length.
+    /// Number of samples that were infinite, not a number, negative or not of unit length.
     #[error("{0} samples are not finite, negative or not of unit length")]
     Invalid(u64),
 }

@@ -1,4 +1,4 @@
-//! What can be wrong with the parameters of a scattering model.
+//! Errors of the parameters of a scattering model.
 
 use crate::math::Rgb;
 

@@ -105,11 +105,11 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
         last
     }
 
-    /// The sum of densities over the components, each times its probability; in index order, so
-    /// that a sample's is that of `pdf` to the bit.
-    fn sum(&self, density: impl Fn(usize, &B) -> PerProjected) -> PerProjected {
-        let terms = self.components.iter().zip(&self.probabilities).enumerate();
-        PerProjected(terms.map(|(k, (c, probability))| density(k, c).value() * probability).sum())
+    /// The mean of the components' densities by their probabilities; in index order, so that a
+    /// sample's is that of `pdf` to the bit.
+    fn mean(&self, density: impl Fn(usize) -> PerProjected) -> PerProjected {
+        let terms = self.probabilities.iter().enumerate();
+        PerProjected(terms.map(|(k, probability)| density(k).value() * probability).sum())
     }
 
     /// The sample of component `k` as one of the sum: the others are asked about the same
@@ -126,44 +126,23 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
         }
         let next = sample.next;
         let (to_light, to_camera) = walk.label(fixed, next);
-        let others =
-            || self.components.iter().zip(&self.weights).enumerate().filter(|(j, _)| *j != k);
-        let own_value = sample.weight * sample.pdf.value() * self.weights[k];
-        let (value, pdf, pdf_reverse) = if sample.dirac {
-            let images = std::array::from_fn::<_, N, _>(|j| {
-                if j == k { Some(sample) } else { image_at(&self.components[j], fixed, next, walk) }
-            });
-            let other_value = |(j, (_, &weight)): (usize, (&B, &Rgb))| {
-                images[j].map_or(Rgb::BLACK, |image| image.weight * image.pdf.value() * weight)
-            };
-            let sum = |pdf: fn(&BsdfSample) -> PerProjected| {
-                self.sum(|j, _| images[j].as_ref().map_or(PerProjected::ZERO, pdf))
-            };
-            (
-                own_value + others().map(other_value).sum(),
-                sum(|image| image.pdf),
-                sum(|image| image.pdf_reverse),
-            )
-        } else {
-            let other_value = |(_, (component, &weight)): (usize, (&B, &Rgb))| {
-                component.eval(to_light, to_camera) * weight
-            };
-            (
-                own_value + others().map(other_value).sum(),
-                self.sum(
-                    |j, component| {
-                        if j == k { sample.pdf } else { component.pdf(fixed, next, walk) }
-                    },
-                ),
-                self.sum(|j, component| {
-                    if j == k {
-                        sample.pdf_reverse
-                    } else {
-                        component.pdf(next, fixed, walk.reversed())
-                    }
-                }),
-            )
-        };
+        let of_sample = |own: BsdfSample| (own.weight * own.pdf.value(), own.pdf, own.pdf_reverse);
+        // Value and both densities of each component.
+        let terms: [_; N] = std::array::from_fn(|j| {
+            let component = &self.components[j];
+            if j == k {
+                of_sample(sample)
+            } else if sample.dirac {
+                image_at(component, fixed, next, walk).map_or_else(Default::default, of_sample)
+            } else {
+                let pdf = component.pdf(fixed, next, walk);
+                let pdf_reverse = component.pdf(next, fixed, walk.reversed());
+                (component.eval(to_light, to_camera), pdf, pdf_reverse)
+            }
+        });
+        let value: Rgb = terms.iter().zip(&self.weights).map(|(term, &w)| term.0 * w).sum();
+        let pdf = self.mean(|j| terms[j].1);
+        let pdf_reverse = self.mean(|j| terms[j].2);
         (pdf.value() > 0.0).then(|| BsdfSample {
             weight: value / pdf.value(),
             pdf,
@@ -195,7 +174,7 @@ impl<B: Bsdf, const N: usize> Bsdf for Mixture<B, N> {
 
     #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
-        self.sum(|_, component| component.pdf(fixed, next, walk))
+        self.mean(|k| self.components[k].pdf(fixed, next, walk))
     }
 
     fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {

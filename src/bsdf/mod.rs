@@ -1,4 +1,4 @@
-//! How surfaces scatter: the [`Bsdf`] trait and one file per model.
+//! Scattering of surfaces: the [`Bsdf`] trait and one file per model.
 //!
 //! All directions are unit vectors in the local frame of the surface point, z = shading normal, and
 //! point *away* from the surface. The two neighbours of a vertex are labelled by the end of the
@@ -56,7 +56,7 @@ pub(crate) use rough_dielectric::INDEX_MATCHED;
 pub use rough_dielectric::RoughDielectric;
 pub use thin_dielectric::ThinDielectric;
 
-/// Which way a walk goes: what is at its start.
+/// The direction of a walk, named by its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Walk {
     /// From the camera towards the lights: samples `to_light` with `to_camera` fixed, transports
@@ -128,7 +128,7 @@ impl Lobes {
         Self(self.0 | other.0)
     }
 
-    /// Whether the sets have a lobe in common.
+    /// True if the sets have a lobe in common.
     #[inline]
     #[must_use]
     pub const fn intersects(self, other: Self) -> bool {
@@ -154,7 +154,7 @@ pub struct BsdfSample {
     pub pdf: PerProjected,
     /// Density with which the walk in the opposite direction would sample `fixed` given `next`.
     pub pdf_reverse: PerProjected,
-    /// Whether a Dirac lobe was sampled.
+    /// True if a Dirac lobe was sampled.
     pub dirac: bool,
     /// Index of refraction of the medium that `next` is in over that of the medium that `fixed` is
     /// in; 1 for reflection.
@@ -273,7 +273,7 @@ pub trait Bsdf: Send + Sync {
         value
     }
 
-    /// Whether it matters how the local frame is turned around the normal. If so, x follows the
+    /// True if it matters how the local frame is turned around the normal. If so, x follows the
     /// surface's tangent, else any frame will do. That of the models here is roughness alone.
     fn is_anisotropic(&self) -> bool {
         self.lobes().intersects(Lobes::GLOSSY)

@@ -1,4 +1,4 @@
-//! What a shading normal that differs from the geometric one does to a BSDF: the only place where
+//! The effect of a shading normal that differs from the geometric one: the only place where
 //! it is handled.
 //!
 //! With shading normal `n_s` the surface scatters `f |ω_light · n_s|` instead of `f |ω_light ·
@@ -145,7 +145,8 @@ impl<B: Bsdf> ShadedBsdf<B> {
     }
 
     /// Coefficients of the Dirac lobe of a pair of directions that is known to be one of a Dirac
-    /// lobe up to rounding ([`Bsdf::eval_dirac`]), of the Dirac distribution with respect to the projected solid angle (geometric cosine) of `to_light`.
+    /// lobe up to rounding ([`Bsdf::eval_dirac`]), of the Dirac distribution with respect to the
+    /// projected solid angle (geometric cosine) of `to_light`.
     #[must_use]
     pub fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         let (light, camera) = (self.frame.to_local(to_light), self.frame.to_local(to_camera));

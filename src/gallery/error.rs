@@ -1,10 +1,10 @@
-//! Why a scene of the gallery could not be built.
+//! Errors of the gallery.
 
 use super::NAMES;
 use crate::endpoint::EndpointError;
 use crate::scene::SceneError;
 
-/// Why a scene of the gallery could not be built.
+/// The reason for not building a scene of the gallery.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GalleryError {

@@ -37,11 +37,11 @@ pub struct GalleryScene {
     pub camera: Box<dyn Camera + Send>,
     /// The number of scattering events after which longer paths do not matter; `None` for no limit.
     pub max_bounces: Option<u32>,
-    /// Which integrators see every path of the image.
+    /// The integrators that see every path of the image.
     pub claims: Claims,
 }
 
-/// Which integrators can draw every path that contributes to a scene's image. The mean of an
+/// The integrators that can draw every path that contributes to a scene's image. The mean of an
 /// integrator that cannot is too low. A claim is about the mean alone: the noise may be too large
 /// for any budget, as that of uniform-area sampling on narrow lobes is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -67,7 +67,7 @@ impl Claims {
 pub const NAMES: [&str; 6] =
     ["cornell-box", "sphere-cap", "lamp-room", "caustic", "glossy-plates", "smooth-mesh"];
 
-/// What a scene shows, in one sentence; `None` if there is no such scene.
+/// The subject of a scene, in one sentence; `None` if there is no such scene.
 #[must_use]
 pub fn description(name: &str) -> Option<&'static str> {
     let index = NAMES.iter().position(|known| *known == name)?;

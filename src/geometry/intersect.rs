@@ -33,7 +33,7 @@ pub struct Intersection {
     pub v: f64,
 }
 
-/// Which ends of a ray are known to lie on the shape that is tested, so that these contacts are not
+/// The ends of a ray that are known to lie on the shape that is tested, so that these contacts are not
 /// hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contact {

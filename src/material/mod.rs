@@ -21,7 +21,7 @@ use crate::bsdf::Bsdf;
 use crate::math::Rgb;
 use glam::DVec2;
 
-/// How a surface scatters.
+/// The scattering of a surface, as it is described to a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Material {
@@ -65,7 +65,7 @@ pub enum Material {
         specular: Rgb,
         /// Index of refraction of the coat over that of the outside, at least 1.
         relative_ior: f64,
-        /// Whether light that the coat throws back to the body is coloured again.
+        /// True if light that the coat throws back to the body is coloured again.
         colour_shift: bool,
     },
     /// Metal, or a diffuse body under a dielectric coat, or a mixture of both: the material of

@@ -26,7 +26,7 @@ enum Pattern {
     Bitmap { image: Arc<Image>, interpolation: Interpolation, wrap: [Wrap; 2] },
 }
 
-/// How an image is looked up between the centres of its pixels.
+/// The lookup of an image between the centres of its pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interpolation {
     /// The nearest pixel.
@@ -36,7 +36,7 @@ pub enum Interpolation {
     Bilinear,
 }
 
-/// How an image continues beyond its border along an axis.
+/// The continuation of an image beyond its border along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     /// Again and again.
@@ -48,7 +48,7 @@ pub enum Wrap {
     Clamp,
 }
 
-/// Why a texture could not be made.
+/// The reason for refusing a texture.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TextureError {
@@ -213,7 +213,7 @@ impl Texture {
         hull(&[least * self.factor, greatest * self.factor])
     }
 
-    /// Whether all colours are finite and in a range, channel by channel.
+    /// True if all colours are finite and in a range, channel by channel.
     #[must_use]
     pub fn is_within(&self, least: f64, greatest: f64) -> bool {
         let valid =

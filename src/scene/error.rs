@@ -1,9 +1,9 @@
-//! What can be wrong with a scene.
+//! Errors of scenes.
 
 use crate::bsdf::BsdfError;
 use crate::endpoint::EndpointError;
 
-/// Why a scene, or a part of it, was refused. Every message names the object and the reason.
+/// The reason for refusing a scene or a part of it. Every message names the object and the reason.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -19,7 +19,7 @@ pub enum SceneError {
     /// No object of this name or id.
     #[error("there is no {kind} \"{name}\"")]
     Missing {
-        /// What was looked for: "material", "surface".
+        /// The kind of object looked for: "material", "surface".
         kind: &'static str,
         /// Its name or number.
         name: String,
@@ -35,11 +35,11 @@ pub enum SceneError {
     Parameter {
         /// The object.
         object: String,
-        /// Which of its parameters, "radius" for instance.
+        /// One of its parameters, "radius" for instance.
         parameter: &'static str,
         /// The value.
         value: f64,
-        /// What it must be.
+        /// Its range.
         requirement: &'static str,
     },
     /// A parameter of a material outside its range.
@@ -47,7 +47,7 @@ pub enum SceneError {
     Material {
         /// The material.
         name: String,
-        /// What is wrong.
+        /// The error of the model or of the light.
         #[source]
         reason: BsdfError,
     },
@@ -56,7 +56,7 @@ pub enum SceneError {
     Light {
         /// The light.
         name: String,
-        /// What is wrong.
+        /// The error of the model or of the light.
         #[source]
         reason: EndpointError,
     },
@@ -66,11 +66,11 @@ pub enum SceneError {
     Vertex {
         /// The mesh.
         object: String,
-        /// Which attribute.
+        /// The attribute.
         attribute: &'static str,
         /// Index of the vertex.
         vertex: usize,
-        /// What is wrong with it.
+        /// Its fault.
         reason: &'static str,
     },
     /// A triangle that refers to a vertex which does not exist.
@@ -90,11 +90,11 @@ pub enum SceneError {
     AttributeCount {
         /// The mesh.
         object: String,
-        /// Which attribute.
+        /// The attribute.
         attribute: &'static str,
-        /// How many there are.
+        /// Their number.
         found: usize,
-        /// How many there must be.
+        /// The number of vertices.
         expected: usize,
     },
     /// A transform that is not finite or not invertible.

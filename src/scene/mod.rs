@@ -26,13 +26,13 @@ use crate::endpoint::{Light, LightId};
 use crate::geometry::SurfacePoint;
 use glam::{DVec2, DVec3};
 
-/// What an integrator asks of a scene. A host renderer implements it over its own geometry and
-/// materials.
+/// The questions of integrators about a scene. A host renderer implements it over its own geometry
+/// and materials.
 ///
 /// Points go in, not rays: the scene owns robustness, so a surface never shadows itself and no
 /// epsilon leaks into integrators.
 pub trait Scene: Sync {
-    /// How a point scatters: an enum, one concrete model, or `&dyn Bsdf`; the host decides.
+    /// The BSDF of a point: an enum, one concrete model, or `&dyn Bsdf`; the host decides.
     type Bsdf<'a>: Bsdf
     where
         Self: 'a;
@@ -43,12 +43,12 @@ pub trait Scene: Sync {
     /// never `from` itself.
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint>;
 
-    /// Whether the open segment between two points is free. For a point at infinity the position
+    /// True if the open segment between two points is free. For a point at infinity the position
     /// tells where the segment ends.
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool;
 
-    /// What [`intersect`](Self::intersect) says of many rays. `found` gets each answer once, with
-    /// the ray's place in the iterator, in any order.
+    /// The answers of [`intersect`](Self::intersect) for many rays. `found` gets each answer once,
+    /// with the ray's place in the iterator, in any order.
     ///
     /// A scene overrides this where it gains from seeing rays that do not depend on one another:
     /// while one waits for memory, others go on.
@@ -62,8 +62,8 @@ pub trait Scene: Sync {
         }
     }
 
-    /// What [`visible`](Self::visible) says of many segments. `answer` gets each answer once, with
-    /// the segment's place in the iterator, in any order.
+    /// The answers of [`visible`](Self::visible) for many segments. `answer` gets each answer once,
+    /// with the segment's place in the iterator, in any order.
     fn visible_many<'a>(
         &self,
         segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>,
@@ -95,7 +95,7 @@ pub trait Scene: Sync {
     /// The probability with which `pick_light` chooses a light.
     fn pick_pmf(&self, id: LightId) -> f64;
 
-    /// What rendering this scene takes; integrators leave out the rest.
+    /// The features that rendering this scene takes; integrators leave out the rest.
     fn needs(&self) -> Needs {
         Needs::ALL
     }

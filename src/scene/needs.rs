@@ -1,4 +1,5 @@
-//! What a scene needs, computed once before rendering, so that integrators can leave out the rest.
+//! The needs of a scene, computed once before rendering, so that integrators can leave out the
+//! rest.
 
 use std::fmt;
 

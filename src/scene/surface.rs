@@ -14,12 +14,12 @@ pub struct MaterialId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SurfaceId(pub u32);
 
-/// What a surface emits: the same radiance from every point into every direction.
+/// The emission of a surface: the same radiance from every point into every direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emission {
     /// Emitted radiance, W/(m² sr).
     pub radiance: Rgb,
-    /// Whether the back emits, too.
+    /// True if the back emits, too.
     pub two_sided: bool,
 }
 

@@ -19,9 +19,9 @@ pub enum Warning {
     DroppedTriangles {
         /// The mesh.
         object: String,
-        /// How many were left out.
+        /// Their number.
         dropped: usize,
-        /// How many the mesh has.
+        /// The number of triangles that the mesh has.
         triangles: usize,
     },
     /// Fewer than [`Warning::LEAST_DIGITS`] decimal digits of an object's coordinates tell its

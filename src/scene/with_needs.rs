@@ -11,7 +11,7 @@ use std::fmt;
 pub struct WithNeeds<'a, S: ?Sized> {
     /// The scene.
     pub scene: &'a S,
-    /// What it is to say.
+    /// The needs that it is to have.
     pub needs: Needs,
 }
 

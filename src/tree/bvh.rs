@@ -29,7 +29,7 @@ pub(crate) struct Bvh {
     pub(super) build_time: Duration,
 }
 
-/// What the acceleration structure of a [`World`](super::World) consists of.
+/// The parts of an acceleration structure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TreeStatistics {
@@ -39,7 +39,7 @@ pub struct TreeStatistics {
     pub leaves: usize,
     /// Memory of nodes, leaves and shapes, bytes.
     pub bytes: usize,
-    /// How long it took to build, wall-clock time.
+    /// Wall-clock time of building it.
     pub build_time: Duration,
     /// The instruction set that rays use, chosen at run time.
     pub instruction_set: &'static str,

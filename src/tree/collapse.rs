@@ -1,6 +1,6 @@
-//! How the wide tree is made from a binary one: by choosing, for every binary node, whether it
-//! becomes a leaf, a node of its own, or dissolves into its parent, so that the expected cost by the
-//! surface area heuristic is least (Ylitie, Karras and Laine 2017, section 3).
+//! The wide tree, made from a binary one by choosing, for every binary node, whether it becomes a
+//! leaf, a node of its own, or dissolves into its parent, so that the expected cost by the surface
+//! area heuristic is least (Ylitie, Karras and Laine 2017, section 3).
 
 use super::layout::{Block, Child, Facet, LANES, Line, WIDTH, Wide, block_of};
 use obvhs::bvh2::node::Bvh2Node;

@@ -9,7 +9,8 @@
 //! A ray from outside is first moved, in f64, to where it enters the cube around the scene; the
 //! exact tests see that moved ray too, so that a far origin's rounding is the same for all
 //! primitives and opens no gap between them. Since nothing that the exact test accepts is left out
-//! ([`rounding`] has the proofs), the answer depends neither on the tree nor on the instruction set.
+//! ([`rounding`] has the proofs), the answer depends neither on the tree nor on the instruction
+//! set.
 //!
 //! Where the f32 numbers of a block tell the corners of a triangle exactly, the exact test takes
 //! them from there, which saves fetching the shape. They do for most triangles whose positions are

@@ -93,8 +93,8 @@ const TOLERANCE_F64: f64 = 1.0 / (1u64 << 39) as f64;
 /// off its boundary.
 pub(super) const CLIP: f64 = 1.0 + 4.0 * PADDING as f64;
 
-/// What is known of an origin in the cube's space, `place`, after it was far away: its own rounding,
-/// which may exceed the cube's margin.
+/// The rounding of an origin at `place` in the cube's space, which of a far one may exceed the
+/// cube's margin.
 #[inline(always)]
 pub(super) fn uncertainty_of_place(place: DVec3) -> f64 {
     place.abs().max_element() * (8.0 * f64::EPSILON)

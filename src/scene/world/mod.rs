@@ -101,7 +101,7 @@ impl World {
         self.warnings.iter().map(dropped).sum()
     }
 
-    /// What this scene asks of the arithmetic beyond its limits. The scene renders all the same.
+    /// Demands of this scene on the arithmetic beyond its limits. The scene renders all the same.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
@@ -144,7 +144,7 @@ impl World {
         self.bvh.shape(primitive)
     }
 
-    /// What the acceleration structure consists of.
+    /// The parts of the acceleration structure.
     #[must_use]
     pub fn tree_statistics(&self) -> TreeStatistics {
         self.bvh.statistics()

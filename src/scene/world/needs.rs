@@ -1,4 +1,4 @@
-//! What a world needs, from its materials, lights and shapes.
+//! The needs of a world, from its materials, lights and shapes.
 
 use crate::bsdf::Lobes;
 use crate::endpoint::LightId;
@@ -9,7 +9,7 @@ use crate::scene::lights::BoxedLight;
 use crate::scene::surface::Surface;
 use crate::tree::Bvh;
 
-/// What rendering a world takes.
+/// The features that rendering a world takes.
 pub(super) fn needs(
     materials: &[Finish],
     surfaces: &[Surface],

@@ -1,4 +1,4 @@
-//! What a world answers: the rays and segments of the [`Scene`] trait, and plain ones.
+//! The answers of a world: the rays and segments of the [`Scene`] trait, and plain ones.
 
 use super::World;
 use crate::endpoint::{Light, LightId};
@@ -29,7 +29,7 @@ impl World {
         self.bvh.closest_many(queries, |index, hit| found(index, hit.map(primitive_and_distance)));
     }
 
-    /// Whether a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an
+    /// True if a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an
     /// end that lie on no surface.
     #[must_use]
     pub fn is_clear(&self, origin: DVec3, direction: DVec3, length: f64) -> bool {
