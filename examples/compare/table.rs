@@ -64,26 +64,15 @@ pub fn print(report: &Report) {
     verdicts(report);
 }
 
-/// What is left out, and what that gains.
+/// What each integrator leaves out, and why.
 fn left_out(report: &Report) {
     for method in &report.methods {
-        let gain = method.everything.as_ref().and_then(|all| all.gain);
         let adapts = method.decisions.iter().any(|decision| decision.pilot_samples > 0);
-        if method.left_out.is_empty() && !adapts {
-            continue;
+        match (method.left_out.is_empty(), adapts) {
+            (true, false) => {}
+            (true, true) => println!("{} leaves out what does not pay", method.name),
+            _ => println!("{} leaves out {}", method.name, Omission::sentence(&method.left_out)),
         }
-        let what = if method.left_out.is_empty() {
-            "what does not pay".to_owned()
-        } else {
-            Omission::sentence(&method.left_out)
-        };
-        let gain = gain.map_or_else(String::new, |gain| {
-            format!(
-                "; variance × processor time with everything is {} times as much",
-                interval(&gain.cpu)
-            )
-        });
-        println!("{} leaves out {what}{gain}", method.name);
     }
     for method in &report.left_out {
         println!("{} leaves out {}", method.name, Omission::sentence(&method.left_out));

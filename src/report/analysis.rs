@@ -3,7 +3,7 @@
 use super::agreement::{LARGEST_RELATIVE_ERROR, LONG_TAILS, test_pairs};
 use super::batches::{Batch, BatchMean, Layout};
 use super::inference::{Interval, slope, time_to_error};
-use super::leave_out::{self, EverythingReport};
+use super::leave_out;
 use super::method::Probe;
 use super::metrics::{Errors, median_of_means};
 use super::pyramid::Pyramid;
@@ -44,8 +44,6 @@ pub(super) struct Measured {
     pub non_finite: Option<NonFinite>,
     pub total: Cost,
     pub decisions: Vec<Decision>,
-    /// The same integrator leaving nothing out.
-    pub everything: Option<Box<Measured>>,
     pub probe: Probe,
 }
 
@@ -130,21 +128,6 @@ impl Measured {
     fn rays_per_pixel(&self) -> Vec<f64> {
         let pixels = self.mean.pixels().len() as f64;
         self.products(|c| c.rays).iter().map(|x| x / pixels).collect()
-    }
-
-    fn everything(&self) -> Option<EverythingReport> {
-        let all = self.everything.as_ref()?;
-        Some(EverythingReport {
-            techniques: all.techniques.to_string(),
-            runs: all.finals.len() as u32,
-            samples_per_pixel: all.samples,
-            rays_per_sample: all.total.rays / all.all_samples(),
-            cpu_per_sample: all.total.cpu / all.all_samples(),
-            variance_per_sample: Interval::of_positive(&all.variances()),
-            variance_times_cpu: Interval::of_positive(&all.products(|c| c.cpu)),
-            variance_times_rays: Interval::of_positive(&all.rays_per_pixel()),
-            gain: if self.has_infinite_variance() { None } else { self.speed_up(all) },
-        })
     }
 }
 
@@ -250,7 +233,6 @@ fn method(
         name: m.name.clone(),
         techniques: m.techniques.to_string(),
         left_out: leave_out::omissions(&m.left_out),
-        everything: m.everything(),
         decisions: m.decisions.iter().map(leave_out::DecisionReport::from).collect(),
         complete: m.complete,
         runs: m.finals.len() as u32,

@@ -21,8 +21,6 @@ pub enum ReportError {
     TooFewSeeds(u32),
     /// The target error is not a positive number.
     Target(f64),
-    /// The part of samples that are drawn again with nothing left out is not between 0 and 1.
-    Everything(f64),
     /// Two contestants have this name.
     DuplicateName(String),
     /// The reference's size is not that of the camera's film: (reference, film).
@@ -53,9 +51,6 @@ impl fmt::Display for ReportError {
                 "{seeds} seeds are too few: the spread of at least two says how large the error is"
             ),
             Self::Target(target) => write!(f, "target error {target} is not a positive number"),
-            Self::Everything(part) => {
-                write!(f, "part {part} of the samples is not between 0 and 1")
-            }
             Self::DuplicateName(name) => write!(f, "two integrators are called {name:?}"),
             Self::ReferenceSize([a, b], [c, d]) => {
                 write!(f, "reference has {a} × {b} pixels, the film {c} × {d}")

@@ -1,8 +1,7 @@
-//! What integrators left out, what that saved, and what those decided that adapt themselves; as
-//! plain data and as CSV.
+//! What integrators left out, and what those decided that adapt themselves; as plain data and as
+//! CSV.
 
-use super::inference::Interval;
-use super::result::{Report, SpeedUp};
+use super::result::Report;
 use crate::integrator::{Decision, TechniqueRecord};
 use crate::path::LeftOut;
 use serde::{Deserialize, Serialize};
@@ -24,30 +23,6 @@ pub struct WithoutTechnique {
     pub name: String,
     /// What it would have run.
     pub left_out: Vec<Omission>,
-}
-
-/// An integrator that leaves nothing out, on some of the samples of the one that does.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct EverythingReport {
-    /// The techniques that it ran.
-    pub techniques: String,
-    /// Runs that were finished.
-    pub runs: u32,
-    /// Samples per pixel of each run.
-    pub samples_per_pixel: u32,
-    /// Rays per sample.
-    pub rays_per_sample: f64,
-    /// Seconds of processor time per sample.
-    pub cpu_per_sample: f64,
-    /// Variance of one sample per pixel, mean over pixels and channels.
-    pub variance_per_sample: Interval,
-    /// Variance × processor time: the seconds that an image of variance 1 takes.
-    pub variance_times_cpu: Interval,
-    /// Variance × rays per pixel.
-    pub variance_times_rays: Interval,
-    /// What leaving out gains: this variance × cost over that of the integrator. `None` if the
-    /// variance is infinite.
-    pub gain: Option<SpeedUp>,
 }
 
 /// What an integrator that adapts itself decided before a run: [`Decision`].
@@ -143,42 +118,16 @@ impl Omission {
 }
 
 impl Report {
-    /// What was left out and what it saved, as CSV: one line per integrator, with what the scene
-    /// needs and with everything. What was not measured is empty.
+    /// What was left out and why, as CSV: one line per integrator and omission.
     #[must_use]
     pub fn left_out_to_csv(&self) -> String {
-        let mut csv = String::from(
-            "integrator,left_out,rays_per_sample,rays_per_sample_everything,cpu_per_sample,cpu_per_sample_everything,variance_times_cpu,variance_times_cpu_everything,gain_cpu,gain_rays\n",
-        );
-        for m in &self.methods {
-            let all = m.everything.as_ref();
-            let gain = all.and_then(|all| all.gain);
-            let field = |x: Option<f64>| x.map_or_else(String::new, |x| x.to_string());
-            let numbers = [
-                Some(m.rays_per_sample),
-                all.map(|all| all.rays_per_sample),
-                Some(m.cpu_per_sample),
-                all.map(|all| all.cpu_per_sample),
-                Some(m.variance_times_cpu.value),
-                all.map(|all| all.variance_times_cpu.value),
-                gain.map(|gain| gain.cpu.value),
-                gain.map(|gain| gain.rays.value),
-            ];
-            let _ = writeln!(
-                csv,
-                "{},{},{}",
-                quoted(&m.name),
-                quoted(&Omission::sentence(&m.left_out)),
-                numbers.map(field).join(",")
-            );
-        }
-        for m in &self.left_out {
-            let _ = writeln!(
-                csv,
-                "{},{},0,,0,,,,,",
-                quoted(&m.name),
-                quoted(&Omission::sentence(&m.left_out))
-            );
+        let mut csv = String::from("integrator,left_out,reason\n");
+        let measured = self.methods.iter().map(|m| (&m.name, &m.left_out));
+        let idle = self.left_out.iter().map(|m| (&m.name, &m.left_out));
+        for (name, left_out) in measured.chain(idle) {
+            for Omission { what, why } in left_out {
+                let _ = writeln!(csv, "{},{},{}", quoted(name), quoted(what), quoted(why));
+            }
         }
         csv
     }

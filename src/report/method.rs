@@ -22,15 +22,12 @@ pub struct Contestant<'a, S: Scene + ?Sized> {
     /// Whether it can draw every path of the scene. If not, its image is too dark somewhere and is
     /// not tested for bias.
     pub complete: bool,
-    /// The same integrator leaving nothing out, such as [`Everything`](super::Everything), to
-    /// measure what leaving out saves.
-    pub everything: Option<&'a dyn Method<S>>,
 }
 
 impl<'a, S: Scene + ?Sized> Contestant<'a, S> {
-    /// An integrator without its counterpart that leaves nothing out.
+    /// An entry of a study.
     pub fn new(name: impl Into<String>, method: &'a dyn Method<S>, complete: bool) -> Self {
-        Self { name: name.into(), method, complete, everything: None }
+        Self { name: name.into(), method, complete }
     }
 }
 

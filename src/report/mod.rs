@@ -36,7 +36,6 @@ mod analysis;
 pub mod batches;
 mod cache;
 mod error;
-mod everything;
 pub mod inference;
 mod leave_out;
 mod method;
@@ -57,11 +56,8 @@ pub use agreement::{Pair, SIGNIFICANCE, Welch};
 pub use analysis::{BIAS_SIGNIFICANCE, REFERENCE_SHARE};
 pub use cache::cached_reference;
 pub use error::ReportError;
-pub use everything::Everything;
 pub use inference::{Interval, Tail};
-pub use leave_out::{
-    DecisionReport, EverythingReport, Omission, TechniqueDecision, WithoutTechnique,
-};
+pub use leave_out::{DecisionReport, Omission, TechniqueDecision, WithoutTechnique};
 pub use method::{Contestant, Method, Probe};
 pub use metrics::{Errors, median_of_means};
 pub use picture::{ERROR_SCALE, error_colour, exposure, signed_error_map};

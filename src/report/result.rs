@@ -3,13 +3,13 @@
 
 use super::agreement::Pair;
 use super::inference::{Interval, Tail};
-use super::leave_out::{DecisionReport, EverythingReport, Omission, WithoutTechnique};
+use super::leave_out::{DecisionReport, Omission, WithoutTechnique};
 use super::metrics::Errors;
 use super::pyramid::PyramidReport;
 use serde::{Deserialize, Serialize};
 
 /// Number of the JSON schema: rises when a field changes its meaning or goes away.
-pub const SCHEMA: u32 = 2;
+pub const SCHEMA: u32 = 3;
 
 /// A whole study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -234,9 +234,6 @@ pub struct MethodReport {
     pub techniques: String,
     /// What the scene rules out, with reasons.
     pub left_out: Vec<Omission>,
-    /// The same integrator leaving nothing out, if the scene rules something out, or it adapts
-    /// itself, and that was to be measured.
-    pub everything: Option<EverythingReport>,
     /// What it decided in each run, in the order of seeds; empty if it does not adapt itself.
     pub decisions: Vec<DecisionReport>,
     /// Whether it claims to draw every path of the scene.

@@ -76,8 +76,6 @@ pub(super) struct Runs {
     non_finite: Option<NonFinite>,
     total: Cost,
     decisions: Vec<Decision>,
-    /// Whether the integrator adapts itself.
-    adapts: bool,
 }
 
 impl Runs {
@@ -130,27 +128,12 @@ impl Runs {
         let needed = time_to_error(&curve, plan.target)
             .map_or(f64::INFINITY, |samples| (MARGIN * samples).ceil());
         let samples = if needed < f64::from(most) { needed as u32 } else { most };
-        let layout = Layout::of(task.reference.image());
-        let adapts = rendering.decision.is_some_and(|decision| decision.achieved.is_some());
         Ok(Self {
-            adapts,
-            ..Self::new(settings, samples, layout, rendering.techniques, rendering.left_out)
-        })
-    }
-
-    fn new(
-        settings: Settings,
-        samples: u32,
-        layout: Layout,
-        techniques: TechniqueSet,
-        left_out: LeftOut,
-    ) -> Self {
-        Self {
             settings: Settings { budget: Budget::Samples(samples), ..settings },
             samples,
-            layout,
-            techniques,
-            left_out,
+            layout: Layout::of(task.reference.image()),
+            techniques: rendering.techniques,
+            left_out: rendering.left_out,
             marks: Vec::new(),
             finals: Vec::new(),
             batches: Vec::new(),
@@ -159,21 +142,7 @@ impl Runs {
             non_finite: None,
             total: Cost::default(),
             decisions: Vec::new(),
-            adapts: false,
-        }
-    }
-
-    /// A part of these runs, with the same seeds, for the integrator that leaves nothing out, if
-    /// there is something to leave out.
-    pub fn with_everything<S: Scene + ?Sized>(&self, task: &Task<'_, S>) -> Option<Self> {
-        let (part, method) = (
-            task.plan.everything,
-            task.contestant.everything.filter(|_| task.plan.everything > 0.0)?,
-        );
-        let (techniques, left_out) = (method.techniques(task.scene), method.left_out(task.scene));
-        let same = self.left_out.is_empty() && !self.adapts && self.techniques == techniques;
-        let samples = ((f64::from(self.samples) * part) as u32).max(1);
-        (!same).then(|| Self::new(self.settings, samples, self.layout, techniques, left_out))
+        })
     }
 
     pub fn techniques(&self) -> TechniqueSet {
@@ -354,7 +323,6 @@ impl Runs {
             non_finite: self.non_finite,
             total: self.total,
             decisions: self.decisions,
-            everything: None,
             probe,
         }
     }

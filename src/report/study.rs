@@ -6,7 +6,7 @@
 //! first is discarded: it warms up and tells how many samples a budget of time makes. All runs of
 //! an integrator have the same number of samples, and checkpoints at powers of two.
 
-use super::analysis::{self, Measured};
+use super::analysis;
 use super::batches::Layout;
 use super::error::ReportError;
 use super::leave_out::WithoutTechnique;
@@ -47,10 +47,6 @@ pub struct Plan {
     pub baseline: Option<String>,
     /// Bidirectional path tracing whose techniques are measured one by one, if wanted.
     pub pyramid: Option<Bidirectional>,
-    /// Part of an integrator's samples that its counterpart which leaves nothing out
-    /// ([`Contestant::everything`]) draws with the same seeds, 0 to 1, beyond the budget, if there
-    /// is something to leave out. Default: 0, which measures none.
-    pub everything: f64,
     /// The command that makes this report again, to be printed.
     pub command: Option<String>,
 }
@@ -65,7 +61,6 @@ impl Default for Plan {
             until_target: false,
             baseline: None,
             pyramid: None,
-            everything: 0.0,
             command: None,
         }
     }
@@ -124,8 +119,7 @@ pub struct Snapshot {
 /// if it stops, the report has the runs that were finished.
 ///
 /// # Errors
-/// If the plan has fewer than two seeds or a part outside of 0 to 1, two contestants have the same
-/// name, the reference has another size than the film, or a rendering fails.
+/// If the plan has fewer than two seeds, two contestants have the same name, the reference has another size than the film, or a rendering fails.
 pub fn study<S: Scene + ?Sized>(
     scene: &S,
     camera: &dyn Camera,
@@ -146,9 +140,6 @@ pub fn study<S: Scene + ?Sized>(
     if !(plan.target > 0.0 && plan.target.is_finite()) {
         return Err(ReportError::Target(plan.target));
     }
-    if !(0.0..=1.0).contains(&plan.everything) {
-        return Err(ReportError::Everything(plan.everything));
-    }
     let (layout, size) = (Layout::of(reference.image()), camera.film().window_size());
     if [layout.width, layout.height] != size.to_array() {
         return Err(ReportError::ReferenceSize([layout.width, layout.height], size.to_array()));
@@ -161,8 +152,6 @@ pub fn study<S: Scene + ?Sized>(
         stopped.set(stopped.get() | flow.is_break());
         flow
     };
-    let counterparts: Vec<Option<Contestant<'_, S>>> =
-        contestants.iter().map(counterpart).collect();
     let (mut runs, mut left_out) = (Vec::new(), Vec::new());
     for (stream, contestant) in contestants.iter().enumerate().take_while(|_| !stopped.get()) {
         let task = Task { scene, camera, contestant, plan, reference: &reference };
@@ -173,39 +162,28 @@ pub fn study<S: Scene + ?Sized>(
             left_out.push(WithoutTechnique::new(&contestant.name, &run.left_out()));
             continue;
         }
-        let everything = run.with_everything(&task);
-        let everything = everything
-            .zip(counterparts[stream].as_ref())
-            .map(|(run, contestant)| (Task { contestant, ..task }, run));
-        runs.push((task, run, everything));
+        runs.push((task, run));
     }
     let turns = (0..plan.seeds)
         .flat_map(|seed| (0..runs.len()).map(move |turn| (seed, turn)))
         .collect::<Vec<_>>();
     for (seed, turn) in turns.into_iter().take_while(|_| !stopped.get()) {
         let index = (turn + seed as usize) % runs.len();
-        let (task, run, everything) = &mut runs[index];
+        let (task, run) = &mut runs[index];
         let done = contestants.len() * (1 + seed as usize) + turn;
         run.render(task, seed, &mut |part| report(&task.contestant.name, done, part))
             .map_err(naming(task.contestant))?;
-        if let Some((task, run)) = everything {
-            run.render(task, seed, &mut |_| report(&task.contestant.name, done, 1.0))
-                .map_err(naming(task.contestant))?;
-        }
     }
     let stopped = stopped.get();
     let mut measured = Vec::new();
-    for (task, run, everything) in runs {
+    for (task, run) in runs {
         let probe = if stopped {
             Probe::default()
         } else {
             run.probe(&task).map_err(naming(task.contestant))?
         };
         if !run.is_empty() {
-            let everything = everything.filter(|(_, run)| !run.is_empty());
-            let everything = everything
-                .map(|(task, run)| Box::new(run.finish(task.contestant, Probe::default())));
-            measured.push(Measured { everything, ..run.finish(task.contestant, probe) });
+            measured.push(run.finish(task.contestant, probe));
         }
     }
     let pyramid = match &plan.pyramid {
@@ -233,16 +211,6 @@ pub fn study<S: Scene + ?Sized>(
         .map(|m| MethodImages { mean: m.mean, snapshots: m.snapshots })
         .collect();
     Ok(Study { report, images, reference, pyramid })
-}
-
-/// The contestant that leaves nothing out.
-fn counterpart<'a, S: Scene + ?Sized>(contestant: &Contestant<'a, S>) -> Option<Contestant<'a, S>> {
-    let method = contestant.everything?;
-    Some(Contestant::new(
-        format!("{}, leaving nothing out", contestant.name),
-        method,
-        contestant.complete,
-    ))
 }
 
 fn naming<S: Scene + ?Sized>(

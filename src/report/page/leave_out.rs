@@ -1,8 +1,8 @@
-//! What is left out, what that saves, and what adapts itself decided: the section of the page.
+//! What is left out, and what adapts itself decided: the section of the page.
 
-use super::super::leave_out::{DecisionReport, EverythingReport, Omission, TechniqueDecision};
+use super::super::leave_out::{DecisionReport, Omission, TechniqueDecision};
 use super::super::result::{MethodReport, Report};
-use super::tables::{head, interval, number};
+use super::tables::{head, number};
 use super::{Page, escape};
 use std::fmt::Write;
 
@@ -12,11 +12,11 @@ const LEAST_SHARE: f64 = 0.0005;
 impl Page<'_> {
     pub(super) fn leave_out(&mut self) {
         let report = &self.study.report;
-        self.section("What is left out, and what that saves");
+        self.section("What is left out");
         self.text(
-            "Exactly, before the first sample: techniques and path lengths that carry no light in this scene. Beside what each integrator takes with what the scene needs stands what it takes with everything, with the same seeds and on fewer samples; for one that adapts itself that is plain bidirectional path tracing. Gain: variance × cost with everything over that with what is needed, runs paired by seed.",
+            "Exactly, before the first sample: techniques and path lengths that carry no light in this scene.",
         );
-        self.html += &savings(report);
+        self.html += &omissions(report);
         for method in report.methods.iter().filter(|m| !m.decisions.is_empty()) {
             let _ = write!(self.html, "<h3>What {} decided</h3>", escape(&method.name));
             self.html += &decisions(&method.decisions);
@@ -25,31 +25,22 @@ impl Page<'_> {
 }
 
 /// One row per integrator.
-fn savings(report: &Report) -> String {
-    let measures = ["rays per sample", "time per sample [µs]", "variance × processor time [s]"];
-    let columns: Vec<String> =
-        std::iter::once("left out".to_owned())
-            .chain(measures.iter().flat_map(|measure| {
-                [format!("{measure}, everything"), format!("{measure}, needed")]
-            }))
-            .chain(["gain in processor time", "gain in rays"].map(str::to_owned))
-            .collect();
-    let mut html = head("integrator", columns.iter().map(String::as_str));
-    for method in &report.methods {
+fn omissions(report: &Report) -> String {
+    let mut html = head("integrator", ["left out"].into_iter());
+    let measured = report.methods.iter().map(|m| (&m.name, reasons(m)));
+    let idle = report
+        .left_out
+        .iter()
+        .map(|m| (&m.name, format!("{}<br>no technique is left", text(&m.left_out))));
+    for (name, reasons) in measured.chain(idle) {
+        let name = escape(name);
         let _ =
-            write!(html, "<tr><th scope=\"row\">{}</th>{}</tr>", escape(&method.name), row(method));
-    }
-    for method in &report.left_out {
-        let (name, reasons) = (escape(&method.name), text(&method.left_out));
-        let _ = write!(
-            html,
-            "<tr><th scope=\"row\">{name}</th><td class=\"text\">{reasons}</td><td colspan=\"8\">no technique is left</td></tr>"
-        );
+            write!(html, "<tr><th scope=\"row\">{name}</th><td class=\"text\">{reasons}</td></tr>");
     }
     html + "</table></div>"
 }
 
-fn row(method: &MethodReport) -> String {
+fn reasons(method: &MethodReport) -> String {
     let mut reasons = text(&method.left_out);
     if method.decisions.iter().any(|decision| decision.pilot_samples > 0) {
         reasons += if reasons.is_empty() {
@@ -60,25 +51,7 @@ fn row(method: &MethodReport) -> String {
     } else if reasons.is_empty() {
         reasons = "nothing: the scene rules nothing out for it".to_owned();
     }
-    let all = method.everything.as_ref();
-    let with =
-        |cell: &dyn Fn(&EverythingReport) -> String| all.map_or_else(|| "–".to_owned(), cell);
-    let gain = all.and_then(|all| all.gain);
-    let unknown = if method.infinite_variance { "∗∗" } else { "–" };
-    let cells = [
-        with(&|all| number(all.rays_per_sample)),
-        number(method.rays_per_sample),
-        with(&|all| number(1e6 * all.cpu_per_sample)),
-        number(1e6 * method.cpu_per_sample),
-        with(&|all| interval(&all.variance_times_cpu)),
-        interval(&method.variance_times_cpu),
-        gain.map_or_else(|| unknown.to_owned(), |gain| interval(&gain.cpu)),
-        gain.map_or_else(|| unknown.to_owned(), |gain| interval(&gain.rays)),
-    ];
-    format!(
-        "<td class=\"text\">{reasons}</td>{}",
-        cells.map(|cell| format!("<td>{cell}</td>")).concat()
-    )
+    reasons
 }
 
 fn text(left_out: &[Omission]) -> String {
