@@ -28,44 +28,27 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Definitions are in [`metrics`] and [`inference`]; the fields of the JSON file in
-//! `docs/report.md`.
+//! Three floors: `study` renders, [`stats`] makes numbers, `page` shows them. What a study found is
+//! the plain data of [`Report`]; docs/report.md defines every number and lists the fields of the
+//! JSON file.
 
-mod agreement;
-mod analysis;
-pub mod batches;
-mod cache;
 mod error;
-pub mod inference;
-mod leave_out;
-mod method;
-pub mod metrics;
-mod number;
-mod output;
 mod page;
-mod picture;
-mod plot;
-mod pyramid;
-mod reference;
 mod result;
-mod runs;
+pub mod stats;
 mod study;
-mod verdict;
 
-pub use agreement::{Pair, SIGNIFICANCE, Welch};
-pub use analysis::{BIAS_SIGNIFICANCE, REFERENCE_SHARE};
-pub use cache::cached_reference;
 pub use error::ReportError;
-pub use inference::{Interval, Tail};
-pub use leave_out::{DecisionReport, Omission, TechniqueDecision, WithoutTechnique};
-pub use method::{Contestant, Method, Probe};
-pub use metrics::{Errors, median_of_means};
-pub use picture::{ERROR_SCALE, error_colour, exposure, signed_error_map};
-pub use plot::{Axis, error_plot};
-pub use pyramid::{Layer, Pyramid, PyramidReport, TechniqueShare, measure_pyramid};
-pub use reference::{Reference, ReferencePlan};
+pub use page::{Axis, ERROR_SCALE, error_colour, error_plot, exposure, signed_error_map};
 pub use result::{
-    Bias, Checkpoint, Cost, LedgerReport, MethodReport, ReferenceInfo, Report, SCHEMA, SceneInfo,
-    Setup, Slope, SpeedUp, TimeToTarget,
+    DecisionReport, Layer, LedgerReport, MethodImages, MethodReport, Omission, Pyramid,
+    PyramidReport, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, Snapshot, Study,
+    TechniqueDecision, TechniqueShare, WithoutTechnique,
 };
-pub use study::{MethodImages, Plan, Snapshot, Step, Study, study};
+pub use stats::{
+    BIAS_SIGNIFICANCE, Bias, Checkpoint, Cost, Errors, Interval, Pair, REFERENCE_SHARE, Reference,
+    SIGNIFICANCE, Slope, SpeedUp, Tail, TimeToTarget, Welch, median_of_means,
+};
+pub use study::{
+    Contestant, Method, Plan, Probe, ReferencePlan, Step, cached_reference, measure_pyramid, study,
+};

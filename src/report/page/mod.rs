@@ -1,14 +1,22 @@
 //! The page: one HTML file with everything in it, for screens of any size and for paper.
 
-mod leave_out;
+mod csv;
+mod files;
+mod html;
+mod left_out;
+mod picture;
+mod plot;
 mod tables;
 
-use super::analysis::{BIAS_SIGNIFICANCE, REFERENCE_SHARE};
-use super::picture::{ERROR_SCALE, data_uri, error_colour, exposure, shrunk, signed_error_map};
-use super::plot::{Axis, Measure, plot};
-use super::runs::SNAPSHOTS;
-use super::study::{MethodImages, Study};
+pub use picture::{ERROR_SCALE, error_colour, exposure, signed_error_map};
+pub use plot::{Axis, error_plot};
+
 use crate::film::Image;
+use crate::report::result::{MethodImages, SNAPSHOTS, Study};
+use crate::report::stats::{BIAS_SIGNIFICANCE, REFERENCE_SHARE, SIGNIFICANCE, Tail};
+use html::escape;
+use picture::{data_uri, shrunk};
+use plot::{Measure, plot};
 use std::fmt::Write;
 use tables::number;
 
@@ -17,11 +25,6 @@ const SCRIPT: &str = include_str!("flip.js");
 
 /// Images of techniques are at most so wide.
 const LAYER_WIDTH: u32 = 128;
-
-/// Text as it must stand in HTML and in quoted attributes.
-pub(super) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
 
 /// A page under construction: every image gets a number, so that the slider can find it.
 struct Page<'a> {
@@ -50,7 +53,7 @@ impl Study {
         page.footnotes();
         page.flip();
         page.pyramid();
-        page.leave_out();
+        page.left_out();
         page.section("What each integrator sees");
         page.text("Mean luminance of the image by the number of scattering events, from a probe of single contributions: what an integrator cannot draw is missing from its column.");
         page.html += &tables::claims(&self.report);
@@ -60,7 +63,7 @@ impl Study {
         page.section("Do the integrators agree?");
         page.text(&format!(
             "Three tests for every pair of integrators that see every path, each wrong with probability {:e}: Welch's t of the image means; the worst of the blocks of 8 × 8 pixels, with Šidák's correction for their number; and the mean of t² over all blocks, which is 1 if they agree. Where rare, bright contributions make up much of the noise of one of them, blocks in which it is too dark are no evidence and are left out.",
-            super::SIGNIFICANCE
+            SIGNIFICANCE
         ));
         page.html += &tables::pairs(&self.report);
         page.reproduce();
@@ -231,7 +234,7 @@ impl Page<'_> {
              ∗∗ the tail index is below {}, and so is that of the largest quarter of the tail: the variance is infinite as far as the samples show. Tail index: Hill's estimate from the largest 0.1 % of what samples give to a pixel, relative to the pixel's value.</small></p>",
             100.0 * BIAS_SIGNIFICANCE,
             100.0 * REFERENCE_SHARE,
-            super::Tail::INFINITE_VARIANCE
+            Tail::INFINITE_VARIANCE
         );
     }
 

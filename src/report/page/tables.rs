@@ -1,8 +1,8 @@
 //! The tables of the page.
 
-use super::super::inference::{Interval, Tail};
-use super::super::result::{MethodReport, Report, TimeToTarget};
-use super::escape;
+use super::html::escape;
+use crate::report::result::{MethodReport, Report};
+use crate::report::stats::{Checkpoint, Interval, Slope, Tail, TimeToTarget};
 use std::fmt::Write;
 
 /// Three significant digits, in scientific notation where it is shorter.
@@ -54,9 +54,8 @@ fn tail(t: &Tail) -> String {
 pub(super) fn summary(report: &Report) -> String {
     type Cell<'a> = Box<dyn Fn(&MethodReport) -> String + 'a>;
     let baseline = report.setup.baseline.as_deref().unwrap_or("the baseline");
-    let last = |m: &MethodReport, f: fn(&super::super::result::Checkpoint) -> Interval| {
-        missing(m.last(), |c| error(&f(c)))
-    };
+    let last =
+        |m: &MethodReport, f: fn(&Checkpoint) -> Interval| missing(m.last(), |c| error(&f(c)));
     let rows: Vec<(String, Cell<'_>)> = vec![
         ("sees every path".into(), Box::new(|m| if m.complete { "yes" } else { "no" }.into())),
         (
@@ -139,7 +138,7 @@ pub(super) fn summary(report: &Report) -> String {
         (
             "slope of the error".into(),
             Box::new(|m| {
-                let text = |s: &super::super::result::Slope| {
+                let text = |s: &Slope| {
                     format!(
                         "{:.3} ± {:.3}<br><small>{}, {}–{} samples</small>",
                         s.value.value, s.standard_error, s.measure, s.from, s.to

@@ -4,15 +4,14 @@
 //! batch. Its name has a hash of everything that the reference depends on, the image of one sample
 //! per pixel included: a scene or a renderer that has changed is noticed.
 
-use super::batches::{Batch, Layout};
-use super::error::{ReportError, file_error};
 use super::method::Contestant;
-use super::reference::{Reference, ReferencePlan};
-use super::study::Step;
+use super::plan::{ReferencePlan, Step};
 use crate::endpoint::Camera;
 use crate::film::Image;
 use crate::math::Rgb;
 use crate::render::{Budget, Settings, unattended};
+use crate::report::error::{ReportError, file_error};
+use crate::report::stats::{Batch, Layout, Reference};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;

@@ -2,8 +2,9 @@
 //!
 //! Curves differ by colour, dashes and markers, so that they can be told apart in black and white.
 
-use super::inference::Interval;
-use super::result::{Checkpoint, MethodReport, Report};
+use super::html::escape;
+use crate::report::result::{MethodReport, Report};
+use crate::report::stats::{Checkpoint, Interval};
 use std::fmt::Write;
 
 /// What a plot has on its horizontal axis, for one run.
@@ -297,7 +298,7 @@ fn legend(svg: &mut String, labels: &[String]) {
             r##"<text x="{:.1}" y="{:.1}">{}</text>"##,
             x + 44.0,
             y + 5.0,
-            super::page::escape(label)
+            escape(label)
         );
     }
 }

@@ -14,20 +14,14 @@
 //! A block that an integrator rarely reaches (some of its batches saw nothing) has no usable
 //! variance. Such blocks are pooled into one.
 
-use super::analysis::Measured;
 use super::batches::{Batch, BatchMean, Layout};
+use super::measured::Measured;
 use crate::math::statistics::{sidak, two_sided_p_value};
 use crate::math::student::student_t_p_value;
 use serde::{Deserialize, Serialize};
 
 /// Probability that one test rejects integrators that do agree.
 pub const SIGNIFICANCE: f64 = 1e-4;
-
-/// With a mean squared error that is known no better than this, the noise of an image is dominated
-/// by a handful of contributions.
-pub(super) const LARGEST_RELATIVE_ERROR: f64 = 0.2;
-/// Tails are long if the relative mean squared error is known no better than this.
-pub(super) const LONG_TAILS: f64 = 0.05;
 
 /// The test of all blocks together needs this many.
 const FEWEST_BLOCKS: f64 = 16.0;
@@ -134,8 +128,8 @@ impl Pair {
 }
 
 /// Tests all pairs of integrators that see everything.
-pub(super) fn test_pairs(measured: &[Measured], layout: Layout) -> Vec<Pair> {
-    let tested: Vec<&Measured> = measured.iter().filter(|run| run.complete).collect();
+pub(in crate::report) fn test_pairs(measured: &[&Measured], layout: Layout) -> Vec<Pair> {
+    let tested: Vec<&Measured> = measured.iter().copied().filter(|run| run.complete).collect();
     let pairs =
         tested.iter().enumerate().flat_map(|(i, a)| tested[i + 1..].iter().map(move |b| [*a, *b]));
     pairs.map(|pair| test(pair, layout)).collect()
@@ -207,6 +201,6 @@ fn test(pair: [&Measured; 2], layout: Layout) -> Pair {
         mean_square,
         mean_square_error,
         long_tails,
-        mean_is_open: darker.mse_uncertainty() > LARGEST_RELATIVE_ERROR,
+        mean_is_open: darker.has_open_mean(),
     }
 }

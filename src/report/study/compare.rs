@@ -6,112 +6,23 @@
 //! first is discarded: it warms up and tells how many samples a budget of time makes. All runs of
 //! an integrator have the same number of samples, and checkpoints at powers of two.
 
-use super::analysis;
-use super::batches::Layout;
-use super::error::ReportError;
-use super::leave_out::WithoutTechnique;
-use super::method::{Contestant, Probe};
-use super::metrics::Errors;
-use super::pyramid::{Pyramid, measure_pyramid};
-use super::reference::Reference;
-use super::result::{Report, SceneInfo};
-use super::runs::{Runs, Task, run_seed};
+use super::machine::setup;
+use super::method::Contestant;
+use super::plan::{Plan, Step, run_seed};
+use super::pyramid::measure_pyramid;
+use super::runs::{Runs, Task};
+use super::summary::{baseline, methods};
 use crate::endpoint::Camera;
-use crate::film::Image;
-use crate::integrator::Bidirectional;
 use crate::path::TechniqueSet;
 use crate::render::{Budget, RenderError, Settings};
+use crate::report::error::ReportError;
+use crate::report::result::{
+    MethodImages, Pyramid, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, Study, WithoutTechnique,
+};
+use crate::report::stats::{Layout, Measured, Reference, test_pairs};
 use crate::scene::Scene;
 use std::cell::Cell;
 use std::ops::ControlFlow;
-
-/// How to measure.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
-    /// For each integrator, all its runs together: when they end, or end at the latest if
-    /// `until_target`.
-    pub budget: Budget,
-    /// Independent runs of each integrator; at least two. Default: 8.
-    pub seeds: u32,
-    /// Filter, sampler, threads, and the seed that those of the runs are derived from. Its budget
-    /// and target error are not used.
-    pub settings: Settings,
-    /// relMSE of a run whose time is asked for. Default: 0.01.
-    pub target: f64,
-    /// Whether runs are only as long as it takes to the target: the discarded run before them goes
-    /// on until its error against the reference is below it, and the others get 1.25 times the
-    /// samples that it took. Default: no.
-    pub until_target: bool,
-    /// The name of the integrator that speed-ups are relative to. Default: the first that sees
-    /// everything and whose variance is finite.
-    pub baseline: Option<String>,
-    /// Bidirectional path tracing whose techniques are measured one by one, if wanted.
-    pub pyramid: Option<Bidirectional>,
-    /// The command that makes this report again, to be printed.
-    pub command: Option<String>,
-}
-
-impl Default for Plan {
-    fn default() -> Self {
-        Self {
-            budget: Budget::Samples(64),
-            seeds: 8,
-            settings: Settings::default(),
-            target: 0.01,
-            until_target: false,
-            baseline: None,
-            pyramid: None,
-            command: None,
-        }
-    }
-}
-
-/// How far a study is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step<'a> {
-    /// What is being done.
-    pub label: &'a str,
-    /// Part of the work that is done, 0 to 1.
-    pub fraction: f64,
-}
-
-/// A finished, or stopped, study.
-#[derive(Clone, Debug)]
-pub struct Study {
-    /// The numbers.
-    pub report: Report,
-    /// Images of each integrator, in the order of `report.methods`.
-    pub images: Vec<MethodImages>,
-    /// The reference.
-    pub reference: Reference,
-    /// Images of the techniques.
-    pub pyramid: Option<Pyramid>,
-}
-
-/// Images of one integrator.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MethodImages {
-    /// Mean of all runs.
-    pub mean: Image,
-    /// The first run after about 1/16, 1/4 and all of its budget, as far as a sample per pixel
-    /// takes less.
-    pub snapshots: Vec<Snapshot>,
-}
-
-/// An image of the first run.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot {
-    /// Part of the budget of a run.
-    pub part: f64,
-    /// Samples per pixel.
-    pub samples: u32,
-    /// Wall-clock seconds.
-    pub wall: f64,
-    /// The image.
-    pub image: Image,
-    /// Its errors.
-    pub errors: Errors,
-}
 
 /// Measures integrators on a scene against a reference.
 ///
@@ -144,7 +55,7 @@ pub fn study<S: Scene + ?Sized>(
     if [layout.width, layout.height] != size.to_array() {
         return Err(ReportError::ReferenceSize([layout.width, layout.height], size.to_array()));
     }
-    let setup = analysis::setup(plan);
+    let setup = setup(plan);
     let stopped = Cell::new(false);
     let total = contestants.len() * (1 + plan.seeds as usize);
     let mut report = |label: &str, done: usize, part: f64| {
@@ -158,8 +69,8 @@ pub fn study<S: Scene + ?Sized>(
         let label = format!("{}, warm-up", contestant.name);
         let run = Runs::prepare(&task, stream as u64, &mut |part| report(&label, stream, part))
             .map_err(naming(contestant))?;
-        if run.techniques() == TechniqueSet::NONE {
-            left_out.push(WithoutTechnique::new(&contestant.name, &run.left_out()));
+        if run.techniques == TechniqueSet::NONE {
+            left_out.push(WithoutTechnique::new(&contestant.name, &run.left_out));
             continue;
         }
         runs.push((task, run));
@@ -175,17 +86,11 @@ pub fn study<S: Scene + ?Sized>(
             .map_err(naming(task.contestant))?;
     }
     let stopped = stopped.get();
-    let mut measured = Vec::new();
-    for (task, run) in runs {
-        let probe = if stopped {
-            Probe::default()
-        } else {
-            run.probe(&task).map_err(naming(task.contestant))?
-        };
-        if !run.is_empty() {
-            measured.push(run.finish(task.contestant, probe));
-        }
+    runs.retain(|(_, run)| !run.measured.finals.is_empty());
+    for (task, run) in runs.iter_mut().filter(|_| !stopped) {
+        run.probe(task).map_err(naming(task.contestant))?;
     }
+    let runs: Vec<Runs> = runs.into_iter().map(|(_, run)| run).collect();
     let pyramid = match &plan.pyramid {
         Some(integrator) if !stopped => {
             let step = Step { label: "techniques", fraction: 1.0 };
@@ -195,20 +100,23 @@ pub fn study<S: Scene + ?Sized>(
         }
         _ => None,
     };
-    let info = SceneInfo { width: layout.width, height: layout.height, ..info.clone() };
-    let report = analysis::report(
-        &measured,
-        &reference,
-        info,
-        setup,
-        plan,
-        pyramid.as_ref(),
+    let baseline = baseline(&runs, plan);
+    let measured: Vec<&Measured> = runs.iter().map(|run| &run.measured).collect();
+    let report = Report {
+        schema: SCHEMA,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        scene: SceneInfo { width: layout.width, height: layout.height, ..info.clone() },
+        setup: Setup { baseline: baseline.map(|m| m.name.clone()), ..setup },
+        reference: ReferenceInfo::of(&reference),
+        methods: methods(&runs, baseline, &reference, plan.target),
+        pairs: test_pairs(&measured, layout),
+        pyramid: pyramid.as_ref().map(Pyramid::report),
         left_out,
         stopped,
-    );
-    let images = measured
+    };
+    let images = runs
         .into_iter()
-        .map(|m| MethodImages { mean: m.mean, snapshots: m.snapshots })
+        .map(|run| MethodImages { mean: run.measured.mean(), snapshots: run.snapshots })
         .collect();
     Ok(Study { report, images, reference, pyramid })
 }

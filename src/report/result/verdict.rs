@@ -1,8 +1,8 @@
 //! What to know before reading the numbers, in sentences.
 
-use super::agreement::Pair;
-use super::analysis::REFERENCE_SHARE;
-use super::result::{MethodReport, Report};
+use super::method::MethodReport;
+use super::report::Report;
+use crate::report::stats::{Pair, REFERENCE_SHARE};
 
 impl Report {
     /// Whether no test found a disagreement, a bias or a contribution that is not finite.

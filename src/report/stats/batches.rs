@@ -57,6 +57,13 @@ impl Layout {
         y * self.width.div_ceil(BLOCK) as usize + x
     }
 
+    /// Weights that make a sum over blocks the mean over pixels.
+    #[must_use]
+    pub fn uniform_weights(&self) -> Vec<f64> {
+        let pixels = f64::from(self.width) * f64::from(self.height);
+        (0..self.blocks()).map(|block| self.pixels(block) / pixels).collect()
+    }
+
     /// Mean luminance of each block.
     #[must_use]
     pub fn block_means(&self, image: &Image) -> Vec<f64> {

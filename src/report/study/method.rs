@@ -1,13 +1,11 @@
 //! What can be compared: named integrators, and a look at their single contributions.
 
-use super::batches::Layout;
-use super::inference::{Largest, Tail};
-use super::metrics::RELATIVE_EPSILON;
 use crate::endpoint::Camera;
 use crate::film::{Contribution, FilmRegion, FilmSample, Image, Sink};
 use crate::integrator::{Integrator, Pilot};
 use crate::path::Scratch;
 use crate::render::{Budget, Render, RenderError, Settings};
+use crate::report::stats::{Largest, Layout, RELATIVE_EPSILON, Tail};
 use crate::sampler::SampleSource;
 use crate::scene::Scene;
 use std::fmt;

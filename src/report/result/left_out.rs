@@ -1,11 +1,8 @@
-//! What integrators left out, and what those decided that adapt themselves; as plain data and as
-//! CSV.
+//! What integrators left out, and what those decided that adapt themselves.
 
-use super::result::Report;
 use crate::integrator::{Decision, TechniqueRecord};
 use crate::path::LeftOut;
 use serde::{Deserialize, Serialize};
-use std::fmt::Write;
 
 /// Something that the scene rules out for an integrator.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,17 +32,17 @@ pub struct DecisionReport {
     /// Sets of techniques that it chose from.
     pub candidates: usize,
     /// Share of the cost of plain bidirectional path tracing that its camera walks have.
-    #[serde(with = "super::number")]
+    #[serde(with = "crate::report::stats::number")]
     pub camera_walks: f64,
     /// The same of its light walks.
-    #[serde(with = "super::number")]
+    #[serde(with = "crate::report::stats::number")]
     pub light_walks: f64,
     /// Variance × cost of plain bidirectional path tracing over that of the choice, as the pilot
     /// predicts.
-    #[serde(with = "super::number")]
+    #[serde(with = "crate::report::stats::number")]
     pub expected_gain: f64,
     /// The same with what the choice had when it was run.
-    #[serde(with = "super::number")]
+    #[serde(with = "crate::report::stats::number")]
     pub achieved_gain: f64,
     /// Shares of single techniques in plain bidirectional path tracing.
     pub shares: Vec<TechniqueDecision>,
@@ -68,12 +65,12 @@ pub struct TechniqueDecision {
     pub kept: bool,
 }
 
-pub(super) fn omissions(left_out: &LeftOut) -> Vec<Omission> {
+pub(in crate::report) fn omissions(left_out: &LeftOut) -> Vec<Omission> {
     left_out.items().map(|(what, why)| Omission { what, why }).collect()
 }
 
 impl WithoutTechnique {
-    pub(super) fn new(name: &str, left_out: &LeftOut) -> Self {
+    pub(in crate::report) fn new(name: &str, left_out: &LeftOut) -> Self {
         Self { name: name.to_owned(), left_out: omissions(left_out) }
     }
 }
@@ -102,11 +99,6 @@ impl From<&Decision> for DecisionReport {
     }
 }
 
-/// A text as a field (RFC 4180).
-pub(super) fn quoted(text: &str) -> String {
-    format!("\"{}\"", text.replace('"', "\"\""))
-}
-
 impl Omission {
     /// All of them in one line, or "nothing".
     #[must_use]
@@ -114,44 +106,5 @@ impl Omission {
         let items: Vec<String> =
             left_out.iter().map(|o| format!("{}: {}", o.what, o.why)).collect();
         if items.is_empty() { "nothing".to_owned() } else { items.join("; ") }
-    }
-}
-
-impl Report {
-    /// What was left out and why, as CSV: one line per integrator and omission.
-    #[must_use]
-    pub fn left_out_to_csv(&self) -> String {
-        let mut csv = String::from("integrator,left_out,reason\n");
-        let measured = self.methods.iter().map(|m| (&m.name, &m.left_out));
-        let idle = self.left_out.iter().map(|m| (&m.name, &m.left_out));
-        for (name, left_out) in measured.chain(idle) {
-            for Omission { what, why } in left_out {
-                let _ = writeln!(csv, "{},{},{}", quoted(name), quoted(what), quoted(why));
-            }
-        }
-        csv
-    }
-
-    /// The decisions of integrators that adapt themselves, as CSV: one line per integrator, run and
-    /// technique.
-    #[must_use]
-    pub fn decisions_to_csv(&self) -> String {
-        let mut csv = String::from(
-            "integrator,run,techniques,expected_gain,achieved_gain,s,t,energy,variance,cost,kept\n",
-        );
-        for method in &self.methods {
-            for (run, decision) in method.decisions.iter().enumerate() {
-                for share in &decision.shares {
-                    let TechniqueDecision { s, t, energy, variance, cost, kept } = share;
-                    let (name, techniques) = (quoted(&method.name), quoted(&decision.techniques));
-                    let [expected, achieved] = [decision.expected_gain, decision.achieved_gain];
-                    let _ = writeln!(
-                        csv,
-                        "{name},{run},{techniques},{expected},{achieved},{s},{t},{energy},{variance},{cost},{kept}"
-                    );
-                }
-            }
-        }
-        csv
     }
 }

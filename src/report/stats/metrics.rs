@@ -10,14 +10,10 @@
 //!
 //! A pixel that is not finite is never skipped: it makes every mean infinite, and it is counted.
 
-use super::reference::Reference;
+use super::reference::{RELATIVE_EPSILON, Reference, ratio};
 use crate::film::Image;
 use crate::math::Rgb;
 use serde::{Deserialize, Serialize};
-
-/// The part of the squared mean of the reference that is added to the denominator of relMSE, and of
-/// the mean for MAPE.
-pub const RELATIVE_EPSILON: f64 = 0.01;
 
 /// All measures of one image. Infinite if a pixel is not finite, which JSON writes as null.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -88,11 +84,6 @@ impl Errors {
             non_finite_pixels: 0,
         }
     }
-}
-
-/// 0 / 0 is no error.
-pub(super) fn ratio(a: f64, b: f64) -> f64 {
-    if a == 0.0 { 0.0 } else { a / b }
 }
 
 /// The middle one, or the mean of the two in the middle; 0 for none.

@@ -1,16 +1,16 @@
 //! What is left out, and what adapts itself decided: the section of the page.
 
-use super::super::leave_out::{DecisionReport, Omission, TechniqueDecision};
-use super::super::result::{MethodReport, Report};
+use super::Page;
+use super::html::escape;
 use super::tables::{head, number};
-use super::{Page, escape};
+use crate::report::result::{DecisionReport, MethodReport, Omission, Report, TechniqueDecision};
 use std::fmt::Write;
 
 /// Techniques with smaller shares of everything are not shown.
 const LEAST_SHARE: f64 = 0.0005;
 
 impl Page<'_> {
-    pub(super) fn leave_out(&mut self) {
+    pub(super) fn left_out(&mut self) {
         let report = &self.study.report;
         self.section("What is left out");
         self.text(
