@@ -197,7 +197,8 @@ fn what_leaving_out_saves_is_measured_between_two_contestants() {
     let lines: Vec<&str> = csv.lines().filter(|line| line.contains("bidirectional")).collect();
     assert_eq!(lines.len(), 3);
     for (line, Omission { what, why }) in lines.into_iter().zip(&both.left_out) {
-        assert_eq!(line, format!("\"bidirectional\",\"{what}\",\"{why}\""));
+        assert!(line.starts_with("bidirectional,"), "{line}");
+        assert!(line.contains(what) && line.contains(why), "{line}");
     }
     let json: Report = serde_json::from_str(&report.to_json()).unwrap();
     assert_eq!(json.methods[2].left_out, both.left_out);
@@ -227,7 +228,7 @@ fn an_integrator_without_a_technique_has_a_reason() {
     let reasons = &row(&study.page(), "<table>", "uniform-area")[0];
     assert!(reasons.contains("no ray can hit a light"), "{reasons}");
     assert!(study.page().contains("<br>no technique is left"));
-    assert!(study.report.left_out_to_csv().contains("no ray can hit a light\"\n"));
+    assert!(study.report.left_out_to_csv().contains(",no ray can hit a light\n"));
 }
 
 #[test]
@@ -287,15 +288,7 @@ fn decisions_are_shown_run_by_run_and_technique_by_technique() {
     );
     let last: Vec<&str> = csv.lines().last().unwrap().rsplit(',').take(6).collect();
     let share = method.decisions[3].shares.last().unwrap();
-    assert_eq!(
-        last,
-        [
-            share.kept.to_string(),
-            share.cost.to_string(),
-            share.variance.to_string(),
-            share.energy.to_string(),
-            share.t.to_string(),
-            share.s.to_string()
-        ]
-    );
+    let numbers: Vec<f64> = last[1..].iter().map(|x| x.parse().unwrap()).collect();
+    let expected = [share.cost, share.variance, share.energy, share.t.into(), share.s.into()];
+    assert_eq!((last[0], &numbers[..]), (share.kept.to_string().as_str(), &expected[..]));
 }

@@ -1,6 +1,6 @@
 //! The files of a study: JSON, CSV, SVG plots, the page.
 
-use super::plot::{Axis, Measure, plot};
+use super::plot::{PLOTS, plot};
 use crate::report::error::{ReportError, file_error};
 use crate::report::result::Study;
 use std::path::Path;
@@ -12,20 +12,18 @@ impl Study {
     /// # Errors
     /// If the directory or a file cannot be written.
     pub fn save(&self, directory: impl AsRef<Path>) -> Result<(), ReportError> {
-        let directory = directory.as_ref();
+        let (directory, report) = (directory.as_ref(), &self.report);
         std::fs::create_dir_all(directory).map_err(file_error(directory))?;
-        let files = [
+        let texts = [
             ("index.html", self.page()),
-            ("report.json", self.report.to_json()),
-            ("report.csv", self.report.to_csv()),
-            ("left-out.csv", self.report.left_out_to_csv()),
-            ("decisions.csv", self.report.decisions_to_csv()),
-            ("time.svg", plot(&self.report, Axis::Wall, Measure::RelativeMse)),
-            ("samples.svg", plot(&self.report, Axis::Samples, Measure::RelativeMse)),
-            ("rays.svg", plot(&self.report, Axis::Rays, Measure::RelativeMse)),
-            ("smape.svg", plot(&self.report, Axis::Wall, Measure::Smape)),
+            ("report.json", report.to_json()),
+            ("report.csv", report.to_csv()),
+            ("left-out.csv", report.left_out_to_csv()),
+            ("decisions.csv", report.decisions_to_csv()),
         ];
-        for (name, text) in files {
+        let plots =
+            PLOTS.map(|(name, axis, measure)| (name, plot(report, axis, measure).into_string()));
+        for (name, text) in texts.into_iter().chain(plots) {
             let path = directory.join(name);
             std::fs::write(&path, text).map_err(file_error(&path))?;
         }

@@ -2,6 +2,7 @@
 
 use crate::film::Image;
 use crate::math::Rgb;
+use base64::prelude::{BASE64_STANDARD, Engine};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
@@ -75,42 +76,14 @@ pub(super) fn data_uri(image: &Image, exposure: f64) -> String {
         PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive);
     let bytes = image.to_srgb8(exposure);
     match encoder.write_image(&bytes, image.width(), image.height(), ExtendedColorType::Rgb8) {
-        Ok(()) => format!("data:image/png;base64,{}", base64(&png)),
+        Ok(()) => format!("data:image/png;base64,{}", BASE64_STANDARD.encode(&png)),
         Err(_) => String::new(),
     }
-}
-
-/// Base 64 (RFC 4648, section 4).
-fn base64(bytes: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for chunk in bytes.chunks(3) {
-        let word = chunk.iter().fold(0u32, |word, byte| word << 8 | u32::from(*byte))
-            << (8 * (3 - chunk.len()));
-        for digit in 0..4 {
-            let filled = digit <= chunk.len();
-            text.push(if filled {
-                char::from(DIGITS[(word >> (18 - 6 * digit)) as usize & 63])
-            } else {
-                '='
-            });
-        }
-    }
-    text
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn base64_of_the_rfc() {
-        for (text, code) in
-            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
-        {
-            assert_eq!(base64(text.as_bytes()), code);
-        }
-    }
 
     #[test]
     fn error_colours_are_ordered_in_black_and_white() {

@@ -2,10 +2,9 @@
 //!
 //! Curves differ by colour, dashes and markers, so that they can be told apart in black and white.
 
-use super::html::escape;
 use crate::report::result::{MethodReport, Report};
 use crate::report::stats::{Checkpoint, Interval};
-use std::fmt::Write;
+use maud::{Markup, html};
 
 /// What a plot has on its horizontal axis, for one run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -73,7 +72,7 @@ const DASHES: [&str; 4] = ["", "9 4", "3 3", "12 4 3 4"];
 /// relMSE against a cost.
 #[must_use]
 pub fn error_plot(report: &Report, axis: Axis) -> String {
-    plot(report, axis, Measure::RelativeMse)
+    plot(report, axis, Measure::RelativeMse).into_string()
 }
 
 /// Logarithmic scales of both axes.
@@ -95,6 +94,12 @@ impl Scales {
             - (value.ln() - self.y[0].ln()) / (self.y[1].ln() - self.y[0].ln())
                 * (AREA[3] - AREA[1])
     }
+
+    /// Points of a polygon.
+    fn corners(&self, points: impl Iterator<Item = (f64, f64)>) -> String {
+        let corner = |(x, y)| format!("{:.1},{:.1}", self.x(x), self.y(y));
+        points.map(corner).collect::<Vec<_>>().join(" ")
+    }
 }
 
 /// (cost, error) of the checkpoints up to where the reference limits them.
@@ -106,11 +111,18 @@ fn curve(method: &MethodReport, axis: Axis, measure: Measure, pixels: f64) -> Ve
         .collect()
 }
 
-pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> String {
+/// The plots of a study and the names of their files.
+pub(super) const PLOTS: [(&str, Axis, Measure); 4] = [
+    ("time.svg", Axis::Wall, Measure::RelativeMse),
+    ("samples.svg", Axis::Samples, Measure::RelativeMse),
+    ("rays.svg", Axis::Rays, Measure::RelativeMse),
+    ("smape.svg", Axis::Wall, Measure::Smape),
+];
+
+pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> Markup {
     let pixels = f64::from(report.scene.width) * f64::from(report.scene.height);
-    let curves: Vec<_> =
-        report.methods.iter().map(|m| (m, curve(m, axis, measure, pixels))).collect();
-    let points = || curves.iter().flat_map(|(_, points)| points);
+    let curves: Vec<_> = report.methods.iter().map(|m| curve(m, axis, measure, pixels)).collect();
+    let points = || curves.iter().flatten();
     let range = |values: &mut dyn Iterator<Item = f64>, margin: f64| {
         let [low, high] = values
             .fold([f64::INFINITY, 0.0], |[low, high], v| [f64::min(low, v), f64::max(high, v)]);
@@ -128,82 +140,60 @@ pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> String {
         x: range(&mut points().map(|p| p.0), 1.25),
         y: range(&mut points().map(|p| p.1.value), 1.6),
     };
-    let mut svg = String::new();
     let labels: Vec<String> = report.methods.iter().map(label).collect();
     let height =
         AREA[3] + LEGEND[1] + LEGEND[0] * labels.len().div_ceil(legend_columns(&labels)) as f64;
     let title = format!("{} against {}", measure.label(), axis.label());
-    let _ = write!(
-        svg,
-        r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{title}" font-family="sans-serif" font-size="14"><rect width="{WIDTH}" height="{height}" fill="#fff"/>"##
-    );
-    grid(&mut svg, &scales);
-    for (index, (_, points)) in curves.iter().enumerate() {
-        band(&mut svg, &scales, points, COLOURS[index % COLOURS.len()]);
-    }
-    if floor > scales.y[0] && floor < scales.y[1] {
-        let (y, [left, _, right, _]) = (scales.y(floor), AREA);
-        let _ = write!(
-            svg,
-            r##"<line x1="{left}" x2="{right}" y1="{y:.1}" y2="{y:.1}" stroke="#333" stroke-dasharray="2 5"/><text x="{:.1}" y="{:.1}" fill="#333" font-size="12">the reference's own error (subtracted)</text>"##,
-            left + 6.0,
-            y - 5.0
-        );
-    }
-    for (index, (_, points)) in curves.iter().enumerate() {
-        line(&mut svg, &scales, points, index);
-    }
-    legend(&mut svg, &labels);
     let [left, top, right, bottom] = AREA;
-    let _ = write!(
-        svg,
-        r##"<rect x="{left}" y="{top}" width="{}" height="{}" fill="none" stroke="#333"/><text x="{}" y="{}" text-anchor="middle">{}</text><text transform="translate(18 {}) rotate(-90)" text-anchor="middle">{}</text></svg>"##,
-        right - left,
-        bottom - top,
-        0.5 * (left + right),
-        bottom + 38.0,
-        axis.label(),
-        0.5 * (top + bottom),
-        measure.label()
-    );
-    svg
+    let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
+    html! {
+        svg xmlns="http://www.w3.org/2000/svg" viewBox={ "0 0 " (WIDTH) " " (height) } role="img"
+            aria-label=(title) font-family="sans-serif" font-size="14" {
+            rect width=(WIDTH) height=(height) fill="#fff" {}
+            (grid(&scales))
+            @for (points, colour) in curves.iter().zip(COLOURS.iter().cycle()) {
+                (band(&scales, points, colour))
+            }
+            @if floor > scales.y[0] && floor < scales.y[1] {
+                line x1=(left) x2=(right) y1=(px(scales.y(floor))) y2=(px(scales.y(floor)))
+                    stroke="#333" stroke-dasharray="2 5" {}
+                text x=(left + 6.0) y=(px(scales.y(floor) - 5.0)) fill="#333" font-size="12" {
+                    "the reference's own error (subtracted)"
+                }
+            }
+            @for (index, points) in curves.iter().enumerate() { (line(&scales, points, index)) }
+            (legend(&labels))
+            rect x=(left) y=(top) width=(right - left) height=(bottom - top)
+                fill="none" stroke="#333" {}
+            text x=(middle[0]) y=(bottom + 38.0) text-anchor="middle" { (axis.label()) }
+            text transform={ "translate(18 " (middle[1]) ") rotate(-90)" } text-anchor="middle" {
+                (measure.label())
+            }
+        }
+    }
 }
 
-fn grid(svg: &mut String, scales: &Scales) {
+/// A coordinate to a tenth of a pixel.
+fn px(x: f64) -> String {
+    format!("{x:.1}")
+}
+
+fn grid(scales: &Scales) -> Markup {
     let [left, top, right, bottom] = AREA;
-    for [x, y] in
-        ticks(scales.x).map(|v| [Some(v), None]).chain(ticks(scales.y).map(|v| [None, Some(v)]))
-    {
-        let Some((value, labelled)) = x.or(y) else { continue };
-        let colour = if labelled { "#bbb" } else { "#e6e6e6" };
-        if x.is_some() {
-            let x = scales.x(value);
-            let _ = write!(
-                svg,
-                r##"<line x1="{x:.1}" x2="{x:.1}" y1="{top}" y2="{bottom}" stroke="{colour}"/>"##
-            );
-            if labelled {
-                let _ = write!(
-                    svg,
-                    r##"<text x="{x:.1}" y="{}" text-anchor="middle">{}</text>"##,
-                    bottom + 18.0,
-                    number(value)
-                );
+    let colour = |labelled| if labelled { "#bbb" } else { "#e6e6e6" };
+    html! {
+        @for (value, labelled) in ticks(scales.x) {
+            @let x = scales.x(value);
+            line x1=(px(x)) x2=(px(x)) y1=(top) y2=(bottom) stroke=(colour(labelled)) {}
+            @if labelled {
+                text x=(px(x)) y=(bottom + 18.0) text-anchor="middle" { (number(value)) }
             }
-        } else {
-            let y = scales.y(value);
-            let _ = write!(
-                svg,
-                r##"<line x1="{left}" x2="{right}" y1="{y:.1}" y2="{y:.1}" stroke="{colour}"/>"##
-            );
-            if labelled {
-                let _ = write!(
-                    svg,
-                    r##"<text x="{}" y="{:.1}" text-anchor="end">{}</text>"##,
-                    left - 6.0,
-                    y + 5.0,
-                    number(value)
-                );
+        }
+        @for (value, labelled) in ticks(scales.y) {
+            @let y = scales.y(value);
+            line x1=(left) x2=(right) y1=(px(y)) y2=(px(y)) stroke=(colour(labelled)) {}
+            @if labelled {
+                text x=(left - 6.0) y=(px(y + 5.0)) text-anchor="end" { (number(value)) }
             }
         }
     }
@@ -231,40 +221,29 @@ fn number(value: f64) -> String {
     }
 }
 
-fn band(svg: &mut String, scales: &Scales, points: &[(f64, Interval)], colour: &str) {
-    let limited: Vec<_> =
-        points.iter().filter(|(_, y)| y.low > 0.0 && y.high.is_finite()).collect();
-    if limited.len() < 2 {
-        return;
+fn band(scales: &Scales, points: &[(f64, Interval)], colour: &str) -> Markup {
+    let limited = || points.iter().filter(|(_, y)| y.low > 0.0 && y.high.is_finite());
+    let upper = limited().map(|(x, y)| (*x, y.high));
+    let lower = limited().rev().map(|(x, y)| (*x, y.low));
+    html! {
+        @if limited().count() > 1 {
+            polygon points=(scales.corners(upper.chain(lower))) fill=(colour) fill-opacity="0.18" {}
+        }
     }
-    let upper = limited.iter().map(|(x, y)| (x, y.high));
-    let lower = limited.iter().rev().map(|(x, y)| (x, y.low));
-    let corners: Vec<String> = upper
-        .chain(lower)
-        .map(|(x, y)| format!("{:.1},{:.1}", scales.x(*x), scales.y(y)))
-        .collect();
-    let _ = write!(
-        svg,
-        r##"<polygon points="{}" fill="{colour}" fill-opacity="0.18"/>"##,
-        corners.join(" ")
-    );
 }
 
-fn line(svg: &mut String, scales: &Scales, points: &[(f64, Interval)], index: usize) {
+fn line(scales: &Scales, points: &[(f64, Interval)], index: usize) -> Markup {
     let (colour, dash) = (COLOURS[index % COLOURS.len()], DASHES[index % DASHES.len()]);
-    let places: Vec<(f64, f64)> =
-        points.iter().map(|(x, y)| (scales.x(*x), scales.y(y.value))).collect();
-    let text: Vec<String> = places.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-    let _ = write!(
-        svg,
-        r##"<polyline points="{}" fill="none" stroke="{colour}" stroke-width="2" stroke-dasharray="{dash}"/>"##,
-        text.join(" ")
-    );
-    places.iter().for_each(|(x, y)| marker(svg, *x, *y, index));
+    let places = || points.iter().map(|(x, y)| (*x, y.value));
+    html! {
+        polyline points=(scales.corners(places())) fill="none" stroke=(colour) stroke-width="2"
+            stroke-dasharray=(dash) {}
+        @for (x, y) in places() { (marker(scales.x(x), scales.y(y), index)) }
+    }
 }
 
 /// Circle, square, triangle, diamond.
-fn marker(svg: &mut String, x: f64, y: f64, index: usize) {
+fn marker(x: f64, y: f64, index: usize) -> Markup {
     let colour = COLOURS[index % COLOURS.len()];
     let path = match index % 4 {
         0 => format!("M{:.1} {y:.1}a4 4 0 1 0 8 0a4 4 0 1 0 -8 0z", x - 4.0),
@@ -273,7 +252,7 @@ fn marker(svg: &mut String, x: f64, y: f64, index: usize) {
         _ => format!("M{x:.1} {:.1}l5 5l-5 5l-5 -5z", y - 5.0),
     };
     let fill = if (index / 4).is_multiple_of(2) { colour } else { "#fff" };
-    let _ = write!(svg, r##"<path d="{path}" fill="{fill}" stroke="{colour}"/>"##);
+    html! { path d=(path) fill=(fill) stroke=(colour) {} }
 }
 
 /// Two if all names are short.
@@ -281,25 +260,21 @@ fn legend_columns(labels: &[String]) -> usize {
     if labels.iter().all(|label| label.chars().count() <= 26) { 2 } else { 1 }
 }
 
-fn legend(svg: &mut String, labels: &[String]) {
+fn legend(labels: &[String]) -> Markup {
     let columns = legend_columns(labels);
-    for (index, label) in labels.iter().enumerate() {
+    let place = |index: usize| {
         let x = 10.0 + WIDTH / columns as f64 * (index % columns) as f64;
-        let y = AREA[3] + LEGEND[1] + LEGEND[0] * ((index / columns) as f64 + 0.5);
-        let (colour, dash) = (COLOURS[index % COLOURS.len()], DASHES[index % DASHES.len()]);
-        let _ = write!(
-            svg,
-            r##"<line x1="{x:.1}" x2="{:.1}" y1="{y:.1}" y2="{y:.1}" stroke="{colour}" stroke-width="2" stroke-dasharray="{dash}"/>"##,
-            x + 36.0
-        );
-        marker(svg, x + 18.0, y, index);
-        let _ = write!(
-            svg,
-            r##"<text x="{:.1}" y="{:.1}">{}</text>"##,
-            x + 44.0,
-            y + 5.0,
-            escape(label)
-        );
+        (x, AREA[3] + LEGEND[1] + LEGEND[0] * ((index / columns) as f64 + 0.5))
+    };
+    html! {
+        @for (index, label) in labels.iter().enumerate() {
+            @let (x, y) = place(index);
+            @let colour = COLOURS[index % COLOURS.len()];
+            line x1=(px(x)) x2=(px(x + 36.0)) y1=(px(y)) y2=(px(y)) stroke=(colour)
+                stroke-width="2" stroke-dasharray=(DASHES[index % DASHES.len()]) {}
+            (marker(x + 18.0, y, index))
+            text x=(px(x + 44.0)) y=(px(y + 5.0)) { (label) }
+        }
     }
 }
 
