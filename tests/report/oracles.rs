@@ -1,5 +1,5 @@
-//! Closed forms of analytic.json: variances, variance × rays, tails and slopes, measured as the
-//! report measures them.
+//! Closed forms: variances, variance × rays, tails and slopes, measured as the report measures
+//! them.
 
 use super::common::SphereCap;
 use super::{Synthetic, against, cornell_box, exactly};
@@ -134,7 +134,7 @@ impl<S: Scene + ?Sized> Integrator<S> for OptimalWeights {
     }
 }
 
-/// B06 and F12: variances of the estimators of light from a square, and variance × rays without
+/// Variances of the estimators of light from a square, and variance × rays without
 /// that of the camera.
 #[test]
 fn variances_on_the_square_light_are_the_exact_ones() {
@@ -212,7 +212,8 @@ fn down() -> PinholeCamera {
     PinholeCamera::new(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 50.0, UVec2::new(32, 32)).unwrap()
 }
 
-/// F01, F02 and F03, on a host's own scene.
+/// A sphere with an emitting cap, a host's own scene: uniform-area sampling, next event estimation,
+/// and both with hits in the balance and the power heuristic.
 #[test]
 fn variances_in_the_sphere_with_a_cap_are_the_exact_ones() {
     let (scene, camera) = (SphereCap::new(0.5, 0.1), down());
@@ -255,7 +256,7 @@ fn emission_only(survival: Survival, depth: Depth) -> PathTracer {
     PathTracer { mode: PathTracing::EmissionOnly, roulette, depth, ..PathTracer::default() }
 }
 
-/// F04: roulette with survival p in the furnace, V = ρ² (1 - p) / ((1 - ρ)² (p - ρ²)). With p = 0.3
+/// Roulette with survival p in the furnace, V = ρ² (1 - p) / ((1 - ρ)² (p - ρ²)). With p = 0.3
 /// that is 14, but the fourth moment is infinite, so no number of samples measures it; cut off
 /// after K events everything is finite: Σ r^k with r = ρ/p over k up to min(N, K), P(N ≥ k) = p^k.
 #[test]
@@ -290,7 +291,7 @@ fn roulette_in_the_furnace_has_the_exact_variance() {
     assert_unbiased(&report.methods[0]);
 }
 
-/// F05: with survival capped at 0.95 the weight grows by ρ/0.95 per event in the furnace, and so
+/// With survival capped at 0.95 the weight grows by ρ/0.95 per event in the furnace, and so
 /// the tail index is ln(1/0.95)/ln(ρ/0.95).
 #[test]
 fn a_cap_on_survival_is_recognised_as_heavy_tailed() {
@@ -353,7 +354,7 @@ fn a_cap_on_survival_is_recognised_as_heavy_tailed() {
     assert_unbiased(honest);
 }
 
-/// F06: the roulette formula with a constant c, as an integrator.
+/// The roulette formula with a constant c, as an integrator.
 #[test]
 fn roulette_with_a_constant_has_the_exact_variance() {
     let box_ = cornell_box(32);
@@ -381,7 +382,7 @@ fn roulette_with_a_constant_has_the_exact_variance() {
     }
 }
 
-/// F09: two unit squares at a right angle; the geometry term of uniform points has the tail index
+/// Two unit squares at a right angle; the geometry term of uniform points has the tail index
 /// 3/2, and errors fall as N^(-1/3).
 #[test]
 fn the_corner_is_recognised_as_heavy_tailed() {
