@@ -133,7 +133,8 @@ fn verdicts(report: &Report) {
     for pair in report.pairs.iter().filter(|pair| !pair.agrees()) {
         let [mean, worst, all] = pair.verdicts().map(|ok| if ok { "" } else { " (!)" });
         println!(
-            "\n{} and {}: means t = {:+.2}{mean}; worst block t = {:+.2} (p {:.1e}, limit {:.1e}){worst} at {}: {:.4} and {:.4}; mean t² {:.2} ± {:.2}{all}",
+            "\n{} and {}: means t = {:+.2}{mean}; worst block t = {:+.2} (p {:.1e}, limit \
+             {:.1e}){worst} at {}: {:.4} and {:.4}; mean t² {:.2} ± {:.2}{all}",
             pair.names[0],
             pair.names[1],
             pair.mean.t,
@@ -152,7 +153,8 @@ fn verdicts(report: &Report) {
 /// The key figures of a scene as a table in Markdown, with the marks that the page has.
 pub fn markdown(report: &Report) -> String {
     let mut text = format!("## {}\n\n", report.scene.name);
-    text += "| integrator | samples | rays per sample | relMSE of a run | variance × time [s] | speed-up, time | speed-up, rays | slope | tail index |\n";
+    text += "| integrator | samples | rays per sample | relMSE of a run | variance × time [s] \
+             | speed-up, time | speed-up, rays | slope | tail index |\n";
     text += "|---|---|---|---|---|---|---|---|---|\n";
     let figure = |i: &Interval| {
         if i.low < i.high {

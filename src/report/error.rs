@@ -1,4 +1,4 @@
-//! Why there is no report.
+//! Errors of studies.
 
 use crate::film::OutputError;
 use crate::render::RenderError;
@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Why a study could not be made or written.
+/// A reason for which a study could not be made or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReportError {
@@ -15,7 +15,7 @@ pub enum ReportError {
     Render {
         /// The integrator's name.
         name: String,
-        /// What went wrong.
+        /// The cause.
         source: RenderError,
     },
     /// The plan has fewer than two seeds, which say nothing about the error.
@@ -45,9 +45,9 @@ pub enum ReportError {
     /// A file could not be written or read.
     #[error("{}: {source}", path.display())]
     File {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What went wrong.
+        /// The cause.
         source: io::Error,
     },
 }

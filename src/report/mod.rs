@@ -16,10 +16,12 @@
 //!     Contestant::new("bidirectional", &both_ends, true),
 //! ];
 //! let quiet = &mut |_: &pathspace::report::Step<'_>| ControlFlow::Continue(());
-//! let plan = ReferencePlan { budget: Budget::Samples(64), runs: 4, settings: Settings::default() };
+//! let (budget, settings) = (Budget::Samples(64), Settings::default());
+//! let plan = ReferencePlan { budget, runs: 4, settings };
 //! let halves = [&contestants[0], &contestants[1]];
 //! let reference = Reference::render(&scene.world, &*scene.camera, halves, &plan, quiet)?;
-//! let info = SceneInfo { name: scene.name.to_owned(), max_bounces: Some(3), ..SceneInfo::default() };
+//! let name = scene.name.to_owned();
+//! let info = SceneInfo { name, max_bounces: Some(3), ..SceneInfo::default() };
 //! let plan = Plan { budget: Budget::Samples(16), ..Plan::default() };
 //! let study = study(&scene.world, &*scene.camera, &info, &contestants, reference, &plan, quiet)?;
 //! assert_eq!(study.report.methods[1].name, "bidirectional");

@@ -24,7 +24,7 @@ impl Report {
         )
     }
 
-    /// What was left out and why, as CSV: one line per integrator and omission.
+    /// Omissions and their reasons as CSV: one line per integrator and omission.
     #[must_use]
     pub fn left_out_to_csv(&self) -> String {
         let measured = self.methods.iter().map(|m| (&m.name, &m.left_out));

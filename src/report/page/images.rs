@@ -165,7 +165,7 @@ fn strip(figures: &[Markup]) -> Markup {
     }
 }
 
-/// What the colours of the error maps mean.
+/// The key to the colours of the error maps.
 fn scale() -> Markup {
     let colours = Image::from_fn(256, 1, |x, _| {
         error_colour((2.0 * (f64::from(x) + 0.5) / 256.0 - 1.0) * ERROR_SCALE)

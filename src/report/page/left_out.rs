@@ -1,4 +1,4 @@
-//! What is left out, and what adapts itself decided.
+//! The section on omissions, and on the decisions of integrators that adapt themselves.
 
 use super::table::{number, percent, row, table};
 use crate::report::result::{DecisionReport, MethodReport, Omission, Report, TechniqueDecision};
@@ -52,7 +52,7 @@ fn omissions(left_out: &[Omission]) -> Markup {
     }
 }
 
-/// What each run decided, and the shares of the techniques.
+/// The decision of each run, and the shares of the techniques.
 fn decisions(decisions: &[DecisionReport]) -> Markup {
     if decisions.iter().all(|decision| decision.pilot_samples == 0) {
         return html! {

@@ -119,7 +119,7 @@ fn footnotes() -> Markup {
     }
 }
 
-/// What each integrator sees, where its light goes, and whether they agree.
+/// The sections on paths seen, energy and agreement.
 fn what_is_seen(report: &Report) -> Markup {
     html! {
         h2 { "What each integrator sees" }

@@ -6,7 +6,7 @@ use crate::report::result::{MethodReport, Report};
 use crate::report::stats::{Checkpoint, Interval};
 use maud::{Markup, html};
 
-/// What a plot has on its horizontal axis, for one run.
+/// The horizontal axis of a plot: a cost of one run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Axis {
     /// Wall-clock seconds.
@@ -35,7 +35,7 @@ impl Axis {
     }
 }
 
-/// Which error is plotted.
+/// The error that is plotted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Measure {
     RelativeMse,

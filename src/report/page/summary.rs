@@ -122,7 +122,7 @@ fn count(n: u64) -> Markup {
     html! { @if n == 0 { "0" } @else { span.bad { (n) } } }
 }
 
-/// What each integrator sees, by number of scattering events, and what it runs.
+/// Energy by number of scattering events, and the techniques of each integrator.
 pub(super) fn claims(report: &Report) -> Markup {
     let lengths = report.methods.iter().map(|m| m.energy_by_bounces.len()).max().unwrap_or(0);
     let seen = (0..lengths).map(|bounces| {
@@ -145,7 +145,7 @@ pub(super) fn claims(report: &Report) -> Markup {
     table("scattering events", names(report), seen.chain(claims))
 }
 
-/// Where the flux of the light walks went.
+/// The ends of the flux of the light walks.
 pub(super) fn ledger(report: &Report) -> Markup {
     let walkers = || report.methods.iter().filter(|m| m.ledger.emitted > 0.0);
     if walkers().next().is_none() {

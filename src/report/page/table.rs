@@ -40,7 +40,8 @@ pub(super) fn number(x: f64) -> String {
     }
 }
 
-/// With a minus sign in the exponent, at which a line is not broken.
+/// A number in scientific notation, with a minus sign in the exponent, at which a line is not
+/// broken.
 pub(super) fn scientific(x: f64, digits: usize) -> String {
     format!("{x:.digits$e}").replace("e-", "e−")
 }

@@ -1,4 +1,4 @@
-//! What integrators left out, and what those decided that adapt themselves.
+//! Omissions of integrators, and the decisions of those that adapt themselves.
 
 use crate::integrator::{Decision, TechniqueRecord};
 use crate::path::LeftOut;
@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 /// Something that the scene rules out for an integrator.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Omission {
-    /// What.
+    /// The technique or path length.
     pub what: String,
-    /// Why.
+    /// The reason.
     pub why: String,
 }
 
@@ -18,11 +18,11 @@ pub struct Omission {
 pub struct WithoutTechnique {
     /// Its name.
     pub name: String,
-    /// What it would have run.
+    /// All that it would have run.
     pub left_out: Vec<Omission>,
 }
 
-/// What an integrator that adapts itself decided before a run: [`Decision`].
+/// The decision of an integrator that adapts itself, before a run: [`Decision`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DecisionReport {
     /// The techniques that it ran.
@@ -61,7 +61,7 @@ pub struct TechniqueDecision {
     pub variance: f64,
     /// Share of the cost: of its connections, without the walks, which techniques share.
     pub cost: f64,
-    /// Whether it was run.
+    /// True if it was run.
     pub kept: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What was found of one integrator.
+//! The findings on one integrator.
 
 use super::left_out::{DecisionReport, Omission};
 use crate::report::stats::{
@@ -21,24 +21,24 @@ pub struct LedgerReport {
     pub rejected: f64,
 }
 
-/// What one integrator did.
+/// The findings on one integrator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodReport {
     /// Its name.
     pub name: String,
     /// The techniques that it ran; if it adapts itself, in the discarded run.
     pub techniques: String,
-    /// What the scene rules out, with reasons.
+    /// Omissions: what the scene rules out, with reasons.
     pub left_out: Vec<Omission>,
-    /// What it decided in each run, in the order of seeds; empty if it does not adapt itself.
+    /// The decision before each run, in the order of seeds; empty if it does not adapt itself.
     pub decisions: Vec<DecisionReport>,
-    /// Whether it claims to draw every path of the scene.
+    /// True if it claims to draw every path of the scene.
     pub complete: bool,
     /// Runs that were finished.
     pub runs: u32,
     /// Samples per pixel of each run.
     pub samples_per_pixel: u32,
-    /// What all runs together took.
+    /// Cost of all runs together.
     pub total: Cost,
     /// Rays per sample.
     pub rays_per_sample: f64,
@@ -55,7 +55,7 @@ pub struct MethodReport {
     /// Standard error of `mean`.
     #[serde(with = "crate::report::stats::number")]
     pub mean_standard_error: f64,
-    /// Whether the mean is right.
+    /// Tests of the mean.
     pub bias: Bias,
     /// Variance of one sample per pixel, mean over pixels and channels.
     pub variance_per_sample: Interval,
@@ -68,17 +68,17 @@ pub struct MethodReport {
     /// Over the baseline; `None` for integrators that do not see everything and for infinite
     /// variance.
     pub speed_up: Option<SpeedUp>,
-    /// When the target relMSE is reached; `None` for integrators that do not see everything, and if
-    /// the variance is infinite and not all runs reached it.
+    /// Time until the target relMSE is reached; `None` for integrators that do not see everything,
+    /// and if the variance is infinite and not all runs reached it.
     pub time_to_target: Option<TimeToTarget>,
-    /// How the error falls: MSE, or MedSE if the variance is infinite.
+    /// Slope of the error, which is MSE, or MedSE if the variance is infinite.
     pub slope: Option<Slope>,
     /// Tail of the contributions.
     pub tail: Option<Tail>,
-    /// Whether the tail says that the variance is infinite. Then MSE, variance and all that is made
+    /// True if the tail says that the variance is infinite. Then MSE, variance and all that is made
     /// of them do not settle, and SMAPE, MedSE and median of means are the numbers to read.
     pub infinite_variance: bool,
-    /// Whether rare, bright contributions make up so much of the relative variance that the runs do
+    /// True if rare, bright contributions make up so much of the relative variance that the runs do
     /// not know it to 5 %: blocks of pixels that are too dark are then no evidence.
     pub long_tails: bool,
     /// Contributions that were infinite or not a number.

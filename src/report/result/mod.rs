@@ -1,5 +1,5 @@
-//! What a study found, as plain data: serialised to JSON as it stands. docs/report.md describes the
-//! fields.
+//! The findings of a study as plain data, serialised to JSON as they stand. docs/report.md
+//! describes the fields.
 
 mod left_out;
 mod method;

@@ -19,7 +19,7 @@ pub struct Pyramid {
 /// One technique.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// Which one.
+    /// Its (s, t).
     pub technique: Technique,
     /// Its contributions as if it were alone.
     pub unweighted: Image,

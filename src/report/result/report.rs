@@ -16,11 +16,11 @@ pub struct Report {
     pub schema: u32,
     /// Version of the crate.
     pub version: String,
-    /// What was rendered.
+    /// The scene.
     pub scene: SceneInfo,
-    /// How it was measured.
+    /// Settings, machine and command of the study.
     pub setup: Setup,
-    /// What it was compared with.
+    /// The reference.
     pub reference: ReferenceInfo,
     /// One entry per integrator, in the order given.
     pub methods: Vec<MethodReport>,
@@ -30,11 +30,11 @@ pub struct Report {
     pub pyramid: Option<PyramidReport>,
     /// Integrators that have no technique for the scene and were left out.
     pub left_out: Vec<WithoutTechnique>,
-    /// Whether the study was stopped before its end.
+    /// True if the study was stopped before its end.
     pub stopped: bool,
 }
 
-/// What was rendered.
+/// The scene and its film.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SceneInfo {
     /// Its name.
@@ -49,7 +49,7 @@ pub struct SceneInfo {
     pub max_bounces: Option<u32>,
 }
 
-/// How it was measured.
+/// Settings, machine and command of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Setup {
     /// The command that makes this report again, if there is one.
@@ -68,7 +68,7 @@ pub struct Setup {
     pub threads: Option<usize>,
     /// relMSE of a run whose time is asked for.
     pub target: f64,
-    /// Whether runs are only as long as it takes to the target.
+    /// True if runs are only as long as it takes to the target.
     pub until_target: bool,
     /// The integrator that speed-ups are relative to; `None` if no complete one has a finite
     /// variance.
@@ -79,16 +79,16 @@ pub struct Setup {
     pub processors: usize,
     /// Load averages over 1, 5 and 15 minutes when the study began, if the system tells.
     pub load: Option<String>,
-    /// Whether debug assertions were compiled in, which makes times meaningless.
+    /// True if debug assertions were compiled in, which makes times meaningless.
     pub debug_build: bool,
 }
 
-/// What it was compared with.
+/// The reference and its own error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceInfo {
-    /// Where it comes from.
+    /// Its source.
     pub origin: String,
-    /// Whether it is taken as exact.
+    /// True if it is taken as exact.
     pub exact: bool,
     /// Mean luminance.
     pub mean: f64,

@@ -1,18 +1,18 @@
-//! What to know before reading the numbers, in sentences.
+//! Verdicts: findings and limits of the numbers, in sentences.
 
 use super::method::MethodReport;
 use super::report::Report;
 use crate::report::stats::{Pair, REFERENCE_SHARE};
 
 impl Report {
-    /// Whether no test found a disagreement, a bias or a contribution that is not finite.
+    /// True if no test found a disagreement, a bias or a contribution that is not finite.
     #[must_use]
     pub fn is_clean(&self) -> bool {
         self.pairs.iter().all(Pair::agrees)
             && self.methods.iter().all(|m| !m.bias.flagged && m.non_finite_contributions == 0)
     }
 
-    /// What the tests found, and what limits the numbers; a sentence or two each.
+    /// The findings of the tests, and the limits of the numbers; a sentence or two each.
     #[must_use]
     pub fn verdicts(&self) -> Vec<String> {
         let mut verdicts = Vec::new();
@@ -32,7 +32,8 @@ impl Report {
         let (own, target) = (self.reference.own_relative_mse, self.setup.target);
         if self.setup.until_target && own > REFERENCE_SHARE * target {
             verdicts.push(format!(
-                "The reference's own relMSE of {own:.2e} is more than {} % of the target {target}: when the target is reached is known no better than that.",
+                "The reference's own relMSE of {own:.2e} is more than {} % of the target \
+                 {target}: when the target is reached is known no better than that.",
                 100.0 * REFERENCE_SHARE
             ));
         }
@@ -95,7 +96,8 @@ impl Report {
         }
         if method.infinite_variance {
             verdicts.push(format!(
-                "Heavy tail: the variance of {name} is infinite as far as its samples show. Its MSE and variance do not settle; read SMAPE, MedSE and median of means."
+                "Heavy tail: the variance of {name} is infinite as far as its samples \
+                 show. Its MSE and variance do not settle; read SMAPE, MedSE and median of means."
             ));
         }
         if !method.complete {
@@ -107,7 +109,8 @@ impl Report {
             let reached = errors.iter().filter(|e| e.relative_mse <= self.setup.target).count();
             if reached < errors.len() {
                 verdicts.push(format!(
-                    "Target: relMSE {} is reached by {reached} of {} runs of {name}, with {} samples per pixel.",
+                    "Target: relMSE {} is reached by {reached} of {} runs of {name}, \
+                     with {} samples per pixel.",
                     self.setup.target, method.runs, method.samples_per_pixel
                 ));
             }

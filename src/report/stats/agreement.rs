@@ -1,4 +1,4 @@
-//! Whether integrators agree: tests of the difference of two images whose standard errors are known
+//! Agreement of integrators: tests of the difference of two images whose standard errors are known
 //! from batches.
 //!
 //! Three tests per pair, each at the same small significance. The means of the images differ by
@@ -87,14 +87,15 @@ pub struct Pair {
     /// together.
     #[serde(with = "super::number")]
     pub mean_square_error: f64,
-    /// Which of the two has long tails.
+    /// Long tails of the first and of the second.
     pub long_tails: [bool; 2],
-    /// Whether the image that is darker on average is so noisy that this says nothing.
+    /// True if the image that is darker on average is so noisy that this says nothing.
     pub mean_is_open: bool,
 }
 
 impl Pair {
-    /// Whether the pair passes: test of the means, of the worst block, of all blocks together.
+    /// The outcomes of the three tests, true for passed: of the means, of the worst block, of all
+    /// blocks together.
     #[must_use]
     pub fn verdicts(&self) -> [bool; 3] {
         // Only an excess speaks against agreement; long-tailed noise makes t too small, not too
@@ -111,7 +112,7 @@ impl Pair {
         ]
     }
 
-    /// Whether the pair passes all three tests.
+    /// True if the pair passes all three tests.
     #[must_use]
     pub fn agrees(&self) -> bool {
         self.verdicts().iter().all(|ok| *ok)

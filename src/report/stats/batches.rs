@@ -112,7 +112,7 @@ impl BatchMean {
         Self { mean, variance: 0.0, freedom: f64::INFINITY }
     }
 
-    /// From (samples, value) of each batch; the variance of fewer than two is infinite.
+    /// The mean of (samples, value) of each batch; the variance of fewer than two is infinite.
     pub fn of(batches: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let total: f64 = batches.clone().map(|(n, _)| n).sum();
         let mean = if total > 0.0 {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// Probability that any integrator without bias is flagged.
 pub const BIAS_SIGNIFICANCE: f64 = 0.01;
 
-/// Whether the mean is right.
+/// Bias: the difference of an integrator's mean from the reference's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bias {
     /// Mean luminance minus that of the reference.
@@ -27,13 +27,13 @@ pub struct Bias {
     pub relative_standard_error: f64,
     /// Its two-sided p-value.
     pub relative_p_value: f64,
-    /// Whether one of the two is significant and the integrator claims to see every path.
+    /// True if one of the two is significant and the integrator claims to see every path.
     pub flagged: bool,
 }
 
 impl Bias {
-    /// Two tests of the luminance of batches: of sums over blocks with the first weights (the mean),
-    /// and with the second (the relative bias). Flagged is what has a p-value below `limit`.
+    /// Two tests of the luminance of batches: of sums over blocks with the first weights (the
+    /// mean), and with the second (the relative bias). Flagged is what has a p-value below `limit`.
     pub(in crate::report) fn test(
         m: &Measured,
         reference: &Reference,
@@ -54,8 +54,8 @@ impl Bias {
             };
             (difference, p)
         });
-        // Whoever missed rare, bright contributions is too dark and believes too small an error; so may
-        // a rendered reference.
+        // Whoever missed rare, bright contributions is too dark and believes too small an error; so
+        // may a rendered reference.
         let no_mean = m.has_open_mean();
         let heavy = no_mean || m.has_long_tails() || m.has_infinite_variance();
         let is_off = |bias: f64, p: f64, noisy: bool| {

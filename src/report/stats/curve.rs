@@ -18,9 +18,9 @@ const OCTAVES: u32 = 3;
 pub struct Checkpoint {
     /// Samples per pixel.
     pub samples: u32,
-    /// What it took.
+    /// Cost, mean over the runs.
     pub cost: Cost,
-    /// What each run took, in the order of seeds.
+    /// Cost of each run, in the order of seeds.
     pub costs: Vec<Cost>,
     /// Errors of each run, in the order of seeds: the same to the bit whenever the seeds are.
     pub runs: Vec<Errors>,
@@ -42,7 +42,7 @@ pub struct Checkpoint {
     /// reference, both their variances subtracted.
     #[serde(with = "super::number")]
     pub squared_bias: f64,
-    /// Whether the reference's own variance is too large a part of the error; curves stop here.
+    /// True if the reference's own variance is too large a part of the error; curves stop here.
     pub reference_limited: bool,
 }
 
@@ -51,9 +51,9 @@ pub struct Checkpoint {
 pub struct Slope {
     /// Of which measure.
     pub measure: String,
-    /// From this number of samples per pixel.
+    /// Samples per pixel of the first checkpoint in the fit.
     pub from: u32,
-    /// To this one.
+    /// Samples per pixel of the last one.
     pub to: u32,
     /// The slope against the number of samples.
     pub value: Interval,
@@ -62,15 +62,15 @@ pub struct Slope {
     pub standard_error: f64,
 }
 
-/// When a target error is reached, in seconds of wall-clock time for one run: from then on no
-/// checkpoint of the run is above it.
+/// Wall-clock time of one run until a target error is reached: from then on no checkpoint of the
+/// run is above it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeToTarget {
     /// The time.
     pub seconds: Interval,
     /// Runs that reached it.
     pub reached: u32,
-    /// Whether other runs ended before, and their time is extrapolated with an error that falls as
+    /// True if other runs ended before, and their time is extrapolated with an error that falls as
     /// 1/t.
     pub extrapolated: bool,
 }

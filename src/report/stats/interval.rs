@@ -55,7 +55,7 @@ impl Interval {
         Some(Self { value: log.value.exp(), low: log.low.exp(), high: log.high.exp() })
     }
 
-    /// Whether a value is inside.
+    /// True if a value is inside.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         self.low <= value && value <= self.high

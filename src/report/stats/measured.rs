@@ -1,4 +1,4 @@
-//! What the runs of one integrator gave, and how efficient that makes it.
+//! The finished runs of one integrator: images, costs, errors, and its efficiency.
 
 use super::batches::Batch;
 use super::interval::Interval;
@@ -11,13 +11,13 @@ use crate::math::statistics::Estimate;
 use serde::{Deserialize, Serialize};
 use std::ops::AddAssign;
 
-/// With a mean squared error that is known no better than this, the noise of an image is dominated
-/// by a handful of contributions.
+/// The relative standard error of the mean squared error above which the noise of an image is
+/// dominated by a handful of contributions.
 const LARGEST_RELATIVE_ERROR: f64 = 0.2;
 /// Tails are long if the relative mean squared error is known no better than this.
 const LONG_TAILS: f64 = 0.05;
 
-/// What was done up to a checkpoint, mean over the runs.
+/// Time and work of a rendering up to a checkpoint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Wall-clock seconds.
@@ -53,7 +53,7 @@ pub struct SpeedUp {
 /// The finished runs of one integrator.
 pub(in crate::report) struct Measured {
     pub name: String,
-    /// Whether it claims to draw every path.
+    /// True if it claims to draw every path.
     pub complete: bool,
     /// Samples per pixel of each run.
     pub samples: u32,
@@ -64,7 +64,7 @@ pub(in crate::report) struct Measured {
     pub tail: Option<Tail>,
 }
 
-/// What all runs have at one checkpoint.
+/// All runs at one checkpoint.
 pub(in crate::report) struct Mark {
     pub samples: u32,
     pub costs: Vec<Cost>,
@@ -178,20 +178,20 @@ impl Measured {
         if runs.mean() > 0.0 { runs.standard_error() / runs.mean() } else { 0.0 }
     }
 
-    /// Whether not even its mean squared error is known, so that a mean that is too dark says
+    /// True if not even its mean squared error is known, so that a mean that is too dark says
     /// nothing.
     pub fn has_open_mean(&self) -> bool {
         self.uncertainty(|e| e.mse) > LARGEST_RELATIVE_ERROR
     }
 
-    /// Whether rare, large contributions make up much of the relative variance, so that even all
+    /// True if rare, large contributions make up much of the relative variance, so that even all
     /// runs together do not know it well. Then whoever missed them in a block has too small a mean
     /// *and* too small a variance there, and no test can tell that from missing light.
     pub fn has_long_tails(&self) -> bool {
         self.uncertainty(|e| e.relative_mse) > LONG_TAILS
     }
 
-    /// Whether the tail says that the variance is infinite.
+    /// True if the tail says that the variance is infinite.
     pub fn has_infinite_variance(&self) -> bool {
         self.tail.is_some_and(|tail| tail.is_infinite_variance())
     }

@@ -3,10 +3,14 @@
 //! | measure | definition | falls as |
 //! |---|---|---|
 //! | MSE | `mean (I - R)²` | 1/N |
-//! | relMSE | `mean (I - R)² / (R² + ε)`, `ε = 0.01 · mean(R)²`: relative to the image, so that it does not depend on the exposure | 1/N |
+//! | relMSE | `mean (I - R)² / (R² + ε)` | 1/N |
 //! | MAPE | `mean \|I - R\| / (\|R\| + 0.01 · mean(R))` | 1/√N |
-//! | SMAPE | `mean \|I - R\| / (\|I\| + \|R\|)`, 0 where both are 0; at most 1 per value, so outliers cannot dominate it | 1/√N |
-//! | MedSE | median of `(I - R)²`: robust; for a tail index α < 2 it falls as `N^(2/α - 2)` | 1/N |
+//! | SMAPE | `mean \|I - R\| / (\|I\| + \|R\|)`, 0 where both are 0 | 1/√N |
+//! | MedSE | median of `(I - R)²` | 1/N |
+//!
+//! In relMSE `ε = 0.01 · mean(R)²` is relative to the image, so that exposure does not matter.
+//! SMAPE is at most 1 per value, so outliers cannot dominate it. MedSE is robust, too; for a tail
+//! index α < 2 it falls as `N^(2/α - 2)`.
 //!
 //! A pixel that is not finite is never skipped: it makes every mean infinite, and it is counted.
 

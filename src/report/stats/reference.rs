@@ -83,13 +83,13 @@ impl Reference {
         &self.variance
     }
 
-    /// Where it comes from and how good it is, for people.
+    /// Its source and its quality, for people.
     #[must_use]
     pub fn origin(&self) -> &str {
         &self.origin
     }
 
-    /// Whether it is taken as exact.
+    /// True if it is taken as exact.
     #[must_use]
     pub fn is_exact(&self) -> bool {
         self.halves.is_empty()

@@ -13,9 +13,9 @@ pub fn slope(points: &[[f64; 3]]) -> Option<f64> {
     (xx > 0.0 && slope.is_finite()).then_some(slope)
 }
 
-/// When a curve of (time, error) comes down to `target` to stay there: the crossing after which no
-/// point is above it, by interpolation in log-log. `Err` if its last point is above, with the time
-/// at which it would get there if it went on falling as 1/t.
+/// The time from which on a curve of (time, error) stays below `target`: the crossing after which
+/// no point is above it, by interpolation in log-log. `Err` if its last point is above, with the
+/// time at which it would get there if it went on falling as 1/t.
 #[must_use = "says when the error is reached"]
 pub fn time_to_error(curve: &[(f64, f64)], target: f64) -> Result<f64, Option<f64>> {
     let Some(above) = curve.iter().rposition(|(_, error)| error.is_nan() || *error > target) else {

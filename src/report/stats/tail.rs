@@ -1,10 +1,10 @@
-//! How heavy the tail of a distribution is, from its largest samples.
+//! The tail index of a distribution, from its largest samples.
 
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// How heavy a tail is: P(X > x) ~ x^(-index).
+/// The heaviness of a tail: P(X > x) ~ x^(-index).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tail {
     /// Hill's estimate; infinite if the largest values are all equal.
@@ -49,7 +49,7 @@ impl Tail {
         Some(Self { index: all, standard_error, count: largest.len() as u64, extreme_index })
     }
 
-    /// Whether the variance of a sum of such values is infinite, as far as the sample shows: the
+    /// True if the variance of a sum of such values is infinite, as far as the sample shows: the
     /// index says so, and so does that of the largest quarter within its standard error.
     #[must_use]
     pub fn is_infinite_variance(&self) -> bool {

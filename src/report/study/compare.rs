@@ -30,7 +30,8 @@ use std::ops::ControlFlow;
 /// if it stops, the report has the runs that were finished.
 ///
 /// # Errors
-/// If the plan has fewer than two seeds, two contestants have the same name, the reference has another size than the film, or a rendering fails.
+/// If the plan has fewer than two seeds or a target that is no positive number, two contestants
+/// have the same name, the reference has another size than the film, or a rendering fails.
 pub fn study<S: Scene + ?Sized>(
     scene: &S,
     camera: &dyn Camera,

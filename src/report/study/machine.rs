@@ -1,4 +1,4 @@
-//! How a study is set up, and on what machine.
+//! The set-up of a study, and the machine that it ran on.
 
 use super::plan::Plan;
 use crate::render::Budget;

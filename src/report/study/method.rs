@@ -1,4 +1,4 @@
-//! What can be compared: named integrators, and a look at their single contributions.
+//! Entries of a study: named integrators, and a look at their single contributions.
 
 use crate::endpoint::Camera;
 use crate::film::{Contribution, FilmRegion, FilmSample, Image, Sink};
@@ -17,7 +17,7 @@ pub struct Contestant<'a, S: Scene + ?Sized> {
     pub name: String,
     /// The integrator.
     pub method: &'a dyn Method<S>,
-    /// Whether it can draw every path of the scene. If not, its image is too dark somewhere and is
+    /// True if it can draw every path of the scene. If not, its image is too dark somewhere and is
     /// not tested for bias.
     pub complete: bool,
 }
@@ -38,8 +38,9 @@ impl<S: Scene + ?Sized> fmt::Debug for Contestant<'_, S> {
     }
 }
 
-/// What a study can measure: [`Render`], and a probe of single contributions. Every [`Integrator`]
-/// is one; a renderer that is none implements this with the default probe, which sees nothing.
+/// A renderer that a study can measure: [`Render`], and a probe of single contributions. Every
+/// [`Integrator`] is one; a renderer that is none implements this with the default probe, which
+/// sees nothing.
 pub trait Method<S: Scene + ?Sized>: Render<S> {
     /// Draws samples in the calling thread and looks at each contribution. The reference tells what
     /// is bright for a pixel: a lamp that is seen directly is no tail.
@@ -85,7 +86,7 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Method<S> for I {
     }
 }
 
-/// What the contributions look like.
+/// Statistics of single contributions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Probe {
     /// Samples per pixel.

@@ -1,9 +1,9 @@
-//! How to measure.
+//! Plans of studies and of references.
 
 use crate::integrator::Bidirectional;
 use crate::render::{Budget, Settings};
 
-/// How to measure.
+/// Budget, runs and settings of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// For each integrator, all its runs together: when they end, or end at the latest if
@@ -16,7 +16,7 @@ pub struct Plan {
     pub settings: Settings,
     /// relMSE of a run whose time is asked for. Default: 0.01.
     pub target: f64,
-    /// Whether runs are only as long as it takes to the target: the discarded run before them goes
+    /// True if runs are only as long as it takes to the target: the discarded run before them goes
     /// on until its error against the reference is below it, and the others get 1.25 times the
     /// samples that it took. Default: no.
     pub until_target: bool,
@@ -44,16 +44,16 @@ impl Default for Plan {
     }
 }
 
-/// How far a study is.
+/// The progress of a study.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step<'a> {
-    /// What is being done.
+    /// The integrator, or the work, that is under way.
     pub label: &'a str,
     /// Part of the work that is done, 0 to 1.
     pub fraction: f64,
 }
 
-/// How to render a reference.
+/// Budget, runs and settings of a rendered reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferencePlan {
     /// For both halves together.

@@ -94,7 +94,8 @@ impl Reference {
         let gap =
             BatchMean::of_sum(&first, &weights).plus(BatchMean::of_sum(&second, &weights), -1.0);
         let origin = format!(
-            "{} ({} samples per pixel, weight {p:.2}) and {} ({}); standard error {:.2e} per pixel and channel; the means of the halves differ by {:+.2} standard errors",
+            "{} ({} samples per pixel, weight {p:.2}) and {} ({}); standard error \
+             {:.2e} per pixel and channel; the means of the halves differ by {:+.2} standard errors",
             names[0],
             samples[0],
             names[1],

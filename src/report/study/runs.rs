@@ -25,7 +25,7 @@ const PROBE_PART: u32 = 16;
 /// too.
 const MARGIN: f64 = 1.25;
 
-/// What is measured, how, and against what.
+/// The object, plan and reference of a measurement.
 pub(super) struct Task<'a, S: Scene + ?Sized> {
     pub scene: &'a S,
     pub camera: &'a dyn Camera,

@@ -11,9 +11,9 @@ use crate::report::stats::{
     Slope, TimeToTarget, median_of_means,
 };
 
-/// What speed-ups are relative to: the one that the plan names, or the first, of those that see
-/// everything and have a finite variance. What is better than an infinite one is better without
-/// limit.
+/// The integrator that speed-ups are relative to: the one that the plan names, or the first, of
+/// those that see everything and have a finite variance. What is better than an infinite one is
+/// better without limit.
 pub(super) fn baseline<'a>(runs: &'a [Runs], plan: &Plan) -> Option<&'a Measured> {
     let named = |m: &&Measured| plan.baseline.as_ref().is_none_or(|name| *name == m.name);
     let measured = runs.iter().map(|run| &run.measured);

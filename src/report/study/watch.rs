@@ -1,4 +1,4 @@
-//! What is seen of a run on its way: checkpoints at powers of two and at the end, batches, images.
+//! The watch on a run: checkpoints at powers of two and at the end, batches, images.
 //! Looking does not count as time.
 
 use crate::film::Image;
