@@ -48,7 +48,11 @@ fn figure(layer: &Layer, gain: f64) -> Markup {
         figure {
             img src=(data_uri(&unweighted, exposure(&unweighted))) alt={ (name) " alone" };
             img src=(data_uri(&weighted, gain)) alt={ (name) " weighted" };
-            figcaption { (name) (format!(": energy {energy:.1} %, variance {variance:.1} %")) }
+            figcaption {
+                b { (name) }
+                br; (format!("energy {energy:.1} %"))
+                br; (format!("variance {variance:.1} %"))
+            }
         }
     }
 }
