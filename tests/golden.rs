@@ -22,7 +22,7 @@ const SIDE: u32 = 16;
 const PASSES: u32 = 4;
 const SAMPLERS: [SamplerKind; 3] =
     [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol];
-const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/golden.txt");
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/golden.txt");
 
 fn integrators(depth: Depth) -> Vec<(&'static str, Box<dyn Render<World>>)> {
     let path = PathTracer { depth, ..PathTracer::default() };
