@@ -12,18 +12,23 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::hint::black_box;
 
-fn models() -> Result<Vec<(&'static str, Model)>, BsdfError> {
+type Named = (&'static str, Box<dyn Bsdf>);
+
+fn models() -> Result<Vec<Named>, BsdfError> {
     let (eta, k) = (Rgb::new(0.2, 0.4, 1.4), Rgb::new(3.9, 2.5, 1.6));
     let lambert = Lambert::new(Rgb::splat(0.5))?;
     let rough = RoughConductor::new(Reflectance::conductor(eta, k)?, Ggx::isotropic(0.3)?);
     Ok(vec![
-        ("null", Null.into()),
-        ("lambert", lambert.into()),
-        ("conductor", Conductor::new(eta, k)?.into()),
-        ("dielectric", Dielectric::new(1.5)?.into()),
-        ("rough_conductor", rough.into()),
-        ("rough_dielectric", RoughDielectric::new(1.5, Ggx::isotropic(0.3)?)?.into()),
-        ("mixture", Mixture::new([lambert.into(), rough.into()], [0.5, 0.5])?.into()),
+        ("null", Box::new(Null)),
+        ("lambert", Box::new(lambert)),
+        ("conductor", Box::new(Conductor::new(eta, k)?)),
+        ("dielectric", Box::new(Dielectric::new(1.5)?)),
+        ("rough_conductor", Box::new(rough)),
+        ("rough_dielectric", Box::new(RoughDielectric::new(1.5, Ggx::isotropic(0.3)?)?)),
+        (
+            "mixture",
+            Box::new(Mixture::<Model, 2>::new([lambert.into(), rough.into()], [0.5, 0.5])?),
+        ),
     ])
 }
 

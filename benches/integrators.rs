@@ -3,10 +3,10 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec2, UVec2};
-use pathspace::endpoint::Camera;
-use pathspace::film::{BatchSample, BatchSink, Contribution, FilmSample};
+use pathspace::film::{Contribution, FilmSample, Sample};
+use pathspace::gallery::{self, GalleryScene};
 use pathspace::integrator::{
-    Bidirectional, Depth, Integrator, LightTracer, PathTracer, UniformArea,
+    Bidirectional, Caller, Depth, Integrator, LightTracer, PathTracer, Run, Stage, UniformArea,
 };
 use pathspace::math::Rgb;
 use pathspace::path::{
@@ -14,7 +14,6 @@ use pathspace::path::{
 };
 use pathspace::sampler::{Independent, SampleSource, Sampler};
 use pathspace::scene::World;
-use pathspace::scene::gallery::{self, GalleryScene};
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -24,29 +23,22 @@ const MAX_BOUNCES: u32 = 7;
 /// As the driver does.
 const BATCH: u32 = 128;
 
-#[derive(Default)]
-struct Sum(Rgb);
-
-impl BatchSink for Sum {
-    fn add(&mut self, _sample: usize, contribution: &Contribution) {
-        self.0 += contribution.value * contribution.weight;
-    }
-}
-
 /// One sample per pixel, so many at a time.
 fn pass<I: Integrator<World>>(scene: &GalleryScene, integrator: &I, batch: u32) -> Counters {
     let (source, camera) = (Independent { seed: 1 }, &*scene.camera);
-    let (mut scratch, mut sum) = (Scratch::default(), Sum::default());
+    let run = integrator.start(Stage::new(&scene.world, camera), &Caller).expect("a run");
+    let (mut scratch, mut sum) = (Scratch::default(), Rgb::BLACK);
+    let mut add = |_: usize, found: &Contribution| sum += found.value * found.weight;
     for first in (0..SAMPLES).step_by(batch as usize) {
         let sample = |pixel: u32| {
             let mut sampler = source.sampler(pixel, 0);
             let raster = UVec2::new(pixel % SIDE, pixel / SIDE).as_dvec2() + sampler.next_2d();
-            BatchSample { film: FilmSample { raster, offset: DVec2::ZERO }, sampler }
+            Sample { film: FilmSample { raster, offset: DVec2::ZERO }, sampler }
         };
         let mut samples: Vec<_> = (first..first + batch).map(sample).collect();
-        integrator.sample_batch(&scene.world, camera, &mut samples, &mut sum, &mut scratch);
+        run.draw(&mut samples, &mut add, &mut Default::default(), &mut scratch);
     }
-    black_box(sum.0);
+    black_box(sum);
     scratch.counters
 }
 
@@ -91,7 +83,7 @@ fn weights(criterion: &mut Criterion) {
         let integrator =
             Bidirectional { depth, roulette: Roulette::NEVER, ..Bidirectional::default() };
         let (set, heuristic) = (integrator.techniques, integrator.heuristic);
-        let measure = |path: &Path<'_, '_, World, dyn Camera + Send>,
+        let measure = |path: &Path<'_, '_, World>,
                        record: &PathRecord,
                        group: &mut criterion::BenchmarkGroup<'_, _>| {
             group.bench_function(format!("{vertices} vertices"), |b| {
@@ -108,10 +100,8 @@ fn weights(criterion: &mut Criterion) {
             let film =
                 FilmSample { raster: sampler.next_2d() * f64::from(SIDE), offset: DVec2::ZERO };
             integrator.for_each_path(
-                &scene.world,
-                &*scene.camera,
-                film,
-                &mut sampler,
+                Stage::new(&scene.world, &*scene.camera),
+                Sample { film, sampler: &mut sampler },
                 &mut scratch,
                 |path, _| {
                     if !found && usize::from(path.technique().t) == vertices / 2 + 1 {

@@ -16,10 +16,10 @@ use pathspace::bsdf::Bsdf;
 use pathspace::endpoint::{Light, LightId};
 use pathspace::film::{Contribution, Sink};
 use pathspace::geometry::SurfacePoint;
-use pathspace::integrator::{Bidirectional, Integrator, PathTracer};
+use pathspace::integrator::{Bidirectional, Caller, Integrator, PathTracer, Run, Stage, WithNeeds};
 use pathspace::math::Rgb;
 use pathspace::path::Scratch;
-use pathspace::scene::{Needs, Scene, WithNeeds};
+use pathspace::scene::{Needs, Scene};
 use std::hint::black_box;
 
 const SAMPLES: u32 = 20_000;
@@ -82,7 +82,7 @@ host!(Dynamic, 'a, &'a dyn Bsdf, &dyn Bsdf, |host| &host.1, Needs::ALL);
 struct Sum(Rgb);
 
 impl Sink for Sum {
-    fn add(&mut self, contribution: &Contribution) {
+    fn add(&mut self, _sample: usize, contribution: &Contribution) {
         self.0 += contribution.value * contribution.weight;
     }
 }
@@ -90,9 +90,10 @@ impl Sink for Sum {
 fn run<S: Scene, I: Integrator<S>>(scene: &S, integrator: &I) -> Rgb {
     let camera = DownCamera { half_width: 1.0 };
     let (mut sampler, mut scratch, mut sum) = (Random::new(1), Scratch::default(), Sum::default());
+    let run = integrator.start(Stage::new(scene, &camera), &Caller).expect("a run");
     for _ in 0..SAMPLES {
         let film = film_sample(&mut sampler);
-        integrator.sample(scene, &camera, film, &mut sampler, &mut sum, &mut scratch);
+        run.sample(film, &mut sampler, &mut sum, &mut scratch);
     }
     sum.0
 }
@@ -101,17 +102,16 @@ fn main() {
     let cap = || SphereCap::new(0.5, 0.1);
     let (constant, dynamic, plain) =
         (Constant(cap()), Dynamic(cap(), common::Lambertian(0.5)), cap());
-    let everything = WithNeeds::all(&plain);
     let (path, both) = (PathTracer::up_to(4), Bidirectional::up_to(4));
     if let Ok(host) = std::env::var("LEAVE_OUT_HOST") {
         let bidirectional =
             std::env::var("LEAVE_OUT_INTEGRATOR").is_ok_and(|name| name == "bidirectional");
         black_box(match (host.as_str(), bidirectional) {
             ("constant", false) => run(&constant, &path),
-            ("everything", false) => run(&everything, &path),
+            ("everything", false) => run(&plain, &WithNeeds::all(path)),
             (_, false) => run(&dynamic, &path),
             ("constant", true) => run(&constant, &both),
-            ("everything", true) => run(&everything, &both),
+            ("everything", true) => run(&plain, &WithNeeds::all(both)),
             (_, true) => run(&dynamic, &both),
         });
         return;
@@ -120,10 +120,14 @@ fn main() {
     let mut group = criterion.benchmark_group("host");
     group.throughput(Throughput::Elements(u64::from(SAMPLES))).sample_size(10);
     group.bench_function("path-tracing, constant needs", |b| b.iter(|| run(&constant, &path)));
-    group.bench_function("path-tracing, everything", |b| b.iter(|| run(&everything, &path)));
+    group.bench_function("path-tracing, everything", |b| {
+        b.iter(|| run(&plain, &WithNeeds::all(path)))
+    });
     group.bench_function("path-tracing, dyn BSDF, everything", |b| b.iter(|| run(&dynamic, &path)));
     group.bench_function("bidirectional, constant needs", |b| b.iter(|| run(&constant, &both)));
-    group.bench_function("bidirectional, everything", |b| b.iter(|| run(&everything, &both)));
+    group.bench_function("bidirectional, everything", |b| {
+        b.iter(|| run(&plain, &WithNeeds::all(both)))
+    });
     group
         .bench_function("bidirectional, dyn BSDF, everything", |b| b.iter(|| run(&dynamic, &both)));
     group.finish();

@@ -5,13 +5,13 @@ use criterion::{
     BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
 };
 use pathspace::endpoint::{Camera, PinholeCamera};
+use pathspace::gallery;
 use pathspace::geometry::Quad;
 use pathspace::glam::{DVec3, UVec2};
 use pathspace::integrator::{Bidirectional, LightTracer, PathTracer};
 use pathspace::math::Rgb;
 use pathspace::path::Roulette;
 use pathspace::render::{Budget, Render, Settings, unattended};
-use pathspace::scene::gallery;
 use pathspace::scene::{Emission, Material, SceneError, World, WorldBuilder};
 use std::time::Duration;
 

@@ -6,10 +6,10 @@ mod common;
 
 use clap::Parser;
 use common::{FileOptions, NamedScene, scene_list, scene_or_file};
-use pathspace::film::{FilmSample, Technique};
+use pathspace::film::{FilmSample, Sample, Technique};
 use pathspace::geometry::Place;
 use pathspace::glam::{DVec2, DVec3, UVec2};
-use pathspace::integrator::{Bidirectional, Depth};
+use pathspace::integrator::{Bidirectional, Depth, Stage};
 use pathspace::math::Rgb;
 use pathspace::path::{Heuristic, PathDensities, PathRecord, Scratch, TechniqueSet, Verification};
 use pathspace::sampler::{Independent, SampleSource, Sampler};
@@ -54,7 +54,7 @@ fn parse_technique(text: &str) -> Result<Technique, String> {
     if t == 0 {
         Err("t is at least 1: the lens is never hit by chance".to_owned())
     } else {
-        Ok(Technique { s, t })
+        Ok(Technique::new(s, t))
     }
 }
 
@@ -71,7 +71,7 @@ fn main() -> ExitCode {
 
 /// Whether the audit passes.
 fn run(options: &Options) -> Result<bool, Box<dyn std::error::Error>> {
-    if let Some(Technique { s, t }) = options.technique
+    if let Some(Technique { s, t, .. }) = options.technique
         && u32::from(s) + u32::from(t) != options.bounces + 2
     {
         return Err(format!(
@@ -92,7 +92,7 @@ fn run(options: &Options) -> Result<bool, Box<dyn std::error::Error>> {
     }
     let Some(found) = find(&scene, options) else {
         let technique =
-            options.technique.map_or("any technique".to_owned(), |Technique { s, t }| {
+            options.technique.map_or("any technique".to_owned(), |Technique { s, t, .. }| {
                 format!("technique ({s}, {t})")
             });
         return Err(format!(
@@ -102,7 +102,7 @@ fn run(options: &Options) -> Result<bool, Box<dyn std::error::Error>> {
         .into());
     };
     println!("{}: {}", scene.name, scene.description);
-    let Technique { s, t } = found.technique;
+    let Technique { s, t, .. } = found.technique;
     println!(
         "sample {} of seed {}: a path with {} bounces, drawn by technique (s, t) = ({s}, {t})",
         found.sample, options.seed, options.bounces
@@ -149,10 +149,8 @@ fn find(scene: &NamedScene, options: &Options) -> Option<Found> {
         let film = FilmSample { raster, offset: DVec2::ZERO };
         let mut found = None;
         integrator.for_each_path(
-            &scene.world,
-            camera,
-            film,
-            &mut sampler,
+            Stage::new(&scene.world, camera),
+            Sample { film, sampler: &mut sampler },
             &mut scratch,
             |path, contribution| {
                 let technique = contribution.technique;

@@ -1,5 +1,6 @@
 //! How to plug in your own renderer: a toy host with its own geometry, its own material and its own
-//! light, rendered by three of this crate's integrators.
+//! light, rendered by three of this crate's integrators. With `--scene world` the material is on a
+//! mesh of a ready-made [`World`], for those who bring nothing but a BSDF.
 //!
 //! A host implements [`Scene`] (and [`SurfaceArea`], if it wants uniform-area sampling), [`Bsdf`]
 //! for its materials and, if the ready-made lights do not suffice, [`Endpoint`] and [`Light`].
@@ -11,20 +12,22 @@
 
 mod common;
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use pathspace::bsdf::{Bsdf, BsdfSample, Lobes, Walk};
 use pathspace::endpoint::{
     AreaLight, DirectionSample, Endpoint, Light, LightId, PinholeCamera, PointSample,
 };
 use pathspace::film::{Image, ImageFile};
-use pathspace::geometry::{Frame, Place, Shape, Sphere, SurfacePoint};
-use pathspace::glam::{DVec2, DVec3, UVec2};
+use pathspace::geometry::{Disk, Frame, Place, Quad, Shape, Sphere, SurfacePoint};
+use pathspace::glam::{DAffine3, DVec2, DVec3, UVec2};
 use pathspace::integrator::{Bidirectional, LightTracer, PathTracer};
 use pathspace::math::statistics::Estimate;
 use pathspace::math::warp::square_to_cosine_hemisphere;
 use pathspace::math::{PerArea, PerProjected, Rgb};
 use pathspace::render::{Budget, Render, Settings, unattended};
-use pathspace::scene::{Needs, Scene, SurfaceArea};
+use pathspace::scene::{
+    Emission, Material, Mesh, Needs, Scene, SceneError, SurfaceArea, World, WorldBuilder,
+};
 use std::error::Error;
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use std::path::PathBuf;
@@ -290,11 +293,7 @@ impl Scene for ToyScene {
 
     /// Optional: integrators leave out what the scene does not need.
     fn needs(&self) -> Needs {
-        const ABSENT: Needs = Needs::DIRAC_LOBES
-            .union(Needs::TRANSMISSION)
-            .union(Needs::ENVIRONMENT)
-            .union(Needs::SMOOTH_NORMALS);
-        Needs::ALL.without(ABSENT).without(Needs::UNCONNECTIBLE_LIGHTS)
+        Needs::ALL.without(Needs::DIRAC_LOBES | Needs::ENVIRONMENT | Needs::UNCONNECTIBLE_LIGHTS)
     }
 }
 
@@ -323,11 +322,51 @@ impl SurfaceArea for ToyScene {
 }
 
 // ---------------------------------------------------------------------------------------------------------------------------
+// the host's material in a ready-made scene
+
+/// A retro-reflective ball, a mesh with smooth normals, on a grey floor under a lamp.
+fn world() -> Result<World, SceneError> {
+    let mut builder = WorldBuilder::new();
+    let floor = builder.add_material("floor", Material::Lambert { albedo: Rgb::splat(0.5) })?;
+    let black = builder.add_material("black", Material::Black)?;
+    // Any `Bsdf` will do. That it is diffuse and glossy, and no mirror, is what it says itself.
+    let sign = RetroReflector {
+        diffuse: Rgb::new(0.1, 0.25, 0.1),
+        retro: Rgb::new(0.3, 0.5, 0.3),
+        exponent: 8.0,
+    };
+    let sign = builder.add_material("sign", Material::custom(sign))?;
+
+    let mut ball = Mesh::icosphere(4);
+    ball.normals = Some(ball.positions.clone());
+    builder.add_mesh("ball", &ball, DAffine3::from_translation(DVec3::Y), sign)?;
+    let ground = Disk { center: DVec3::ZERO, normal: DVec3::Y, radius: 5.0 };
+    builder.add_disk("ground", ground, floor)?;
+    let lamp =
+        Quad { origin: DVec3::new(0.5, 3.5, 0.0), edge_u: DVec3::X * 1.5, edge_v: DVec3::Z * 1.5 };
+    let lamp = builder.add_quad("lamp", lamp, black)?;
+    builder.set_emission(lamp, Emission { radiance: Rgb::splat(9.0), two_sided: false })?;
+    builder.build()
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------
 // rendering
+
+/// Whose geometry it is.
+#[derive(Clone, Copy, ValueEnum)]
+enum Geometry {
+    /// The host's own
+    Host,
+    /// A ready-made world, with the host's material on a mesh
+    World,
+}
 
 /// Renders a toy host's scene with three integrators and tests that their images agree.
 #[derive(Parser)]
 struct Options {
+    /// The scene
+    #[arg(long, value_enum, default_value = "host")]
+    scene: Geometry,
     /// Image file: the three images side by side (.png, .hdr or .exr)
     #[arg(long, default_value = "target/custom_scene.png", value_parser = common::parse_image_path)]
     out: PathBuf,
@@ -349,7 +388,12 @@ struct Options {
 }
 
 fn main() -> ExitCode {
-    match run(&Options::parse()) {
+    let options = Options::parse();
+    let agree = match options.scene {
+        Geometry::Host => ToyScene::new().and_then(|scene| run(&scene, &options)),
+        Geometry::World => world().map_err(Into::into).and_then(|scene| run(&scene, &options)),
+    };
+    match agree {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
@@ -360,8 +404,7 @@ fn main() -> ExitCode {
 }
 
 /// Whether the integrators agree.
-fn run(options: &Options) -> Result<bool, Box<dyn Error>> {
-    let scene = ToyScene::new()?;
+fn run<S: Scene>(scene: &S, options: &Options) -> Result<bool, Box<dyn Error>> {
     let camera = PinholeCamera::new(
         DVec3::new(0.0, 3.0, 8.0),
         DVec3::new(0.0, 1.3, 0.0),
@@ -372,7 +415,7 @@ fn run(options: &Options) -> Result<bool, Box<dyn Error>> {
     let depth = options.max_bounces;
     let (path, light, both) =
         (PathTracer::up_to(depth), LightTracer::up_to(depth), Bidirectional::up_to(depth));
-    let integrators: [&dyn Render<ToyScene>; 3] = [&path, &light, &both];
+    let integrators: [&dyn Render<S>; 3] = [&path, &light, &both];
 
     let mut images = Vec::new();
     let mut means: Vec<(&str, Estimate)> = Vec::new();
@@ -385,7 +428,7 @@ fn run(options: &Options) -> Result<bool, Box<dyn Error>> {
             let seed = options.seed.wrapping_add((i as u64 * 1000 + batch) << 32);
             let settings =
                 Settings { budget: Budget::Samples(options.samples), seed, ..Settings::default() };
-            let rendering = integrator.render(&scene, &camera, &settings, &mut unattended)?;
+            let rendering = integrator.render(scene, &camera, &settings, &mut unattended)?;
             name = rendering.integrator;
             mean.push(rendering.image.mean().luminance());
             for (sum, pixel) in image.pixels_mut().iter_mut().zip(rendering.image.pixels()) {

@@ -177,8 +177,8 @@ fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene
     let seconds = rendering.wall.as_secs_f64();
     println!("scene       {}: {}", scene.name, scene.description);
     println!("integrator  {}: {}", rendering.integrator, rendering.techniques);
-    println!("left out    {}", rendering.left_out);
-    if let Some(decision) = &rendering.decision {
+    println!("left out    {}", rendering.notes.left_out);
+    if let Some(decision) = &rendering.notes.decision {
         println!("decision    {}", decision.to_string().replace('\n', "\n            "));
     }
     println!("samples     {} per pixel, {} in all", rendering.samples_per_pixel, counters.samples);

@@ -39,9 +39,11 @@
 //! | [`render`] | the driver: passes, budget, threads, progress |
 //! | [`integrator`] | one thin file for each integrator |
 //! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
+//! | [`gallery`] | the shipped scenes |
 //! | [`scene`] | the [`Scene`](scene::Scene) trait, which a host renderer implements, and the ready-made [`World`](scene::World) |
+//! | `tree` | the ray kernel, with the proofs that it misses nothing |
 //! | [`endpoint`] | lights and cameras |
-//! | [`texture`] | colours that vary over a surface |
+//! | [`material`] | what a surface is told about how it scatters; colours that vary over it |
 //! | [`bsdf`] | scattering models |
 //! | [`film`] | contributions, filters, images |
 //! | [`sampler`] | random numbers and quasi-random ones |
@@ -54,10 +56,12 @@
 pub mod bsdf;
 pub mod endpoint;
 pub mod film;
+pub mod gallery;
 pub mod geometry;
 #[cfg(feature = "import")]
 pub mod import;
 pub mod integrator;
+pub mod material;
 pub mod math;
 pub mod path;
 pub mod render;
@@ -65,7 +69,7 @@ pub mod render;
 pub mod report;
 pub mod sampler;
 pub mod scene;
-pub mod texture;
+mod tree;
 
 pub use glam;
 

@@ -9,6 +9,8 @@ mod cameras;
 #[path = "common/compare.rs"]
 #[allow(dead_code, reason = "shared by several test programs")]
 mod compare;
+#[path = "agreement/custom.rs"]
+mod custom;
 #[path = "agreement/lights.rs"]
 mod lights;
 #[path = "agreement/materials.rs"]

@@ -7,13 +7,16 @@ mod worlds;
 use common::Random;
 use pathspace::endpoint::Camera;
 use pathspace::film::{Contribution, Sink};
+use pathspace::gallery;
 use pathspace::glam::UVec2;
-use pathspace::integrator::{Bidirectional, Integrator, LightTracer, PathTracer, UniformArea};
+use pathspace::integrator::{
+    Bidirectional, Caller, Integrator, LightTracer, PathTracer, Run, Stage, UniformArea,
+};
 use pathspace::math::Rgb;
 use pathspace::path::Scratch;
 use pathspace::render::{Budget, Settings, render, unattended};
 use pathspace::sampler::{SampleSource, Sampler, SamplerKind};
-use pathspace::scene::{Scene, SurfaceArea, World, gallery};
+use pathspace::scene::{Scene, SurfaceArea, World};
 use worlds::{Result, TestScene};
 
 const SAMPLES: u32 = 2000;
@@ -22,7 +25,7 @@ const SAMPLES: u32 = 2000;
 struct Sum(Rgb);
 
 impl Sink for Sum {
-    fn add(&mut self, contribution: &Contribution) {
+    fn add(&mut self, _sample: usize, contribution: &Contribution) {
         self.0 += contribution.value * contribution.weight;
     }
 }
@@ -32,11 +35,12 @@ impl Sink for Sum {
 fn count<I: Integrator<World>>(scene: &TestScene, integrator: &I) {
     let (mut scratch, mut sum) = (Scratch::default(), Sum::default());
     let camera: &dyn Camera = &*scene.camera;
+    let run = integrator.start(Stage::new(&scene.world, camera), &Caller).expect("a run");
     let mut draw = |seed: u64| {
         let mut sampler = Random::new(seed);
         for _ in 0..SAMPLES {
             let film = worlds::film_sample(camera, &mut sampler);
-            integrator.sample(&scene.world, camera, film, &mut sampler, &mut sum, &mut scratch);
+            run.sample(film, &mut sampler, &mut sum, &mut scratch);
         }
         // The ready-made samplers as well.
         for kind in [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol] {
@@ -44,7 +48,7 @@ fn count<I: Integrator<World>>(scene: &TestScene, integrator: &I) {
             for i in 0..SAMPLES / 8 {
                 let mut sampler = source.sampler(i, i % 16);
                 let film = worlds::film_sample(camera, &mut sampler);
-                integrator.sample(&scene.world, camera, film, &mut sampler, &mut sum, &mut scratch);
+                run.sample(film, &mut sampler, &mut sum, &mut scratch);
             }
         }
     };

@@ -5,9 +5,10 @@
 mod worlds;
 
 use pathspace::endpoint::Camera;
-use pathspace::film::{BatchSample, BatchSink, Contribution, FilmSample, Filter};
+use pathspace::film::{Contribution, FilmSample, Filter, Sample};
 use pathspace::integrator::{
-    Bidirectional, Integrator, LightTracer, PathTracer, PathTracing, UniformArea,
+    Bidirectional, Caller, Integrator, LightTracer, PathTracer, PathTracing, Run, Stage,
+    UniformArea,
 };
 use pathspace::math::Rgb;
 use pathspace::path::{Counters, LightWalks, Roulette, Scratch, TechniqueSet};
@@ -18,22 +19,13 @@ use worlds::{Result, TestScene};
 /// More than scenes take at a time, and no multiple of it.
 const SAMPLES: u32 = 150;
 
-/// The contributions of each sample.
-struct Each(Vec<Vec<Contribution>>);
-
-impl BatchSink for Each {
-    fn add(&mut self, sample: usize, contribution: &Contribution) {
-        self.0[sample].push(*contribution);
-    }
-}
-
-fn samples(camera: &dyn Camera, kind: SamplerKind) -> Vec<BatchSample<AnySampler>> {
+fn samples(camera: &dyn Camera, kind: SamplerKind) -> Vec<Sample<AnySampler>> {
     let (source, region, kernel) =
         (kind.source(7, 4), camera.film(), Filter::Tent.kernel().expect("valid"));
     let sample = |i: u32| {
         let pixel = i * 13 % region.pixels();
         let mut sampler = source.sampler(pixel, i % 4);
-        BatchSample { film: FilmSample::draw(&region, pixel, &kernel, &mut sampler), sampler }
+        Sample { film: FilmSample::draw(&region, pixel, &kernel, &mut sampler), sampler }
     };
     (0..SAMPLES).map(sample).collect()
 }
@@ -52,20 +44,23 @@ fn check<I: Integrator<World>>(
 ) -> Vec<Vec<Contribution>> {
     let (world, camera): (&World, &dyn Camera) = (&scene.world, &*scene.camera);
     let what = format!("{} in {} by {kind:?}", integrator.name(), scene.name);
+    let run = integrator.start(Stage::new(world, camera), &Caller).expect("a run");
     let (mut one, mut many) = (Scratch::default(), Scratch::default());
     let alone: Vec<Vec<Contribution>> = samples(camera, kind)
         .into_iter()
-        .map(|BatchSample { film, mut sampler }| {
+        .map(|Sample { film, sampler }| {
             let mut contributions = Vec::new();
-            integrator.sample(world, camera, film, &mut sampler, &mut contributions, &mut one);
+            run.sample(film, sampler, &mut contributions, &mut one);
             contributions
         })
         .collect();
-    let mut together = Each(vec![Vec::new(); SAMPLES as usize]);
-    integrator.sample_batch(world, camera, &mut samples(camera, kind), &mut together, &mut many);
-    assert_eq!(together.0, alone, "{what}");
+    let mut together = vec![Vec::new(); SAMPLES as usize];
+    let mut each =
+        |sample: usize, contribution: &Contribution| together[sample].push(*contribution);
+    run.draw(&mut samples(camera, kind), &mut each, &mut Default::default(), &mut many);
+    assert_eq!(together, alone, "{what}");
     assert_eq!(counts(many.counters), counts(one.counters), "{what}");
-    together.0
+    together
 }
 
 fn check_all<I: Integrator<World>>(integrators: &[I]) -> Result {
@@ -77,9 +72,8 @@ fn check_all<I: Integrator<World>>(integrators: &[I]) -> Result {
     Ok(())
 }
 
-/// Roulette that adds its constant and skips shadow rays.
-const ROULETTE: Roulette =
-    Roulette { start: 1, constant: Rgb::splat(0.01), shadow_threshold: 0.5, ..Roulette::NEVER };
+/// Roulette that adds its constant.
+const ROULETTE: Roulette = Roulette { start: 1, constant: Rgb::splat(0.01), ..Roulette::NEVER };
 
 #[test]
 fn uniform_area() -> Result {
@@ -110,12 +104,11 @@ fn light_tracing() -> Result {
 #[test]
 fn bidirectional() -> Result {
     let all = TechniqueSet::BIDIRECTIONAL;
-    let lens_first = TechniqueSet { connections: false, lens_first: true, ..all };
     let walks = |power| LightWalks::power_of_two(power).expect("few");
     let sets = [
         all,
         TechniqueSet { light_walks: walks(2), ..all },
-        TechniqueSet { light_walks: walks(-2), ..lens_first },
+        TechniqueSet { light_walks: walks(-2), connections: false, ..all },
     ];
     for scene in worlds::all()? {
         for (kind, techniques) in [SamplerKind::Independent, SamplerKind::Sobol]
@@ -125,19 +118,14 @@ fn bidirectional() -> Result {
             let integrator =
                 Bidirectional { techniques, roulette: ROULETTE, ..Bidirectional::up_to(6) };
             let mut together = check(&scene, &integrator, kind);
-            if techniques.lens_first {
-                continue;
-            }
             let (mut scratch, camera) = (Scratch::default(), &*scene.camera);
-            for (BatchSample { film, mut sampler }, together) in
+            for (Sample { film, mut sampler }, together) in
                 samples(camera, kind).into_iter().zip(&mut together)
             {
                 let mut paths: Vec<Contribution> = Vec::new();
                 integrator.for_each_path(
-                    &scene.world,
-                    camera,
-                    film,
-                    &mut sampler,
+                    Stage::new(&scene.world, camera),
+                    Sample { film, sampler: &mut sampler },
                     &mut scratch,
                     |_, &contribution| paths.push(contribution),
                 );

@@ -7,6 +7,8 @@ mod every_model;
 mod exact;
 #[path = "bsdf/faults.rs"]
 mod faults;
+#[path = "bsdf/images.rs"]
+mod images;
 #[path = "bsdf/models.rs"]
 mod models;
 
@@ -57,7 +59,7 @@ fn constructors_refuse_bad_parameters() {
     assert!(Mixture::new(pair, [0.5, f64::NAN]).is_err());
     assert!(Mixture::with_probabilities(pair, [0.5, 0.5], [1.0, 0.0]).is_err());
     assert!(Mixture::with_probabilities(pair, [0.5, 0.0], [0.0, 0.0]).is_err());
-    assert!(Mixture::<SimpleModel, 0>::new([], []).is_err());
+    assert!(Mixture::<Model, 0>::new([], []).is_err());
     assert_eq!(
         Dielectric::new(0.0).unwrap_err().to_string(),
         "relative index of refraction must be in [1e-6, 1e6], but is 0"

@@ -22,9 +22,9 @@ use pathspace::endpoint::{
     Camera, ConstantEnvironment, DirectionalLight, EnvironmentMap, OrthographicCamera,
     PinholeCamera, PointLight, SpotLight, ThinLensCamera,
 };
-use pathspace::film::{Contribution, Filter};
+use pathspace::film::{Contribution, Filter, Sample};
 use pathspace::geometry::{Disk, Place, Quad, Sphere};
-use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
+use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, Stage, UniformArea};
 use pathspace::math::Rgb;
 use pathspace::path::{Heuristic, PathRecord, Scratch};
 use pathspace::render::{Budget, Render, Settings, unattended};
@@ -353,10 +353,8 @@ fn verify(plan: &Plan, world: &World, camera: &(dyn Camera + Send), seen: &Seen)
     for _ in 0..PATHS {
         let film = worlds::film_sample(camera, &mut sampler);
         integrator.for_each_path(
-            world,
-            camera,
-            film,
-            &mut sampler,
+            Stage::new(world, camera),
+            Sample { film, sampler: &mut sampler },
             &mut scratch,
             |path, &Contribution { weight, value, .. }| {
                 if result.is_err() {

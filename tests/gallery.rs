@@ -2,12 +2,12 @@
 //! published look.
 
 use pathspace::endpoint::PinholeCamera;
+use pathspace::gallery::{self, GalleryError, NAMES};
 use pathspace::geometry::Quad;
 use pathspace::glam::{DAffine3, DVec3, UVec2};
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
 use pathspace::math::Rgb;
 use pathspace::render::{Budget, Render, Settings, unattended};
-use pathspace::scene::gallery::{self, GalleryError, NAMES};
 use pathspace::scene::{Emission, Material, Mesh, Scene, World, WorldBuilder};
 
 fn mean(

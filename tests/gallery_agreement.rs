@@ -16,11 +16,11 @@ mod compare;
 
 use compare::{Comparison, assert_measurements_agree, measure};
 use glam::UVec2;
+use pathspace::gallery;
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
 use pathspace::render::Render;
 use pathspace::sampler::SamplerKind;
 use pathspace::scene::World;
-use pathspace::scene::gallery;
 
 const DEPTH: Depth = Depth::up_to(6);
 

@@ -7,6 +7,7 @@
 #![cfg(all(target_arch = "x86_64", target_os = "linux"))]
 
 use glam::UVec2;
+use pathspace::gallery;
 use pathspace::integrator::{
     Adaptive, Bidirectional, Depth, LightTracer, PathTracer, PathTracing, UniformArea,
 };
@@ -14,7 +15,6 @@ use pathspace::path::{LightWalks, TechniqueSet};
 use pathspace::render::{Budget, Render, Settings, unattended};
 use pathspace::sampler::SamplerKind;
 use pathspace::scene::World;
-use pathspace::scene::gallery;
 use std::error::Error;
 use std::fmt::Write;
 
@@ -22,7 +22,7 @@ const SIDE: u32 = 16;
 const PASSES: u32 = 4;
 const SAMPLERS: [SamplerKind; 3] =
     [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol];
-const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/golden.txt");
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/golden.txt");
 
 fn integrators(depth: Depth) -> Vec<(&'static str, Box<dyn Render<World>>)> {
     let path = PathTracer { depth, ..PathTracer::default() };

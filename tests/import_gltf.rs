@@ -1,8 +1,6 @@
 //! glTF files against the same scenes built by hand, against closed forms, and against everything
 //! that can be wrong with them.
 
-#![cfg(feature = "gltf")]
-
 #[path = "common/compare.rs"]
 #[allow(dead_code, reason = "shared by several test programs")]
 mod compare;

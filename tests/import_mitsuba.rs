@@ -1,7 +1,5 @@
 //! Scenes of Mitsuba 3: what each feature becomes, what is refused, and what hostile files do.
 
-#![cfg(feature = "mitsuba")]
-
 #[path = "import_mitsuba/cameras.rs"]
 mod cameras;
 #[path = "import_mitsuba/colours.rs"]

@@ -13,13 +13,13 @@ mod worlds;
 use common::{Moments, Random};
 use glam::{DVec3, UVec2};
 use pathspace::endpoint::{Camera, ConstantEnvironment, PinholeCamera, PointLight};
-use pathspace::film::{Contribution, FilmSample, Sink};
+use pathspace::film::{Contribution, FilmSample};
 use pathspace::geometry::Sphere;
-use pathspace::integrator::{Depth, Integrator};
+use pathspace::integrator::{Caller, Depth, Integrator, Run, Stage, WithNeeds};
 use pathspace::math::Rgb;
-use pathspace::path::{Counters, Reason, Scratch};
+use pathspace::path::{Counters, LeftOut, Reason, Scratch};
 use pathspace::sampler::{SampleSource, Sampler, Stratified};
-use pathspace::scene::{Material, Scene, SurfaceArea, WithNeeds, World};
+use pathspace::scene::{Material, Scene, SurfaceArea, World};
 use rooms::{Room, lambert, v};
 
 const DEPTH: Depth = Depth::up_to(5);
@@ -97,17 +97,35 @@ fn contributions_with<N: SampleSource, S: Scene, I: Integrator<S>>(
     samples: u32,
 ) -> (Vec<Contribution>, Counters) {
     let (mut sink, mut scratch) = (Vec::new(), Scratch::default());
+    let run = integrator.start(Stage::new(scene, camera), &Caller).expect("a run");
     for i in 0..samples {
         let mut sampler = source.sampler(0, i);
         let film = FilmSample {
             raster: camera.film().from_window(sampler.next_2d()),
             ..FilmSample::default()
         };
-        integrator.sample(scene, camera, film, &mut sampler, &mut sink, &mut scratch);
+        run.sample(film, &mut sampler, &mut sink, &mut scratch);
     }
     // Points of one flat surface see each other at angles that are zero up to rounding.
     sink.retain(|c| (c.value * c.weight).max_component() > 1e-25);
     (sink, scratch.counters)
+}
+
+fn left_out<I: Integrator<World>>(
+    integrator: &I,
+    world: &World,
+    camera: &(dyn Camera + Send),
+) -> LeftOut {
+    integrator.start(Stage::new(world, camera), &Caller).expect("a run").notes().left_out
+}
+
+/// Whether something is left out that others draw.
+fn is_redundant<I: Integrator<World>>(
+    integrator: &I,
+    world: &World,
+    camera: &(dyn Camera + Send),
+) -> bool {
+    left_out(integrator, world, camera).families().any(|(_, reason)| reason == Reason::Redundant)
 }
 
 /// Whether the pruned integrator contributes what the unpruned one does, and with no more rays.
@@ -121,23 +139,17 @@ fn assert_nothing_is_lost<I>(
     samples: u32,
 ) -> u64
 where
-    I: Integrator<World> + for<'a> Integrator<WithNeeds<'a, World>>,
+    I: Integrator<World> + Copy,
 {
     let (pruned, fewer) = contributions(world, camera, integrator, samples);
-    let (all, more) = contributions(&WithNeeds::all(world), camera, integrator, samples);
-    let what = format!(
-        "{name}, {}: {}",
-        Integrator::<World>::name(integrator),
-        Integrator::<World>::left_out(integrator, &world.needs())
-    );
+    let (all, more) = contributions(world, camera, &WithNeeds::all(*integrator), samples);
+    let left_out = left_out(integrator, world, camera);
+    let what = format!("{name}, {}: {left_out}", integrator.name());
     assert!(
         fewer.rays() <= more.rays() && fewer.connections <= more.connections,
         "{what}: {fewer:?} {more:?}"
     );
-    let redundant = Integrator::<World>::left_out(integrator, &world.needs())
-        .families()
-        .any(|(_, reason)| reason == Reason::Redundant);
-    if !redundant {
+    if !is_redundant(integrator, world, camera) {
         assert!(pruned == all, "{what}: {} contributions of {}", pruned.len(), all.len());
     }
     more.rays() - fewer.rays()
@@ -196,18 +208,14 @@ fn mean<S: Scene, I: Integrator<S>>(
     integrator: &I,
     samples: u32,
 ) -> Moments {
-    struct Sum(f64);
-    impl Sink for Sum {
-        fn add(&mut self, contribution: &Contribution) {
-            self.0 += contribution.value.luminance() * contribution.weight;
-        }
-    }
     let (mut sampler, mut scratch, mut moments) =
         (Random::new(3), Scratch::default(), Moments::default());
+    let run = integrator.start(Stage::new(scene, camera), &Caller).expect("a run");
     for _ in 0..samples {
-        let (film, mut sum) = (worlds::film_sample(camera, &mut sampler), Sum(0.0));
-        integrator.sample(scene, camera, film, &mut sampler, &mut sum, &mut scratch);
-        moments.add(sum.0);
+        let (film, mut sum) = (worlds::film_sample(camera, &mut sampler), 0.0);
+        let mut add = |_: usize, c: &Contribution| sum += c.value.luminance() * c.weight;
+        run.sample(film, &mut sampler, &mut add, &mut scratch);
+        moments.add(sum);
     }
     moments
 }

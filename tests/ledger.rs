@@ -12,7 +12,7 @@ use common::{Moments, Random};
 use glam::{DVec3, UVec2};
 use pathspace::endpoint::{Camera, PinholeCamera, PointLight};
 use pathspace::geometry::Sphere;
-use pathspace::integrator::{Bidirectional, Depth, Integrator, LightTracer};
+use pathspace::integrator::{Bidirectional, Caller, Depth, Integrator, LightTracer, Run, Stage};
 use pathspace::math::Rgb;
 use pathspace::math::statistics::sidak;
 use pathspace::path::{Counters, Ledger, Roulette, Scratch, Survival};
@@ -30,13 +30,14 @@ fn batches<I: Integrator<World>>(
     camera: &(dyn Camera + Send),
     integrator: &I,
 ) -> Vec<Counters> {
+    let run = integrator.start(Stage::new(world, camera), &Caller).expect("a run");
     let batch = |seed| {
         let (mut sampler, mut scratch, mut sink) =
             (Random::new(seed), Scratch::default(), Vec::new());
         for _ in 0..SAMPLES {
             sink.clear();
             let film = worlds::film_sample(camera, &mut sampler);
-            integrator.sample(world, camera, film, &mut sampler, &mut sink, &mut scratch);
+            run.sample(film, &mut sampler, &mut sink, &mut scratch);
         }
         assert_eq!(
             (scratch.counters.non_finite, scratch.counters.ledger.rejected),

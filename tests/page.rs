@@ -2,11 +2,12 @@
 //! Without Chromium the test says so and passes.
 #![allow(missing_docs, reason = "a test program")]
 
+use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, PathTracer};
 use pathspace::render::{Budget, Settings};
 use pathspace::report::{Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, study};
-use pathspace::scene::{World, gallery};
+use pathspace::scene::World;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::{Command, Output};

@@ -15,15 +15,16 @@ mod planted;
 mod target;
 
 use pathspace::endpoint::Camera;
-use pathspace::film::{Contribution, FilmSample, Image, Sink, Technique};
+use pathspace::film::{Contribution, Image, Sample, Sink, Technique};
+use pathspace::gallery;
 use pathspace::glam::UVec2;
-use pathspace::integrator::Integrator;
+use pathspace::integrator::{Crew, Integrator, Run, Stage, Started};
 use pathspace::math::Rgb;
 use pathspace::path::{Scratch, TechniqueSet};
 use pathspace::render::Budget;
 use pathspace::report::{Contestant, Method, Plan, Reference, Report, SceneInfo, Step, study};
 use pathspace::sampler::Sampler;
-use pathspace::scene::{Needs, Scene, gallery};
+use pathspace::scene::Scene;
 use std::ops::ControlFlow;
 
 fn go_on(_: &Step<'_>) -> ControlFlow<()> {
@@ -64,28 +65,44 @@ fn cornell_box(size: u32) -> gallery::GalleryScene {
 struct Synthetic<F>(F);
 
 impl<S: Scene + ?Sized, F: Fn(&mut dyn Sampler) -> f64 + Sync> Integrator<S> for Synthetic<F> {
+    type Run<'a>
+        = &'a Self
+    where
+        Self: 'a,
+        S: 'a;
+
     fn name(&self) -> &'static str {
         "synthetic"
     }
-    fn techniques(&self, _: &Needs) -> TechniqueSet {
+
+    fn start<'a>(&'a self, _: Stage<'a, S>, _: &dyn Crew) -> Started<&'a Self> {
+        Ok(self)
+    }
+}
+
+impl<'a, S, F> Run<'a, S> for &'a Synthetic<F>
+where
+    S: Scene + ?Sized + 'a,
+    F: Fn(&mut dyn Sampler) -> f64 + Sync,
+{
+    type Chunk = ();
+
+    fn techniques(&self) -> TechniqueSet {
         TechniqueSet::BIDIRECTIONAL
     }
-    fn sample<'s, C: Camera + ?Sized, P: Sampler, K: Sink>(
+
+    fn draw<P: Sampler>(
         &self,
-        _: &'s S,
-        _: &C,
-        film: FilmSample,
-        sampler: &mut P,
-        sink: &mut K,
-        scratch: &mut Scratch<'s, S>,
+        samples: &mut [Sample<P>],
+        sink: &mut dyn Sink,
+        _: &mut (),
+        scratch: &mut Scratch<'a, S>,
     ) {
-        scratch.counters.samples += 1;
-        let value = Rgb::splat((self.0)(sampler));
-        sink.add(&Contribution {
-            raster: film.raster,
-            value,
-            weight: 1.0,
-            technique: Technique { s: 0, t: 2 },
-        });
+        scratch.counters.samples += samples.len() as u64;
+        for (number, Sample { film, sampler }) in samples.iter_mut().enumerate() {
+            let (value, technique) = (Rgb::splat((self.0)(sampler)), Technique::new(0, 2));
+            let contribution = Contribution { raster: film.raster, value, weight: 1.0, technique };
+            sink.add(number, &contribution);
+        }
     }
 }

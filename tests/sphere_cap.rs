@@ -4,9 +4,10 @@
 mod common;
 
 use common::{DownCamera, Moments, Random, SphereCap, film_sample};
-use pathspace::film::{Contribution, Technique};
+use pathspace::film::{Contribution, Sample, Technique};
 use pathspace::integrator::{
-    Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, UniformArea,
+    Bidirectional, Caller, Depth, Integrator, LightTracer, PathTracer, PathTracing, Run, Stage,
+    UniformArea,
 };
 use pathspace::path::{Heuristic, PathDensities, Roulette, Scratch, TechniqueSet};
 
@@ -24,10 +25,11 @@ fn run<I: Integrator<SphereCap>>(integrator: &I, samples: u32, seed: u64) -> Mom
     let (mut sampler, mut scratch, mut moments) =
         (Random::new(seed), Scratch::default(), Moments::default());
     let mut sink: Vec<Contribution> = Vec::new();
+    let run = integrator.start(Stage::new(&scene, &CAMERA), &Caller).expect("a run");
     for _ in 0..samples {
         sink.clear();
         let film = film_sample(&mut sampler);
-        integrator.sample(&scene, &CAMERA, film, &mut sampler, &mut sink, &mut scratch);
+        run.sample(film, &mut sampler, &mut sink, &mut scratch);
         moments.add(sink.iter().map(|c| c.value.g() * c.weight).sum());
     }
     assert_eq!(scratch.counters.non_finite, 0);
@@ -52,9 +54,9 @@ fn every_technique_alone_has_the_exact_mean() {
     for k in 1..=3u32 {
         let expected = FRACTION * ALBEDO.powi(k as i32);
         for s in 0..=k as u16 + 1 {
-            let only = Technique { s, t: k as u16 + 2 - s };
+            let only = Technique::new(s, k as u16 + 2 - s);
             let integrator = Bidirectional {
-                techniques: TechniqueSet { only: Some(only), ..TechniqueSet::BIDIRECTIONAL },
+                techniques: TechniqueSet::only(only).expect("a short path"),
                 depth: Depth::exactly(k),
                 roulette: Roulette::NEVER,
                 ..Bidirectional::default()
@@ -126,10 +128,8 @@ fn weights_are_the_exact_ones() {
         for _ in 0..2000 {
             let film = film_sample(&mut sampler);
             integrator.for_each_path(
-                &scene,
-                &CAMERA,
-                film,
-                &mut sampler,
+                Stage::new(&scene, &CAMERA),
+                Sample { film, sampler: &mut sampler },
                 &mut scratch,
                 |path, contribution| {
                     let expected = if contribution.technique.s == 0 { FRACTION } else { 1.0 }
@@ -162,10 +162,8 @@ fn the_lens_technique_has_the_exact_weight() {
     for _ in 0..2000 {
         let film = film_sample(&mut sampler);
         integrator.for_each_path(
-            &scene,
-            &CAMERA,
-            film,
-            &mut sampler,
+            Stage::new(&scene, &CAMERA),
+            Sample { film, sampler: &mut sampler },
             &mut scratch,
             |path, contribution| {
                 let x1 = path.vertex(1).point.position;
@@ -204,10 +202,8 @@ fn paths_verify_against_the_definitions() {
         for _ in 0..5000 {
             let film = film_sample(&mut sampler);
             integrator.for_each_path(
-                &scene,
-                &CAMERA,
-                film,
-                &mut sampler,
+                Stage::new(&scene, &CAMERA),
+                Sample { film, sampler: &mut sampler },
                 &mut scratch,
                 |path, contribution| {
                     let verification = path.verify(&integrator.techniques, heuristic);
@@ -232,11 +228,16 @@ fn a_path_with_k_edges_has_k_plus_one_techniques() {
     let (mut sampler, mut scratch) = (Random::new(12), Scratch::default());
     for _ in 0..100 {
         let film = film_sample(&mut sampler);
-        integrator.for_each_path(&scene, &CAMERA, film, &mut sampler, &mut scratch, |path, _| {
-            let record = path.record();
-            let k = record.edges();
-            assert_eq!((0..=k + 1).filter(|&t| record.is_admissible(t)).count(), k + 1);
-        });
+        integrator.for_each_path(
+            Stage::new(&scene, &CAMERA),
+            Sample { film, sampler: &mut sampler },
+            &mut scratch,
+            |path, _| {
+                let record = path.record();
+                let k = record.edges();
+                assert_eq!((0..=k + 1).filter(|&t| record.is_admissible(t)).count(), k + 1);
+            },
+        );
     }
 }
 

@@ -13,11 +13,11 @@ mod worlds;
 
 use common::Random;
 use glam::DVec3;
-use pathspace::film::Technique;
+use pathspace::film::{Sample, Technique};
 use pathspace::geometry::Place;
-use pathspace::integrator::{Bidirectional, Depth};
+use pathspace::integrator::{Bidirectional, Depth, Stage};
 use pathspace::path::{
-    Heuristic, LightWalks, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet,
+    Excluded, Heuristic, LightWalks, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet,
 };
 use pathspace::scene::Scene;
 use std::collections::BTreeSet;
@@ -53,10 +53,8 @@ fn audit(
         }
         let film = worlds::film_sample(&*scene.camera, &mut sampler);
         integrator.for_each_path(
-            &scene.world,
-            &*scene.camera,
-            film,
-            &mut sampler,
+            Stage::new(&scene.world, &*scene.camera),
+            Sample { film, sampler: &mut sampler },
             &mut scratch,
             |path, contribution| {
                 let verified = path.verify(&set, integrator.heuristic);
@@ -207,8 +205,10 @@ fn weights_in_constant_time_are_those_of_sweeps() -> Result {
         TechniqueSet { emitter_sampling: false, light_walks: walks(1), ..all },
         TechniqueSet { connections: false, light_walks: walks(1), ..all },
         TechniqueSet { lens_sampling: false, light_walks: walks(1), ..all },
-        TechniqueSet { lens_first: true, ..all },
-        TechniqueSet { without: Some(Technique { s: 2, t: 2 }), ..all },
+        TechniqueSet {
+            excluded: Excluded::NONE.with(Technique::new(2, 2)).expect("a short path"),
+            ..all
+        },
     ];
     for scene in worlds::all()? {
         for (seed, techniques) in sets.into_iter().enumerate() {
@@ -225,10 +225,8 @@ fn weights_in_constant_time_are_those_of_sweeps() -> Result {
                 for _ in 0..500 {
                     let film = worlds::film_sample(&*scene.camera, &mut sampler);
                     integrator.for_each_path(
-                        &scene.world,
-                        &*scene.camera,
-                        film,
-                        &mut sampler,
+                        Stage::new(&scene.world, &*scene.camera),
+                        Sample { film, sampler: &mut sampler },
                         &mut scratch,
                         |path, contribution| {
                             let swept = path.weight(&set, heuristic);

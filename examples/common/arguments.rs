@@ -58,14 +58,6 @@ pub fn parse_error(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A part of something.
-pub fn parse_part(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(part) if (0.0..=1.0).contains(&part) => Ok(part),
-        _ => Err("a part is a number from 0 to 1, such as 0.125".to_owned()),
-    }
-}
-
 /// An exposure in stops.
 pub fn parse_exposure(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -2,9 +2,9 @@
 
 use super::scenes::{AnyCamera, FileOptions, NamedScene};
 use pathspace::endpoint::{Light, LightId};
+use pathspace::gallery::Claims;
 use pathspace::glam::UVec2;
 use pathspace::import::{Import, Options, gltf, mitsuba};
-use pathspace::scene::gallery::Claims;
 use pathspace::scene::{Needs, Scene, World};
 use std::error::Error;
 use std::path::Path;

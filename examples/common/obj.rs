@@ -8,10 +8,10 @@
 use super::scenes::{AnyCamera, NamedScene};
 use pathspace::endpoint::{ConstantEnvironment, PinholeCamera};
 use pathspace::film::Filter;
+use pathspace::gallery::Claims;
 use pathspace::geometry::Bounds;
 use pathspace::glam::{DAffine3, DVec3, UVec2};
 use pathspace::math::Rgb;
-use pathspace::scene::gallery::Claims;
 use pathspace::scene::{Emission, Material, Mesh, WorldBuilder};
 use std::cell::RefCell;
 use std::error::Error;

@@ -4,9 +4,9 @@ use super::{imported, obj};
 use clap::Args;
 use pathspace::endpoint::Camera;
 use pathspace::film::Filter;
+use pathspace::gallery::{self, Claims, GalleryScene};
 use pathspace::glam::UVec2;
 use pathspace::scene::World;
-use pathspace::scene::gallery::{self, Claims, GalleryScene};
 use std::error::Error;
 use std::path::Path;
 

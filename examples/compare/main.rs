@@ -9,17 +9,17 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-mod font;
 mod picture;
 mod table;
 
 use clap::Parser;
 use common::{
-    AnyIntegrator, FileOptions, NamedScene, parse_duration, parse_error, parse_part, parse_size,
-    progress_bar, scene_list, scene_or_file,
+    AnyIntegrator, FileOptions, NamedScene, parse_duration, parse_error, parse_size, progress_bar,
+    scene_list, scene_or_file,
 };
 use indicatif::ProgressBar;
 use pathspace::film::ImageFile;
+use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Depth};
 use pathspace::render::{Budget, Settings};
@@ -27,7 +27,7 @@ use pathspace::report::{
     Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, exposure,
     study,
 };
-use pathspace::scene::{World, gallery};
+use pathspace::scene::World;
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -88,10 +88,6 @@ struct Options {
     /// limit [default: use up the budget, and say when 0.01 was reached]
     #[arg(long, value_name = "E", value_parser = parse_error)]
     target_error: Option<f64>,
-    /// Part of an integrator's samples, 0 to 1, to draw again leaving nothing out, beyond its time,
-    /// where the scene lets it leave something out or it adapts itself; 0 measures none
-    #[arg(long, value_name = "PART", default_value_t = 0.125, value_parser = parse_part)]
-    everything: f64,
     /// Directory for the results; a directory is made in it for each scene
     #[arg(long, default_value = "target/compare")]
     out: PathBuf,
@@ -168,11 +164,11 @@ fn compare(
             integrators.push(*integrator);
         }
     }
-    let methods: Vec<_> =
-        integrators.iter().map(|integrator| (*integrator, integrator.build_both(depth))).collect();
-    let contestants: Vec<Contestant<'_, World>> = methods
+    let methods: Vec<_> = integrators.iter().map(|i| i.build_up_to(depth)).collect();
+    let contestants: Vec<Contestant<'_, World>> = integrators
         .iter()
-        .map(|(integrator, both)| integrator.contestant(both, &scene.claims))
+        .zip(&methods)
+        .map(|(i, method)| Contestant::new(i.name(), &**method, i.sees_all(&scene.claims)))
         .collect();
 
     let settings = Settings {
@@ -194,7 +190,6 @@ fn compare(
             depth: Depth { min_bounces: 0, max_bounces: depth },
             ..Bidirectional::default()
         }),
-        everything: options.everything,
         command: Some(command_line()),
     };
     let info = SceneInfo {

@@ -64,26 +64,15 @@ pub fn print(report: &Report) {
     verdicts(report);
 }
 
-/// What is left out, and what that gains.
+/// What each integrator leaves out, and why.
 fn left_out(report: &Report) {
     for method in &report.methods {
-        let gain = method.everything.as_ref().and_then(|all| all.gain);
         let adapts = method.decisions.iter().any(|decision| decision.pilot_samples > 0);
-        if method.left_out.is_empty() && !adapts {
-            continue;
+        match (method.left_out.is_empty(), adapts) {
+            (true, false) => {}
+            (true, true) => println!("{} leaves out what does not pay", method.name),
+            _ => println!("{} leaves out {}", method.name, Omission::sentence(&method.left_out)),
         }
-        let what = if method.left_out.is_empty() {
-            "what does not pay".to_owned()
-        } else {
-            Omission::sentence(&method.left_out)
-        };
-        let gain = gain.map_or_else(String::new, |gain| {
-            format!(
-                "; variance × processor time with everything is {} times as much",
-                interval(&gain.cpu)
-            )
-        });
-        println!("{} leaves out {what}{gain}", method.name);
     }
     for method in &report.left_out {
         println!("{} leaves out {}", method.name, Omission::sentence(&method.left_out));
@@ -144,7 +133,8 @@ fn verdicts(report: &Report) {
     for pair in report.pairs.iter().filter(|pair| !pair.agrees()) {
         let [mean, worst, all] = pair.verdicts().map(|ok| if ok { "" } else { " (!)" });
         println!(
-            "\n{} and {}: means t = {:+.2}{mean}; worst block t = {:+.2} (p {:.1e}, limit {:.1e}){worst} at {}: {:.4} and {:.4}; mean t² {:.2} ± {:.2}{all}",
+            "\n{} and {}: means t = {:+.2}{mean}; worst block t = {:+.2} (p {:.1e}, limit \
+             {:.1e}){worst} at {}: {:.4} and {:.4}; mean t² {:.2} ± {:.2}{all}",
             pair.names[0],
             pair.names[1],
             pair.mean.t,
@@ -163,7 +153,8 @@ fn verdicts(report: &Report) {
 /// The key figures of a scene as a table in Markdown, with the marks that the page has.
 pub fn markdown(report: &Report) -> String {
     let mut text = format!("## {}\n\n", report.scene.name);
-    text += "| integrator | samples | rays per sample | relMSE of a run | variance × time [s] | speed-up, time | speed-up, rays | slope | tail index |\n";
+    text += "| integrator | samples | rays per sample | relMSE of a run | variance × time [s] \
+             | speed-up, time | speed-up, rays | slope | tail index |\n";
     text += "|---|---|---|---|---|---|---|---|---|\n";
     let figure = |i: &Interval| {
         if i.low < i.high {

@@ -1,19 +1,21 @@
-//! What leaving out saves: rays per sample, time per sample and variance × time of every
-//! integrator, with everything and with what the scene needs alone on the same samples, and what
-//! the adaptive one decides. Makes the tables of docs/leave-out.md.
+//! What leaving out saves: rays per sample, time per sample and variance × time of every integrator
+//! beside the same one unpruned, which leaves nothing out, and what the adaptive one decides. Makes
+//! the tables of docs/leave-out.md.
 
 #[path = "../common/mod.rs"]
 mod common;
 
 mod scenes;
+mod unpruned;
 
 use clap::Parser;
 use common::{AnyIntegrator, parse_duration, parse_size};
 use pathspace::endpoint::Camera;
 use pathspace::glam::UVec2;
+use pathspace::path::TechniqueSet;
 use pathspace::render::{Budget, Settings, unattended};
 use pathspace::report::{
-    Contestant, Interval, MethodReport, Plan, Reference, ReferencePlan, SceneInfo, study,
+    Contestant, Interval, MethodReport, Omission, Plan, Reference, ReferencePlan, SceneInfo, study,
 };
 use pathspace::scene::{Scene, World};
 use std::error::Error;
@@ -62,11 +64,18 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
 fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
     let scene = scenes::build(name, options.size)?;
     let (world, camera) = (&scene.world, &*scene.camera.0);
-    let methods =
-        AnyIntegrator::ALL.map(|integrator| (integrator, integrator.build_both(scene.max_bounces)));
+    let is_sparing = !TechniqueSet::BIDIRECTIONAL.left_out(&world.needs()).is_empty();
+    let mut methods = Vec::new();
+    for integrator in AnyIntegrator::ALL {
+        let method = integrator.build_up_to(scene.max_bounces);
+        methods.push((integrator, integrator.name().to_owned(), method));
+        if is_sparing && let Some(method) = unpruned::build(integrator, scene.max_bounces) {
+            methods.push((integrator, format!("{integrator}, unpruned"), method));
+        }
+    }
     let contestants: Vec<Contestant<'_, World>> = methods
         .iter()
-        .map(|(integrator, both)| integrator.contestant(both, &scene.claims))
+        .map(|(i, name, method)| Contestant::new(name, &**method, i.sees_all(&scene.claims)))
         .collect();
     let quiet = &mut |_: &pathspace::report::Step<'_>| ControlFlow::Continue(());
     let settings = Settings { seed: options.seed, threads: Some(1), ..Settings::default() };
@@ -79,7 +88,6 @@ fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
         budget: Budget::Time(options.time),
         seeds: options.seeds,
         settings,
-        everything: 1.0,
         ..Plan::default()
     };
     let study = study(
@@ -94,24 +102,19 @@ fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
 
     println!("\n### {name}\n");
     println!("Needs: {}.\n", world.needs());
-    println!(
-        "| integrator | rays per sample | time per sample [µs] | variance × time [µs], everything | with what is needed | gain |"
-    );
-    println!("|---|---|---|---|---|---|");
+    println!("| integrator | rays per sample | time per sample [µs] | variance × time [µs] |");
+    println!("|---|---|---|---|");
     let pixels = f64::from(options.size.x * options.size.y);
     study.report.methods.iter().for_each(|method| row(method, pixels));
     println!();
-    for (integrator, [method, _]) in &methods {
-        let left_out = method.left_out(world);
-        if !left_out.is_empty() {
-            println!("- {integrator} leaves out {left_out}");
-        }
+    for method in study.report.methods.iter().filter(|method| !method.left_out.is_empty()) {
+        println!("- {} leaves out {}", method.name, Omission::sentence(&method.left_out));
     }
     let settings = Settings { budget: Budget::Samples(64), ..settings };
     let adaptive = AnyIntegrator::Adaptive.build_up_to(scene.max_bounces);
     // The decision alone: what comes after it does not matter.
     let rendering = adaptive.render(world, camera, &settings, &mut |_| ControlFlow::Break(()))?;
-    if let Some(decision) = &rendering.decision {
+    if let Some(decision) = &rendering.notes.decision {
         println!("\n```text\n{decision}\n```");
     }
     if std::env::var_os("LEAVE_OUT_COSTS").is_some() {
@@ -120,27 +123,15 @@ fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Mean and interval.
-fn text(interval: &Interval, scale: f64) -> String {
-    let [value, low, high] = [interval.value, interval.low, interval.high].map(|x| x * scale);
-    format!("{value:.3e} ({low:.2e} … {high:.2e})")
-}
-
 fn row(method: &MethodReport, pixels: f64) {
     let incomplete = if method.complete { "" } else { " *" };
-    let [mut rays, mut time] =
-        [method.rays_per_sample, 1e6 * method.cpu_per_sample].map(|x| format!("{x:.2}"));
-    let (mut variance, mut gain) = ("–".to_owned(), "–".to_owned());
-    if let Some(all) = &method.everything {
-        rays = format!("{:.2} → {rays}", all.rays_per_sample);
-        time = format!("{:.2} → {time}", 1e6 * all.cpu_per_sample);
-        variance = text(&all.variance_times_cpu, 1e6 / pixels);
-        gain = all.gain.map_or(gain, |gain| {
-            format!("{:.2} ({:.2} … {:.2})", gain.cpu.value, gain.cpu.low, gain.cpu.high)
-        });
-    }
-    let needed = text(&method.variance_times_cpu, 1e6 / pixels);
-    println!("| {}{incomplete} | {rays} | {time} | {variance} | {needed} | {gain} |", method.name);
+    let (rays, time) = (method.rays_per_sample, 1e6 * method.cpu_per_sample);
+    let Interval { value, low, high } = method.variance_times_cpu;
+    let [value, low, high] = [value, low, high].map(|x| x * 1e6 / pixels);
+    println!(
+        "| {}{incomplete} | {rays:.2} | {time:.2} | {value:.3e} ({low:.2e} … {high:.2e}) |",
+        method.name
+    );
 }
 
 /// Counts per sample beside times: what the constants of the cost model were fitted to.

@@ -3,10 +3,10 @@
 use super::common::{AnyCamera, FileOptions, NamedScene, scene_or_file};
 use pathspace::endpoint::{ConstantEnvironment, PinholeCamera, PointLight, SpotLight};
 use pathspace::film::Filter;
+use pathspace::gallery::{self, Claims};
 use pathspace::geometry::{Quad, Sphere};
 use pathspace::glam::{DVec3, UVec2};
 use pathspace::math::Rgb;
-use pathspace::scene::gallery::{self, Claims};
 use pathspace::scene::{Emission, Material, WorldBuilder};
 use std::error::Error;
 
@@ -65,7 +65,7 @@ pub fn build(name: &str, size: UVec2) -> Result<NamedScene, Box<dyn Error>> {
                 SpotLight::new(p(0.0, 0.9, 0.0), p(0.3, -1.0, -0.4), Rgb::splat(20.0), 3.0, 4.0)?,
             )?;
             (claims.uniform_area, target) = (false, p(0.0, -0.4, -1.0));
-            "A closed diffuse room with a narrow spot light: stress row S36."
+            "A closed diffuse room with a narrow spot light."
         }
         _ => return scene_or_file(name, size, &FileOptions::default()),
     };

@@ -4,7 +4,8 @@ use pathspace::endpoint::Camera;
 use pathspace::film::{Contribution, FilmSample, Sink};
 use pathspace::glam::DVec2;
 use pathspace::integrator::{
-    Bidirectional, Depth, Integrator, LightTracer, PathTracer, PathTracing, UniformArea,
+    Bidirectional, Caller, Depth, Integrator, LightTracer, PathTracer, PathTracing, Run, Stage,
+    UniformArea,
 };
 use pathspace::math::statistics::Estimate;
 use pathspace::path::{Heuristic, Ledger, Roulette, Scratch};
@@ -106,7 +107,7 @@ struct Sum {
 }
 
 impl Sink for Sum {
-    fn add(&mut self, contribution: &Contribution) {
+    fn add(&mut self, _sample: usize, contribution: &Contribution) {
         let value = contribution.value * contribution.weight;
         if value.is_finite() && contribution.value.is_finite() {
             self.value.iter_mut().zip(value.0).for_each(|(sum, v)| *sum += v);
@@ -132,12 +133,14 @@ impl<'a> Probe<'a> {
         let source = Independent { seed };
         let (mut scratch, mut measured) = (Scratch::default(), Measured::default());
         let region = self.camera.film();
+        let stage = Stage::new(self.world, self.camera);
+        let run = integrator.start(stage, &Caller).expect("a run");
         for i in 0..samples {
             let mut sampler = source.sampler((i >> 24) as u32, (i & 0xff_ffff) as u32);
             let u = if self.fixed { DVec2::splat(0.5) } else { sampler.next_2d() };
             let film = FilmSample { raster: region.from_window(u), offset: DVec2::ZERO };
             let mut sum = Sum::default();
-            integrator.sample(self.world, self.camera, film, &mut sampler, &mut sum, &mut scratch);
+            run.sample(film, sampler, &mut sum, &mut scratch);
             measured
                 .channels
                 .iter_mut()

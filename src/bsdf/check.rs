@@ -1,11 +1,12 @@
 //! Tests that any [`Bsdf`] has to pass: run [`check`] on your own.
 //!
-//! For one fixed direction it samples many directions and compares them with what `pdf`, `eval` and
-//! `eval_dirac` say about them:
+//! For one fixed direction it samples many directions and compares them with what `pdf`, `eval`,
+//! `dirac_images` and `eval_dirac` say about them:
 //!
 //! - χ²: the sampled directions follow the density, over a grid of the whole sphere;
 //! - `∫ pdf dσ⊥` is the probability of sampling a finite lobe;
 //! - a sample's weight is `f / p⊥`, and its densities are those of `pdf`, in both directions;
+//! - a sample of a Dirac lobe is among the `dirac_images`;
 //! - `f(a, b) / n_b² = f(b, a) / n_a²`: Helmholtz reciprocity, in its form for refraction (Veach
 //!   1997, section 5.2);
 //! - the weights' mean, with refraction's n² taken out, is at most 1: no more light leaves than
@@ -17,19 +18,18 @@ use crate::math::statistics::{ChiSquare, Estimate, chi_square, sidak, two_sided_
 use crate::sampler::Sampler;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
-use std::fmt;
 
 /// Cells of the χ² grid in θ (over the whole sphere) and in φ. Densities are integrated adaptively
 /// within cells, which resolves peaks down to about a tenth of a cell, that is GGX with α ≥ 0.02.
 const CELLS: (usize, usize) = (24, 36);
 
-/// What [`check`] found out about a BSDF and one fixed direction.
+/// The findings of [`check`] about a BSDF and one fixed direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
-    /// How many directions were sampled.
+    /// Number of sampled directions.
     pub samples: u64,
-    /// Whether sampled directions follow `pdf`; one cell holds all samples that were absorbed or of
-    /// a Dirac lobe.
+    /// Test of sampled directions against `pdf`; one cell holds all samples that were absorbed or
+    /// of a Dirac lobe.
     pub chi_square: ChiSquare,
     /// `∫ pdf dσ⊥` by quadrature.
     pub pdf_integral: f64,
@@ -45,6 +45,8 @@ pub struct Report {
     /// Largest relative difference between a sample's reverse density and `pdf` of the reversed
     /// walk.
     pub pdf_reverse_error: f64,
+    /// Largest distance between a sampled direction of a Dirac lobe and the nearest of its images.
+    pub image_error: f64,
     /// Largest relative violation of reciprocity.
     pub asymmetry: f64,
     /// Samples with a component that is infinite or not a number, with negative values, or with
@@ -52,57 +54,41 @@ pub struct Report {
     pub invalid: u64,
 }
 
-/// Why a BSDF failed a check.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The reason for which a BSDF failed a check.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Failure {
     /// Sampled directions do not follow the density; the p-value.
+    #[error("sampled directions do not follow the density (p-value {0:.3e})")]
     Density(f64),
     /// The density does not integrate to the share of finite samples; the distance in standard
     /// errors.
+    #[error(
+        "the density does not integrate to the share of finite samples ({0:.1} standard errors)"
+    )]
     Normalization(f64),
     /// A weight is not `f / p⊥`; the relative error.
+    #[error("a weight differs from f / pdf by {0:.3e}")]
     Weight(f64),
     /// A sample's density is not that of `pdf`; the relative error.
+    #[error("a sample's density differs from pdf by {0:.3e}")]
     Pdf(f64),
     /// A sample's reverse density is not that of `pdf`; the relative error.
+    #[error("a sample's reverse density differs from pdf by {0:.3e}")]
     PdfReverse(f64),
+    /// A sample of a Dirac lobe is not among its images; the distance.
+    #[error("a Dirac sample is {0:.3e} away from the nearest image")]
+    Image(f64),
     /// `f(a, b) / n_b² ≠ f(b, a) / n_a²`; the relative error.
+    #[error("f/n² is not symmetric, relative error {0:.3e}")]
     Reciprocity(f64),
     /// More light leaves than came: the albedo, by which many standard errors it is above 1.
+    #[error("more light leaves than came: albedo {0} ({1:.1} standard errors above 1)")]
     Energy(f64, f64),
-    /// How many samples were infinite, not a number, negative or not of unit length.
+    /// Number of samples that were infinite, not a number, negative or not of unit length.
+    #[error("{0} samples are not finite, negative or not of unit length")]
     Invalid(u64),
 }
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Density(p) => {
-                write!(f, "sampled directions do not follow the density (p-value {p:.3e})")
-            }
-            Self::Normalization(z) => write!(
-                f,
-                "the density does not integrate to the share of finite samples ({z:.1} standard errors)"
-            ),
-            Self::Weight(e) => write!(f, "a weight differs from f / pdf by {e:.3e}"),
-            Self::Pdf(e) => write!(f, "a sample's density differs from pdf by {e:.3e}"),
-            Self::PdfReverse(e) => {
-                write!(f, "a sample's reverse density differs from pdf by {e:.3e}")
-            }
-            Self::Reciprocity(e) => write!(f, "f/n² is not symmetric, relative error {e:.3e}"),
-            Self::Energy(albedo, z) => write!(
-                f,
-                "more light leaves than came: albedo {albedo} ({z:.1} standard errors above 1)"
-            ),
-            Self::Invalid(n) => {
-                write!(f, "{n} samples are not finite, negative or not of unit length")
-            }
-        }
-    }
-}
-
-impl std::error::Error for Failure {}
 
 impl Report {
     /// Relative error that deterministic comparisons may show.
@@ -123,6 +109,7 @@ impl Report {
         if self.invalid > 0 {
             return Err(Failure::Invalid(self.invalid));
         }
+        exact(self.image_error, Failure::Image)?;
         exact(self.pdf_error, Failure::Pdf)?;
         exact(self.pdf_reverse_error, Failure::PdfReverse)?;
         exact(self.weight_error, Failure::Weight)?;
@@ -213,6 +200,7 @@ pub fn check<B: Bsdf + ?Sized>(
         weight_error: comparison.weight,
         pdf_error: comparison.pdf,
         pdf_reverse_error: comparison.pdf_reverse,
+        image_error: comparison.image,
         asymmetry: comparison.asymmetry,
         invalid: comparison.invalid,
     }
@@ -250,6 +238,7 @@ struct Comparison {
     weight: f64,
     pdf: f64,
     pdf_reverse: f64,
+    image: f64,
     asymmetry: f64,
     invalid: u64,
 }
@@ -258,6 +247,11 @@ impl Comparison {
     fn add<B: Bsdf + ?Sized>(&mut self, bsdf: &B, fixed: DVec3, walk: Walk, sample: &BsdfSample) {
         let (to_light, to_camera) = walk.label(fixed, sample.next);
         let (value, swapped, pdf, pdf_reverse) = if sample.dirac {
+            let mut distance = f64::INFINITY;
+            bsdf.dirac_images(fixed, walk, &mut |image| {
+                distance = distance.min(image.next.distance(sample.next));
+            });
+            self.image = self.image.max(distance);
             let there = bsdf.eval_dirac(to_light, to_camera);
             let back = bsdf.eval_dirac(to_camera, to_light);
             // these are coefficients of δ⊥(to_light); those of the swapped pair refer to the other

@@ -1,10 +1,10 @@
 //! The smooth conductor (polished metal): a mirror with Fresnel's reflectance.
 
 use super::fresnel::Reflectance;
-use super::mirror::{eval_mirror, sample_mirror};
-use super::{Bsdf, BsdfError, BsdfSample, DiracValue, Lobes, Walk};
-use crate::math::{PerProjected, Rgb};
-use glam::{DVec2, DVec3};
+use super::mirror::mirror_image;
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk};
+use crate::math::Rgb;
+use glam::DVec3;
 
 /// Dirac reflection on both sides of a sheet of metal; what is not reflected is absorbed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,22 +29,7 @@ impl Bsdf for Conductor {
     }
 
     #[inline]
-    fn eval(&self, _to_light: DVec3, _to_camera: DVec3) -> Rgb {
-        Rgb::BLACK
-    }
-
-    #[inline]
-    fn pdf(&self, _fixed: DVec3, _next: DVec3, _walk: Walk) -> PerProjected {
-        PerProjected::ZERO
-    }
-
-    #[inline]
-    fn sample(&self, fixed: DVec3, _walk: Walk, _u1: f64, _u2: DVec2) -> Option<BsdfSample> {
-        sample_mirror(self.reflectance, fixed)
-    }
-
-    #[inline]
-    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        eval_mirror(self.reflectance, to_light, to_camera)
+    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+        mirror_image(self.reflectance, fixed).into_iter().for_each(image);
     }
 }

@@ -2,13 +2,10 @@
 //! Fresnel's R and T.
 
 use super::fresnel::{self, checked_relative_ior};
-use super::mirror::{is_mirrored, mirrored};
-use super::{
-    Bsdf, BsdfError, BsdfSample, DIRAC_TOLERANCE, DiracValue, Lobes, Walk, opposite_sides,
-    same_side, sine,
-};
+use super::mirror::mirrored;
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk, opposite_sides, same_side, sine};
 use crate::math::{PerProjected, Rgb};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// The interface between the medium outside (z > 0) and the one inside (z < 0).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,38 +43,23 @@ impl Bsdf for Dielectric {
     }
 
     #[inline]
-    fn eval(&self, _to_light: DVec3, _to_camera: DVec3) -> Rgb {
-        Rgb::BLACK
-    }
-
-    #[inline]
-    fn pdf(&self, _fixed: DVec3, _next: DVec3, _walk: Walk) -> PerProjected {
-        PerProjected::ZERO
-    }
-
-    #[inline]
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, _u2: DVec2) -> Option<BsdfSample> {
+    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
         if !same_side(fixed, fixed) {
-            return None;
+            return;
         }
         let eta = self.far_over_near(fixed);
         let interface = fresnel::dielectric(fixed.z.abs(), sine(fixed), eta);
-        if u1 < interface.reflectance {
-            let pdf = PerProjected(interface.reflectance);
-            return Some(BsdfSample {
-                next: mirrored(fixed),
-                weight: Rgb::WHITE,
-                pdf,
-                pdf_reverse: pdf,
-                dirac: true,
-                relative_ior: 1.0,
-            });
+        if interface.reflectance > 0.0 {
+            image(BsdfSample::of_dirac(mirrored(fixed), Rgb::WHITE, interface.reflectance));
         }
         let next = DVec3::new(
             -fixed.x / eta,
             -fixed.y / eta,
             -interface.refracted_cosine.copysign(fixed.z),
         );
+        if !opposite_sides(fixed, next) || interface.transmittance <= 0.0 {
+            return;
+        }
         let probability = PerProjected(interface.transmittance);
         // n_camera² / n_light² of this pair of directions
         let squeeze = match walk {
@@ -88,41 +70,6 @@ impl Bsdf for Dielectric {
             Walk::Camera => (Rgb::splat(squeeze), probability, probability * squeeze),
             Walk::Light => (Rgb::WHITE, probability * squeeze, probability),
         };
-        (opposite_sides(fixed, next) && interface.transmittance > 0.0).then_some(BsdfSample {
-            next,
-            weight,
-            pdf,
-            pdf_reverse,
-            dirac: true,
-            relative_ior: eta,
-        })
-    }
-
-    #[inline]
-    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        let eta = self.far_over_near(to_camera);
-        if is_mirrored(to_light, to_camera) {
-            let reflectance =
-                fresnel::dielectric(to_camera.z.abs(), sine(to_camera), eta).reflectance;
-            let pdf = PerProjected(reflectance);
-            return DiracValue {
-                value: Rgb::splat(reflectance),
-                pdf_to_light: pdf,
-                pdf_to_camera: pdf,
-            };
-        }
-        // Snell's law: n sin θ is the same on both sides
-        let mismatch = (to_camera + eta * to_light).truncate().length_squared();
-        let tolerance = DIRAC_TOLERANCE * eta.max(1.0);
-        if !opposite_sides(to_light, to_camera) || mismatch >= tolerance * tolerance {
-            return DiracValue::default();
-        }
-        let transmittance = fresnel::transmittance(to_camera.z.abs(), to_light.z.abs(), eta);
-        let squeezed = transmittance / (eta * eta);
-        DiracValue {
-            value: Rgb::splat(squeezed),
-            pdf_to_light: PerProjected(transmittance),
-            pdf_to_camera: PerProjected(squeezed),
-        }
+        image(BsdfSample { next, weight, pdf, pdf_reverse, dirac: true, relative_ior: eta });
     }
 }

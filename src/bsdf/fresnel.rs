@@ -17,7 +17,7 @@
 use super::error::{BsdfError, checked_reflectance};
 use crate::math::Rgb;
 
-/// What a smooth interface between two dielectrics does to a ray.
+/// The effect of a smooth interface between two dielectrics on a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interface {
     /// Reflected fraction R of the power.

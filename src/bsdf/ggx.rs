@@ -64,7 +64,7 @@ impl Ggx {
         Self::new(alpha, alpha)
     }
 
-    /// Whether both roughnesses are below [`LEAST_ALPHA`], so that models are to behave as their
+    /// True if both roughnesses are below [`LEAST_ALPHA`], so that models are to behave as their
     /// smooth counterparts.
     #[inline]
     #[must_use]

@@ -20,10 +20,10 @@
 //! F_d` (at α = 0.15), which κ = 0.997 makes room for.
 
 use super::error::checked_reflectance;
-use super::fresnel::{Reflectance, checked_relative_ior};
-use super::mirror::{eval_mirror, mirrored};
+use super::fresnel::checked_relative_ior;
+use super::mirror::mirrored;
 use super::rough_conductor::{Pair, sample_reflection};
-use super::{Bsdf, BsdfError, BsdfSample, DiracValue, Ggx, Lobes, Microfacets, Walk, same_side};
+use super::{Bsdf, BsdfError, BsdfSample, Ggx, Lobes, Microfacets, Walk, same_side};
 use crate::math::warp::square_to_cosine_hemisphere;
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -44,6 +44,8 @@ pub struct MetallicRoughness {
     f0: Rgb,
     /// Diffuse albedo before Schlick's weights of both ends.
     body: Rgb,
+    /// Reflectance of the coat at normal incidence.
+    coat: f64,
 }
 
 impl MetallicRoughness {
@@ -60,22 +62,24 @@ impl MetallicRoughness {
         relative_ior: f64,
     ) -> Result<Self, BsdfError> {
         let base_color = checked_reflectance(base_color)?;
-        let coat = Self::coat(relative_ior)?;
+        let relative_ior = checked_relative_ior(relative_ior)?;
         let unit = 0.0..=1.0;
         if !unit.contains(&metalness) || !unit.contains(&roughness) {
             return Err(BsdfError::MetallicRoughness(metalness, roughness));
         }
-        Ok(Self::of_valid(base_color, metalness, roughness, coat))
+        let coat = ((relative_ior - 1.0) / (relative_ior + 1.0)).powi(2);
+        let blank = Self {
+            distribution: Microfacets::Ggx(Ggx::of_valid(0.0)),
+            f0: Rgb::BLACK,
+            body: Rgb::BLACK,
+            coat,
+        };
+        Ok(blank.with(base_color, metalness, roughness))
     }
 
-    /// The coat's reflectance at normal incidence.
-    pub(crate) fn coat(relative_ior: f64) -> Result<f64, BsdfError> {
-        checked_relative_ior(relative_ior).map(|n| ((n - 1.0) / (n + 1.0)).powi(2))
-    }
-
-    /// The same from parameters that are known to be in [0, 1]; `coat` is the coat's reflectance at
-    /// normal incidence.
-    pub(crate) fn of_valid(base_color: Rgb, metalness: f64, roughness: f64, coat: f64) -> Self {
+    /// The same coat over another surface, with parameters that must be in [0, 1].
+    pub(crate) fn with(self, base_color: Rgb, metalness: f64, roughness: f64) -> Self {
+        let coat = self.coat;
         // Interpolated textures may leave the range by a rounding error.
         let metalness = metalness.clamp(0.0, 1.0);
         let alpha = roughness * roughness;
@@ -84,7 +88,7 @@ impl MetallicRoughness {
         // (1 - F_d)(1 - F_d)/(1 - F̄_d) with 1 - F_d = (1 - f)(1 - S) and 1 - F̄_d = (1 - f) 20/21
         let body =
             base_color * ((1.0 - metalness) * ROOM_FOR_ROUGH_COATS * (1.0 - coat) * (21.0 / 20.0));
-        Self { distribution: Microfacets::Ggx(Ggx::of_valid(alpha)), f0, body }
+        Self { distribution: Microfacets::Ggx(Ggx::of_valid(alpha)), f0, body, coat }
     }
 
     fn fresnel(&self, cosine: f64) -> Rgb {
@@ -110,9 +114,9 @@ impl MetallicRoughness {
         if self.distribution.is_smooth() { None } else { Pair::new(fixed, next) }
     }
 
-    /// The Dirac reflection in the direction's own angle.
-    fn mirror(&self, direction: DVec3) -> Reflectance {
-        Reflectance::Constant(self.fresnel(direction.z.abs()))
+    /// The Dirac reflection, chosen with the probability `coat`.
+    fn coat_image(&self, fixed: DVec3, coat: f64) -> BsdfSample {
+        BsdfSample::of_dirac(mirrored(fixed), self.fresnel(fixed.z.abs()) / coat, coat)
     }
 }
 
@@ -158,16 +162,7 @@ impl Bsdf for MetallicRoughness {
         }
         let coat = self.coat_probability(fixed);
         if u1 < coat && self.distribution.is_smooth() {
-            let pdf = PerProjected(coat);
-            let weight = self.fresnel(fixed.z.abs()) / coat;
-            return Some(BsdfSample {
-                next: mirrored(fixed),
-                weight,
-                pdf,
-                pdf_reverse: pdf,
-                dirac: true,
-                relative_ior: 1.0,
-            });
+            return Some(self.coat_image(fixed, coat));
         }
         let next = if u1 < coat {
             sample_reflection(&self.distribution, fixed, u2)?
@@ -187,16 +182,12 @@ impl Bsdf for MetallicRoughness {
         })
     }
 
-    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        if !self.distribution.is_smooth() {
-            return DiracValue::default();
-        }
-        let value = eval_mirror(self.mirror(to_camera), to_light, to_camera);
-        let coat = self.coat_probability(to_camera);
-        DiracValue {
-            pdf_to_light: value.pdf_to_light * coat,
-            pdf_to_camera: value.pdf_to_camera * coat,
-            ..value
+    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+        if self.distribution.is_smooth() && same_side(fixed, fixed) {
+            let coat = self.coat_probability(fixed);
+            if coat > 0.0 {
+                image(self.coat_image(fixed, coat));
+            }
         }
     }
 }

@@ -28,7 +28,7 @@ macro_rules! forward {
 
 impl Microfacets {
     forward! {
-        /// Whether models are to behave as their smooth counterparts.
+        /// True if models are to behave as their smooth counterparts.
         is_smooth() -> bool;
         /// Density D of micro-normals, 1/sr, so that `∫ D(h) h_z dh = 1`.
         density(normal: DVec3) -> f64;

@@ -1,11 +1,11 @@
 //! A weighted sum of models: `f = Σ w_k f_k`, sampled by choosing one of them with its probability.
 //! Weights may be coloured.
 
-use super::{Bsdf, BsdfError, BsdfSample, DiracValue, Lobes, Walk};
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
-/// `N` models of one type with weights, for example a [`SimpleModel`](super::SimpleModel) of any
+/// `N` models of one type with weights, for example a [`Model`](super::Model) of any
 /// kind.
 ///
 /// A sampled direction's density is that of all finite lobes together, and its weight is the sum's
@@ -105,20 +105,50 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
         last
     }
 
-    /// The sum over the components of `own` for the sampled one and `other` for the rest, in index
-    /// order so that it equals `pdf` to the bit.
-    fn sum(
+    /// The mean of the components' densities by their probabilities; in index order, so that a
+    /// sample's is that of `pdf` to the bit.
+    fn mean(&self, density: impl Fn(usize) -> PerProjected) -> PerProjected {
+        let terms = self.probabilities.iter().enumerate();
+        PerProjected(terms.map(|(k, probability)| density(k).value() * probability).sum())
+    }
+
+    /// The sample of component `k` as one of the sum: the others are asked about the same
+    /// directions.
+    fn with_others(
         &self,
-        sampled: usize,
-        own: PerProjected,
-        other: impl Fn(&B) -> PerProjected,
-    ) -> PerProjected {
-        let terms = self.components.iter().zip(&self.probabilities).enumerate();
-        let sum = terms.map(|(k, (component, probability))| {
-            let term = if k == sampled { own } else { other(component) };
-            term.value() * probability
+        k: usize,
+        sample: BsdfSample,
+        fixed: DVec3,
+        walk: Walk,
+    ) -> Option<BsdfSample> {
+        if self.probabilities[k] == 1.0 {
+            return Some(BsdfSample { weight: sample.weight * self.weights[k], ..sample });
+        }
+        let next = sample.next;
+        let (to_light, to_camera) = walk.label(fixed, next);
+        let of_sample = |own: BsdfSample| (own.weight * own.pdf.value(), own.pdf, own.pdf_reverse);
+        // Value and both densities of each component.
+        let terms: [_; N] = std::array::from_fn(|j| {
+            let component = &self.components[j];
+            if j == k {
+                of_sample(sample)
+            } else if sample.dirac {
+                image_at(component, fixed, next, walk).map_or_else(Default::default, of_sample)
+            } else {
+                let pdf = component.pdf(fixed, next, walk);
+                let pdf_reverse = component.pdf(next, fixed, walk.reversed());
+                (component.eval(to_light, to_camera), pdf, pdf_reverse)
+            }
         });
-        PerProjected(sum.sum())
+        let value: Rgb = terms.iter().zip(&self.weights).map(|(term, &w)| term.0 * w).sum();
+        let pdf = self.mean(|j| terms[j].1);
+        let pdf_reverse = self.mean(|j| terms[j].2);
+        (pdf.value() > 0.0).then(|| BsdfSample {
+            weight: value / pdf.value(),
+            pdf,
+            pdf_reverse,
+            ..sample
+        })
     }
 }
 
@@ -144,70 +174,37 @@ impl<B: Bsdf, const N: usize> Bsdf for Mixture<B, N> {
 
     #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
-        self.sum(N, PerProjected::ZERO, |component| component.pdf(fixed, next, walk))
+        self.mean(|k| self.components[k].pdf(fixed, next, walk))
     }
 
     fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         let (k, u1) = self.choose(u1)?;
         let sample = self.components[k].sample(fixed, walk, u1, u2)?;
-        let next = sample.next;
-        let (to_light, to_camera) = walk.label(fixed, next);
-        // what the component has sampled is taken as it is; the others are asked about the same
-        // directions
-        let others =
-            || self.components.iter().zip(&self.weights).enumerate().filter(|(j, _)| *j != k);
-        let own_value = sample.weight * sample.pdf.value() * self.weights[k];
-        let (value, pdf, pdf_reverse) = if sample.dirac {
-            let dirac = |component: &B| component.eval_dirac(to_light, to_camera);
-            let along = |value: DiracValue, walk: Walk| match walk {
-                Walk::Camera => value.pdf_to_light,
-                Walk::Light => value.pdf_to_camera,
-            };
-            (
-                own_value
-                    + others()
-                        .map(|(_, (component, &weight))| dirac(component).value * weight)
-                        .sum(),
-                self.sum(k, sample.pdf, |component| along(dirac(component), walk)),
-                self.sum(k, sample.pdf_reverse, |component| {
-                    along(dirac(component), walk.reversed())
-                }),
-            )
-        } else {
-            (
-                own_value
-                    + others()
-                        .map(|(_, (component, &weight))| {
-                            component.eval(to_light, to_camera) * weight
-                        })
-                        .sum(),
-                self.sum(k, sample.pdf, |component| component.pdf(fixed, next, walk)),
-                self.sum(k, sample.pdf_reverse, |component| {
-                    component.pdf(next, fixed, walk.reversed())
-                }),
-            )
-        };
-        (pdf.value() > 0.0).then(|| BsdfSample {
-            weight: value / pdf.value(),
-            pdf,
-            pdf_reverse,
-            ..sample
-        })
+        self.with_others(k, sample, fixed, walk)
     }
 
-    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        let components = self.components.iter().zip(&self.weights).zip(&self.probabilities);
-        components.fold(DiracValue::default(), |sum, ((component, &weight), &probability)| {
-            let term = component.eval_dirac(to_light, to_camera);
-            DiracValue {
-                value: sum.value + term.value * weight,
-                pdf_to_light: PerProjected(
-                    sum.pdf_to_light.value() + term.pdf_to_light.value() * probability,
-                ),
-                pdf_to_camera: PerProjected(
-                    sum.pdf_to_camera.value() + term.pdf_to_camera.value() * probability,
-                ),
-            }
-        })
+    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+        for k in (0..N).filter(|&k| self.probabilities[k] > 0.0) {
+            self.components[k].dirac_images(fixed, walk, &mut |own| {
+                let is_listed = (0..k).any(|j| {
+                    self.probabilities[j] > 0.0
+                        && image_at(&self.components[j], fixed, own.next, walk).is_some()
+                });
+                if !is_listed {
+                    self.with_others(k, own, fixed, walk).into_iter().for_each(&mut *image);
+                }
+            });
+        }
     }
+}
+
+/// The image of a direction that is exactly `next`.
+fn image_at<B: Bsdf>(bsdf: &B, fixed: DVec3, next: DVec3, walk: Walk) -> Option<BsdfSample> {
+    let mut found = None;
+    bsdf.dirac_images(fixed, walk, &mut |image| {
+        if image.next == next {
+            found = Some(image);
+        }
+    });
+    found
 }

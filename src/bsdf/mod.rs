@@ -1,4 +1,4 @@
-//! How surfaces scatter: the [`Bsdf`] trait and one file per model.
+//! Scattering of surfaces: the [`Bsdf`] trait and one file per model.
 //!
 //! All directions are unit vectors in the local frame of the surface point, z = shading normal, and
 //! point *away* from the surface. The two neighbours of a vertex are labelled by the end of the
@@ -48,7 +48,7 @@ pub use metallic_roughness::MetallicRoughness;
 pub use microfacets::Microfacets;
 pub use mirror::Mirror;
 pub use mixture::Mixture;
-pub use model::{Model, SimpleModel};
+pub use model::Model;
 pub use null::Null;
 pub use plastic::Plastic;
 pub use rough_conductor::RoughConductor;
@@ -56,7 +56,7 @@ pub(crate) use rough_dielectric::INDEX_MATCHED;
 pub use rough_dielectric::RoughDielectric;
 pub use thin_dielectric::ThinDielectric;
 
-/// Which way a walk goes: what is at its start.
+/// The direction of a walk, named by its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Walk {
     /// From the camera towards the lights: samples `to_light` with `to_camera` fixed, transports
@@ -128,7 +128,7 @@ impl Lobes {
         Self(self.0 | other.0)
     }
 
-    /// Whether the sets have a lobe in common.
+    /// True if the sets have a lobe in common.
     #[inline]
     #[must_use]
     pub const fn intersects(self, other: Self) -> bool {
@@ -154,11 +154,44 @@ pub struct BsdfSample {
     pub pdf: PerProjected,
     /// Density with which the walk in the opposite direction would sample `fixed` given `next`.
     pub pdf_reverse: PerProjected,
-    /// Whether a Dirac lobe was sampled.
+    /// True if a Dirac lobe was sampled.
     pub dirac: bool,
     /// Index of refraction of the medium that `next` is in over that of the medium that `fixed` is
     /// in; 1 for reflection.
     pub relative_ior: f64,
+}
+
+impl BsdfSample {
+    /// A Dirac lobe's sample that stays in its medium, such as a reflection, chosen with a
+    /// probability.
+    #[inline]
+    #[must_use]
+    pub const fn of_dirac(next: DVec3, weight: Rgb, probability: f64) -> Self {
+        let pdf = PerProjected(probability);
+        Self { next, weight, pdf, pdf_reverse: pdf, dirac: true, relative_ior: 1.0 }
+    }
+
+    /// Probability with which this sample of a Dirac lobe is chosen: its density without
+    /// refraction's n².
+    #[inline]
+    #[must_use]
+    pub fn dirac_probability(&self, walk: Walk) -> f64 {
+        match walk {
+            Walk::Camera => self.pdf.value(),
+            Walk::Light => self.pdf.value() / (self.relative_ior * self.relative_ior),
+        }
+    }
+
+    /// The coefficients of the Dirac lobe that was sampled.
+    #[inline]
+    #[must_use]
+    pub fn dirac_value(&self, walk: Walk) -> DiracValue {
+        let (pdf_to_light, pdf_to_camera) = match walk {
+            Walk::Camera => (self.pdf, self.pdf_reverse),
+            Walk::Light => (self.pdf_reverse, self.pdf),
+        };
+        DiracValue { value: self.weight * self.pdf.value(), pdf_to_light, pdf_to_camera }
+    }
 }
 
 /// The coefficients of a Dirac lobe for one pair of directions.
@@ -179,37 +212,71 @@ pub struct DiracValue {
     pub pdf_to_camera: PerProjected,
 }
 
-/// How one surface point scatters light. Open for users to implement.
+/// The scattering function of one surface point. Open for users to implement; [`check`] tests an
+/// implementation.
 ///
 /// Directions are in the local frame (z = shading normal), unit length, pointing away from the
-/// surface.
-pub trait Bsdf {
+/// surface. A model with finite lobes implements [`eval`](Self::eval), [`pdf`](Self::pdf) and
+/// [`sample`](Self::sample), one with Dirac lobes [`dirac_images`](Self::dirac_images), which is
+/// all that one needs that has no other.
+pub trait Bsdf: Send + Sync {
     /// The kinds of lobes that this BSDF has at this point.
     fn lobes(&self) -> Lobes;
 
     /// `f(to_light, to_camera)` in 1/sr without Dirac lobes, refraction's `n_camera²/n_light²`
     /// included (Veach 1997, section 5.2).
-    fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb;
+    fn eval(&self, _to_light: DVec3, _to_camera: DVec3) -> Rgb {
+        Rgb::BLACK
+    }
 
     /// Density with which `sample` chooses `next`, per projected solid angle (local cosine),
     /// without Dirac lobes but with the probability of not choosing one.
-    fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected;
-
-    /// Samples a direction given the one back to the walk's previous vertex; `None` if the light is
-    /// absorbed.
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample>;
-
-    /// The Dirac lobe that maps one direction into the other, if there is one; all zero otherwise.
-    ///
-    /// Only used to re-evaluate recorded paths: "maps" is decided up to rounding.
-    fn eval_dirac(&self, _to_light: DVec3, _to_camera: DVec3) -> DiracValue {
-        DiracValue::default()
+    fn pdf(&self, _fixed: DVec3, _next: DVec3, _walk: Walk) -> PerProjected {
+        PerProjected::ZERO
     }
 
-    /// Whether it matters how the local frame is turned around the normal. If so, x follows the
-    /// surface's tangent, else any frame will do.
+    /// A sampled direction given the one back to the walk's previous vertex; `None` if the light is
+    /// absorbed. Provided for models without finite lobes: one of the Dirac images, whose
+    /// probabilities then sum to 1 up to rounding; what is absorbed is in their weights.
+    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, _u2: DVec2) -> Option<BsdfSample> {
+        let (mut chosen, mut below) = (None, 0.0);
+        self.dirac_images(fixed, walk, &mut |image| {
+            if u1 >= below {
+                chosen = Some(image);
+            }
+            below += image.dirac_probability(walk);
+        });
+        chosen
+    }
+
+    /// The images of a direction under the Dirac lobes, two or three at most: what `sample` may
+    /// return with `dirac` set, each once and with a probability above 0.
+    fn dirac_images(&self, _fixed: DVec3, _walk: Walk, _image: &mut dyn FnMut(BsdfSample)) {}
+
+    /// The Dirac lobe of a pair of directions that is known to be one of a Dirac lobe up to
+    /// rounding, as in a recorded path: that of the nearest image on the same side of the surface;
+    /// all zero if there is none.
+    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
+        // From the more grazing end the other one follows without loss of digits.
+        let walk = if to_camera.z.abs() <= to_light.z.abs() { Walk::Camera } else { Walk::Light };
+        let (fixed, next) = match walk {
+            Walk::Camera => (to_camera, to_light),
+            Walk::Light => (to_light, to_camera),
+        };
+        let (mut value, mut least) = (DiracValue::default(), f64::INFINITY);
+        self.dirac_images(fixed, walk, &mut |image| {
+            let distance = image.next.distance_squared(next);
+            if same_side(image.next, next) && distance < least {
+                (value, least) = (image.dirac_value(walk), distance);
+            }
+        });
+        value
+    }
+
+    /// True if it matters how the local frame is turned around the normal. If so, x follows the
+    /// surface's tangent, else any frame will do. That of the models here is roughness alone.
     fn is_anisotropic(&self) -> bool {
-        true
+        self.lobes().intersects(Lobes::GLOSSY)
     }
 }
 
@@ -226,6 +293,9 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
     fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         (**self).sample(fixed, walk, u1, u2)
     }
+    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+        (**self).dirac_images(fixed, walk, image);
+    }
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         (**self).eval_dirac(to_light, to_camera)
     }
@@ -233,13 +303,6 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
         (**self).is_anisotropic()
     }
 }
-
-/// How far the tangential components of a pair of directions may miss the law of reflection or
-/// refraction for `eval_dirac`.
-///
-/// Wide enough for directions recomputed from positions, where an edge that is short against the
-/// coordinates has lost half the digits.
-const DIRAC_TOLERANCE: f64 = 1e-6;
 
 /// Both directions lie strictly on the same side of the surface.
 #[inline]

@@ -1,16 +1,17 @@
 //! The models of this crate behind one type, without indirection.
 
 use super::{
-    Bsdf, BsdfSample, Conductor, Dielectric, DiracValue, Lambert, Lobes, MetallicRoughness, Mirror,
-    Mixture, Null, Plastic, RoughConductor, RoughDielectric, ThinDielectric, Walk,
+    Bsdf, BsdfSample, Conductor, Dielectric, Lambert, Lobes, MetallicRoughness, Mirror, Null,
+    Plastic, RoughConductor, RoughDielectric, ThinDielectric, Walk,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
-/// Every model that is not made of others.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SimpleModel {
+/// Every model that is not made of others; a [`Mixture`](super::Mixture) is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Model {
     /// Absorbs everything, such as the surface of a light that reflects nothing.
+    #[default]
     Black,
     /// Lets everything pass straight through.
     Null(Null),
@@ -34,17 +35,6 @@ pub enum SimpleModel {
     RoughDielectric(RoughDielectric),
 }
 
-/// Every model, a blend of two among them. Larger mixtures are a [`Mixture`] of their own.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Model {
-    /// One model.
-    Simple(SimpleModel),
-    /// One model in a colour.
-    Tinted(Mixture<SimpleModel, 1>),
-    /// A weighted sum of two.
-    Mixture(Mixture<SimpleModel, 2>),
-}
-
 /// Runs an expression on the concrete model; black surfaces get the other expression.
 macro_rules! dispatch {
     ($model:expr, $bsdf:ident => $scatters:expr, black => $absorbs:expr) => {
@@ -64,7 +54,7 @@ macro_rules! dispatch {
     };
 }
 
-impl Bsdf for SimpleModel {
+impl Bsdf for Model {
     #[inline]
     fn lobes(&self) -> Lobes {
         dispatch!(self, bsdf => bsdf.lobes(), black => Lobes::NONE)
@@ -86,85 +76,16 @@ impl Bsdf for SimpleModel {
     }
 
     #[inline]
-    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        dispatch!(self, bsdf => bsdf.eval_dirac(to_light, to_camera), black => DiracValue::default())
+    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+        dispatch!(self, bsdf => bsdf.dirac_images(fixed, walk, image), black => {});
     }
-
-    /// Roughness alone has directions.
-    #[inline]
-    fn is_anisotropic(&self) -> bool {
-        self.lobes().intersects(Lobes::GLOSSY)
-    }
-}
-
-impl Bsdf for Model {
-    #[inline]
-    fn lobes(&self) -> Lobes {
-        match self {
-            Self::Simple(bsdf) => bsdf.lobes(),
-            Self::Tinted(bsdf) => bsdf.lobes(),
-            Self::Mixture(bsdf) => bsdf.lobes(),
-        }
-    }
-
-    #[inline]
-    fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
-        match self {
-            Self::Simple(bsdf) => bsdf.eval(to_light, to_camera),
-            Self::Tinted(bsdf) => bsdf.eval(to_light, to_camera),
-            Self::Mixture(bsdf) => bsdf.eval(to_light, to_camera),
-        }
-    }
-
-    #[inline]
-    fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
-        match self {
-            Self::Simple(bsdf) => bsdf.pdf(fixed, next, walk),
-            Self::Tinted(bsdf) => bsdf.pdf(fixed, next, walk),
-            Self::Mixture(bsdf) => bsdf.pdf(fixed, next, walk),
-        }
-    }
-
-    #[inline]
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
-        match self {
-            Self::Simple(bsdf) => bsdf.sample(fixed, walk, u1, u2),
-            Self::Tinted(bsdf) => bsdf.sample(fixed, walk, u1, u2),
-            Self::Mixture(bsdf) => bsdf.sample(fixed, walk, u1, u2),
-        }
-    }
-
-    #[inline]
-    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        match self {
-            Self::Simple(bsdf) => bsdf.eval_dirac(to_light, to_camera),
-            Self::Tinted(bsdf) => bsdf.eval_dirac(to_light, to_camera),
-            Self::Mixture(bsdf) => bsdf.eval_dirac(to_light, to_camera),
-        }
-    }
-
-    #[inline]
-    fn is_anisotropic(&self) -> bool {
-        self.lobes().intersects(Lobes::GLOSSY)
-    }
-}
-
-impl Model {
-    /// Absorbs everything.
-    pub const BLACK: Self = Self::Simple(SimpleModel::Black);
 }
 
 macro_rules! from_model {
     ($($model:ident),*) => {$(
-        impl From<$model> for SimpleModel {
-            fn from(model: $model) -> Self {
-                Self::$model(model)
-            }
-        }
-
         impl From<$model> for Model {
             fn from(model: $model) -> Self {
-                Self::Simple(model.into())
+                Self::$model(model)
             }
         }
     )*};
@@ -182,21 +103,3 @@ from_model!(
     RoughConductor,
     RoughDielectric
 );
-
-impl From<SimpleModel> for Model {
-    fn from(model: SimpleModel) -> Self {
-        Self::Simple(model)
-    }
-}
-
-impl From<Mixture<SimpleModel, 1>> for Model {
-    fn from(tinted: Mixture<SimpleModel, 1>) -> Self {
-        Self::Tinted(tinted)
-    }
-}
-
-impl From<Mixture<SimpleModel, 2>> for Model {
-    fn from(mixture: Mixture<SimpleModel, 2>) -> Self {
-        Self::Mixture(mixture)
-    }
-}

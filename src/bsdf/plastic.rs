@@ -13,9 +13,9 @@
 //! place; a white body reflects everything in both.
 
 use super::error::checked_reflectance;
-use super::fresnel::{self, Reflectance, checked_relative_ior};
-use super::mirror::{eval_mirror, mirrored};
-use super::{Bsdf, BsdfError, BsdfSample, DiracValue, Lobes, Walk, same_side, sine};
+use super::fresnel::{self, checked_relative_ior};
+use super::mirror::mirrored;
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk, same_side, sine};
 use crate::math::warp::square_to_cosine_hemisphere;
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -94,9 +94,13 @@ impl Plastic {
         PerProjected(FRAC_1_PI * (1.0 - self.coat_probability(interface)))
     }
 
-    /// R of the coat, as a mirror of its own.
-    fn coat(&self, interface: &fresnel::Interface) -> Reflectance {
-        Reflectance::Constant(self.specular * interface.reflectance)
+    /// The reflection of the coat.
+    fn coat_image(&self, fixed: DVec3, interface: &fresnel::Interface) -> Option<BsdfSample> {
+        let probability = self.coat_probability(interface);
+        (probability > 0.0).then(|| {
+            let weight = self.specular * (interface.reflectance / probability);
+            BsdfSample::of_dirac(mirrored(fixed), weight, probability)
+        })
     }
 }
 
@@ -136,16 +140,7 @@ impl Bsdf for Plastic {
         let interface = self.interface(fixed);
         let coat_probability = self.coat_probability(&interface);
         if u1 < coat_probability {
-            let weight = self.specular * (interface.reflectance / coat_probability);
-            let pdf = PerProjected(coat_probability);
-            return Some(BsdfSample {
-                next: mirrored(fixed),
-                weight,
-                pdf,
-                pdf_reverse: pdf,
-                dirac: true,
-                relative_ior: 1.0,
-            });
+            return self.coat_image(fixed, &interface);
         }
         let mut next = square_to_cosine_hemisphere(u2);
         next.z = next.z.copysign(fixed.z);
@@ -160,11 +155,10 @@ impl Bsdf for Plastic {
         })
     }
 
-    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        let interface = self.interface(to_camera);
-        let mirror = eval_mirror(self.coat(&interface), to_light, to_camera);
-        let probability = mirror.pdf_to_light * self.coat_probability(&interface);
-        DiracValue { value: mirror.value, pdf_to_light: probability, pdf_to_camera: probability }
+    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+        if same_side(fixed, fixed) {
+            self.coat_image(fixed, &self.interface(fixed)).into_iter().for_each(image);
+        }
     }
 }
 

@@ -3,8 +3,8 @@
 
 use super::fresnel::Reflectance;
 use super::ggx::LEAST_COSINE;
-use super::mirror::{eval_mirror, sample_mirror};
-use super::{Bsdf, BsdfSample, DiracValue, Lobes, Microfacets, Walk};
+use super::mirror::mirror_image;
+use super::{Bsdf, BsdfSample, Lobes, Microfacets, Walk};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -60,7 +60,7 @@ impl Bsdf for RoughConductor {
 
     fn sample(&self, fixed: DVec3, _walk: Walk, _u1: f64, u2: DVec2) -> Option<BsdfSample> {
         if self.distribution.is_smooth() {
-            return sample_mirror(self.reflectance, fixed);
+            return mirror_image(self.reflectance, fixed);
         }
         let next = sample_reflection(&self.distribution, fixed, u2)?;
         let pair = self.pair(fixed, next)?;
@@ -74,11 +74,9 @@ impl Bsdf for RoughConductor {
         })
     }
 
-    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
+    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
         if self.distribution.is_smooth() {
-            eval_mirror(self.reflectance, to_light, to_camera)
-        } else {
-            DiracValue::default()
+            mirror_image(self.reflectance, fixed).into_iter().for_each(image);
         }
     }
 }

@@ -12,9 +12,7 @@
 //! / |m|²` of the refracted direction.
 
 use super::rough_conductor::{Pair, is_above, reflect, upwards};
-use super::{
-    Bsdf, BsdfError, BsdfSample, Dielectric, DiracValue, Lobes, Microfacets, Walk, fresnel,
-};
+use super::{Bsdf, BsdfError, BsdfSample, Dielectric, Lobes, Microfacets, Walk, fresnel};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -112,11 +110,9 @@ impl Bsdf for RoughDielectric {
         })
     }
 
-    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
+    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
         if self.dirac {
-            self.interface.eval_dirac(to_light, to_camera)
-        } else {
-            DiracValue::default()
+            self.interface.dirac_images(fixed, walk, image);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What a shading normal that differs from the geometric one does to a BSDF: the only place where
+//! The effect of a shading normal that differs from the geometric one: the only place where
 //! it is handled.
 //!
 //! With shading normal `n_s` the surface scatters `f |ω_light · n_s|` instead of `f |ω_light ·
@@ -86,7 +86,32 @@ impl<B: Bsdf> ShadedBsdf<B> {
     pub fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         let local_fixed = self.frame.to_local(fixed);
         let ratio_fixed = self.ratio(fixed, local_fixed)?;
-        let mut sample = self.bsdf.sample(local_fixed, walk, u1, u2)?;
+        let sample = self.bsdf.sample(local_fixed, walk, u1, u2)?;
+        self.placed(sample, fixed, local_fixed, ratio_fixed, walk)
+    }
+
+    /// The images of a direction under the Dirac lobes: what `sample` may return with `dirac` set.
+    pub fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+        let local_fixed = self.frame.to_local(fixed);
+        if let Some(ratio) = self.ratio(fixed, local_fixed) {
+            self.bsdf.dirac_images(local_fixed, walk, &mut |local| {
+                self.placed(local, fixed, local_fixed, ratio, walk)
+                    .into_iter()
+                    .for_each(&mut *image);
+            });
+        }
+    }
+
+    /// A sample of the model in world space, with what the shading normal does to it.
+    #[inline(always)]
+    fn placed(
+        &self,
+        mut sample: BsdfSample,
+        fixed: DVec3,
+        local_fixed: DVec3,
+        ratio_fixed: f64,
+        walk: Walk,
+    ) -> Option<BsdfSample> {
         let local_next = sample.next;
         // Through a null interface the direction must stay the same to the last bit, so that it
         // cannot drift.
@@ -119,8 +144,9 @@ impl<B: Bsdf> ShadedBsdf<B> {
         Some(sample)
     }
 
-    /// Coefficients of the Dirac lobe that maps one direction into the other, of the Dirac
-    /// distribution with respect to the projected solid angle (geometric cosine) of `to_light`.
+    /// Coefficients of the Dirac lobe of a pair of directions that is known to be one of a Dirac
+    /// lobe up to rounding ([`Bsdf::eval_dirac`]), of the Dirac distribution with respect to the
+    /// projected solid angle (geometric cosine) of `to_light`.
     #[must_use]
     pub fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         let (light, camera) = (self.frame.to_local(to_light), self.frame.to_local(to_camera));

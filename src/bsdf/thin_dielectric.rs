@@ -6,11 +6,10 @@
 //! displacement are left out.
 
 use super::fresnel::{self, checked_relative_ior};
-use super::mirror::{is_mirrored, mirrored};
-use super::null::is_straight;
-use super::{Bsdf, BsdfError, BsdfSample, DiracValue, Lobes, Walk, same_side, sine};
-use crate::math::{PerProjected, Rgb};
-use glam::{DVec2, DVec3};
+use super::mirror::mirrored;
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk, same_side, sine};
+use crate::math::Rgb;
+use glam::DVec3;
 
 /// Both faces of a pane in one surface, with the same medium on both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,48 +43,15 @@ impl Bsdf for ThinDielectric {
     }
 
     #[inline]
-    fn eval(&self, _to_light: DVec3, _to_camera: DVec3) -> Rgb {
-        Rgb::BLACK
-    }
-
-    #[inline]
-    fn pdf(&self, _fixed: DVec3, _next: DVec3, _walk: Walk) -> PerProjected {
-        PerProjected::ZERO
-    }
-
-    #[inline]
-    fn sample(&self, fixed: DVec3, _walk: Walk, u1: f64, _u2: DVec2) -> Option<BsdfSample> {
+    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
         if !same_side(fixed, fixed) {
-            return None;
+            return;
         }
         let (reflectance, transmittance) = self.shares(fixed);
-        let (next, share) =
-            if u1 < reflectance { (mirrored(fixed), reflectance) } else { (-fixed, transmittance) };
-        let pdf = PerProjected(share);
-        (share > 0.0).then_some(BsdfSample {
-            next,
-            weight: Rgb::WHITE,
-            pdf,
-            pdf_reverse: pdf,
-            dirac: true,
-            relative_ior: 1.0,
-        })
-    }
-
-    #[inline]
-    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        let (reflectance, transmittance) = self.shares(to_camera);
-        let share = if is_mirrored(to_light, to_camera) {
-            reflectance
-        } else if is_straight(to_light, to_camera) {
-            transmittance
-        } else {
-            return DiracValue::default();
-        };
-        DiracValue {
-            value: Rgb::splat(share),
-            pdf_to_light: PerProjected(share),
-            pdf_to_camera: PerProjected(share),
+        for (next, share) in [(mirrored(fixed), reflectance), (-fixed, transmittance)] {
+            if share > 0.0 {
+                image(BsdfSample::of_dirac(next, Rgb::WHITE, share));
+            }
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check, sphere_cone};
 use crate::geometry::{Bounds, Disk, Frame, Place, Shape, Sphere, SurfacePoint, interpolated};
+use crate::material::Texture;
 use crate::math::distribution::AliasTable;
 use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_cosine_hemisphere};
-use crate::texture::Texture;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, PI};
 

@@ -1,13 +1,13 @@
 //! Why a light or a camera could not be made.
 
 use glam::UVec2;
-use std::fmt;
 
 /// Why a light or a camera could not be made. `object` says which kind it was.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EndpointError {
     /// A number is infinite or not a number.
+    #[error("{object}: {quantity} is infinite or not a number")]
     NotFinite {
         /// Kind of endpoint.
         object: &'static str,
@@ -15,6 +15,7 @@ pub enum EndpointError {
         quantity: &'static str,
     },
     /// A quantity that cannot be negative is.
+    #[error("{object}: {quantity} is negative")]
     Negative {
         /// Kind of endpoint.
         object: &'static str,
@@ -22,6 +23,7 @@ pub enum EndpointError {
         quantity: &'static str,
     },
     /// A quantity that must be positive is not.
+    #[error("{object}: {quantity} must be positive, but is {value}")]
     NotPositive {
         /// Kind of endpoint.
         object: &'static str,
@@ -31,6 +33,7 @@ pub enum EndpointError {
         value: f64,
     },
     /// A direction has length zero.
+    #[error("{object}: {quantity} has length zero")]
     ZeroDirection {
         /// Kind of endpoint.
         object: &'static str,
@@ -38,6 +41,7 @@ pub enum EndpointError {
         quantity: &'static str,
     },
     /// An angle is out of its range.
+    #[error("{object}: {quantity} is {degrees} degrees, but must be in {range}")]
     AngleOutOfRange {
         /// Kind of endpoint.
         object: &'static str,
@@ -49,16 +53,22 @@ pub enum EndpointError {
         range: &'static str,
     },
     /// The camera is where it looks at.
+    #[error("{object}: its position and its target are the same")]
     CameraAtTarget {
         /// Kind of camera.
         object: &'static str,
     },
     /// The up vector is parallel to the view.
+    #[error("{object}: the up vector is zero or parallel to the view")]
     UpParallelToView {
         /// Kind of camera.
         object: &'static str,
     },
     /// The film has no pixels, or more than 2³² - 1 of them.
+    #[error(
+        "{object}: a film of {} x {} pixels has none or more than 2^32 - 1 of them",
+        .resolution.x, .resolution.y
+    )]
     FilmSize {
         /// Kind of camera.
         object: &'static str,
@@ -66,6 +76,11 @@ pub enum EndpointError {
         resolution: UVec2,
     },
     /// The window is empty or reaches out of the film.
+    #[error(
+        "{object}: the window from {min} to {max} is empty or reaches out of the film of {} x \
+         {} pixels",
+        .resolution.x, .resolution.y
+    )]
     WindowOutsideFilm {
         /// Kind of camera.
         object: &'static str,
@@ -77,21 +92,28 @@ pub enum EndpointError {
         resolution: UVec2,
     },
     /// An area light whose shapes have no area in total.
+    #[error("area light: its {shapes} shapes have no area")]
     NoArea {
         /// How many shapes it has.
         shapes: usize,
     },
     /// The radius of a shape is negative, or its area is infinite or not a number.
+    #[error(
+        "area light: shape {index} has a negative radius, or an area that is infinite or not a \
+         number"
+    )]
     InvalidShape {
         /// Its index in the light.
         index: usize,
     },
     /// There are more shapes than primitive numbers.
+    #[error("area light: {shapes} shapes are more than there are primitive numbers left")]
     TooManyShapes {
         /// How many shapes the light has.
         shapes: usize,
     },
     /// An area light has texture coordinates for another number of triangles than it has shapes.
+    #[error("area light: texture coordinates for {triangles} triangles, but {shapes} shapes")]
     TextureCoordinates {
         /// How many shapes it has.
         shapes: usize,
@@ -99,6 +121,10 @@ pub enum EndpointError {
         triangles: usize,
     },
     /// The number of pixels is not the product of width and height, or is zero.
+    #[error(
+        "environment map: {pixels} pixels given for a map of {width} x {height}, which must \
+         have at least one"
+    )]
     PixelCount {
         /// Width of the map.
         width: u32,
@@ -108,6 +134,10 @@ pub enum EndpointError {
         pixels: usize,
     },
     /// A pixel of an environment map is negative, infinite or not a number.
+    #[error(
+        "environment map: the pixel in column {column} of row {row} is negative, infinite or \
+         not a number"
+    )]
     InvalidPixel {
         /// Its column.
         column: u32,
@@ -115,82 +145,9 @@ pub enum EndpointError {
         row: u32,
     },
     /// A rotation is not orthogonal.
+    #[error("{object}: the rotation is not an orthogonal matrix")]
     NotARotation {
         /// Kind of endpoint.
         object: &'static str,
     },
 }
-
-impl fmt::Display for EndpointError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotFinite { object, quantity } => {
-                write!(f, "{object}: {quantity} is infinite or not a number")
-            }
-            Self::Negative { object, quantity } => write!(f, "{object}: {quantity} is negative"),
-            Self::NotPositive { object, quantity, value } => {
-                write!(f, "{object}: {quantity} must be positive, but is {value}")
-            }
-            Self::ZeroDirection { object, quantity } => {
-                write!(f, "{object}: {quantity} has length zero")
-            }
-            Self::AngleOutOfRange { object, quantity, degrees, range } => {
-                write!(f, "{object}: {quantity} is {degrees} degrees, but must be in {range}")
-            }
-            Self::CameraAtTarget { object } => {
-                write!(f, "{object}: its position and its target are the same")
-            }
-            Self::UpParallelToView { object } => {
-                write!(f, "{object}: the up vector is zero or parallel to the view")
-            }
-            Self::FilmSize { object, resolution: r } => {
-                write!(
-                    f,
-                    "{object}: a film of {} x {} pixels has none or more than 2^32 - 1 of them",
-                    r.x, r.y
-                )
-            }
-            Self::WindowOutsideFilm { object, min, max, resolution: r } => {
-                write!(
-                    f,
-                    "{object}: the window from {min} to {max} is empty or reaches out of the film of {} x {} pixels",
-                    r.x, r.y
-                )
-            }
-            Self::NoArea { shapes } => write!(f, "area light: its {shapes} shapes have no area"),
-            Self::InvalidShape { index } => {
-                write!(
-                    f,
-                    "area light: shape {index} has a negative radius, or an area that is infinite or not a number"
-                )
-            }
-            Self::TooManyShapes { shapes } => write!(
-                f,
-                "area light: {shapes} shapes are more than there are primitive numbers left"
-            ),
-            Self::TextureCoordinates { shapes, triangles } => {
-                write!(
-                    f,
-                    "area light: texture coordinates for {triangles} triangles, but {shapes} shapes"
-                )
-            }
-            Self::PixelCount { width, height, pixels } => {
-                write!(
-                    f,
-                    "environment map: {pixels} pixels given for a map of {width} x {height}, which must have at least one"
-                )
-            }
-            Self::InvalidPixel { column, row } => {
-                write!(
-                    f,
-                    "environment map: the pixel in column {column} of row {row} is negative, infinite or not a number"
-                )
-            }
-            Self::NotARotation { object } => {
-                write!(f, "{object}: the rotation is not an orthogonal matrix")
-            }
-        }
-    }
-}
-
-impl std::error::Error for EndpointError {}

@@ -55,12 +55,13 @@ const BOX_VARIANCE: f64 = 1.0 / 12.0;
 /// Where the Gaussian kernel ends, in its own standard deviations before the cut.
 const CUT: f64 = 4.0;
 
-/// A checked [`Filter`], ready to draw offsets.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A checked [`Filter`], ready to draw offsets. By default that of the box.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kernel(Shape);
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Shape {
+    #[default]
     Point,
     Square,
     /// Standard deviation before the cut.

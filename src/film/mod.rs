@@ -15,6 +15,7 @@ pub use sums::{ChunkFilm, Film, FilmError, NonFinite, NonFiniteContribution};
 use crate::math::Rgb;
 use crate::sampler::{Sampler, Stream};
 use glam::{DVec2, UVec2};
+use std::fmt;
 
 /// A film's resolution and the window of it that is rendered, in pixels; (0, 0) is the upper left
 /// corner.
@@ -113,9 +114,9 @@ impl FilmSample {
     }
 }
 
-/// One sample of a batch.
+/// A sample of the image that is to be drawn: one camera subpath, one light subpath, or one of each.
 #[derive(Clone, Debug)]
-pub struct BatchSample<P> {
+pub struct Sample<P> {
     /// Where it looks.
     pub film: FilmSample,
     /// Its numbers.
@@ -123,12 +124,53 @@ pub struct BatchSample<P> {
 }
 
 /// One way to draw a path: `s` vertices from the light, `t` from the camera.
+///
+/// A technique connects the two subpaths by an edge, or merges their ends: then both have found the
+/// vertex where they meet, and the path has one vertex less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Technique {
     /// Number of vertices drawn from the light.
     pub s: u16,
     /// Number of vertices drawn from the camera.
     pub t: u16,
+    /// Whether the last vertices of the subpaths are taken as one.
+    pub merged: bool,
+}
+
+impl Technique {
+    /// The technique (s, t): s + t vertices, the two ends connected if s > 0.
+    #[inline]
+    #[must_use]
+    pub const fn new(s: u16, t: u16) -> Self {
+        Self { s, t, merged: false }
+    }
+
+    /// The technique that merges the ends of subpaths of s and t vertices, both at least 2.
+    #[inline]
+    #[must_use]
+    pub const fn merge(s: u16, t: u16) -> Self {
+        Self { s, t, merged: true }
+    }
+
+    /// All techniques (s, t) with t ≥ 1 of paths with so many scattering events at most, by path
+    /// length and then s.
+    pub fn up_to(bounces: u16) -> impl Iterator<Item = Self> {
+        (0..=bounces).flat_map(|n| (0..=n + 1).map(move |s| Self::new(s, n + 2 - s)))
+    }
+
+    /// Number of scattering events of its paths.
+    #[inline]
+    #[must_use]
+    pub const fn bounces(self) -> u16 {
+        (self.s + self.t).saturating_sub(if self.merged { 3 } else { 2 })
+    }
+}
+
+impl fmt::Display for Technique {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { s, t, merged } = self;
+        write!(f, "{}({s}, {t})", if *merged { "merge " } else { "" })
+    }
 }
 
 /// What one path adds to the film.
@@ -144,35 +186,22 @@ pub struct Contribution {
     pub technique: Technique,
 }
 
-/// Receives contributions: a film, a pyramid of techniques, statistics, an audit.
+/// Receives contributions: a film, a pyramid of techniques, statistics, an audit. A closure is one.
 pub trait Sink {
-    /// Takes one contribution.
-    fn add(&mut self, contribution: &Contribution);
-}
-
-impl<K: Sink + ?Sized> Sink for &mut K {
-    fn add(&mut self, contribution: &Contribution) {
-        (**self).add(contribution);
-    }
-}
-
-/// Receives the contributions of several samples, in any order.
-pub trait BatchSink {
-    /// Takes a contribution of the sample with this number in its batch.
+    /// Takes a contribution of the sample with this number in its batch. Those of one sample come
+    /// in their order, those of different samples in any.
     fn add(&mut self, sample: usize, contribution: &Contribution);
 }
 
-/// Both sinks receive every contribution.
-impl<A: Sink, B: Sink> Sink for (A, B) {
-    fn add(&mut self, contribution: &Contribution) {
-        self.0.add(contribution);
-        self.1.add(contribution);
+impl<F: FnMut(usize, &Contribution)> Sink for F {
+    fn add(&mut self, sample: usize, contribution: &Contribution) {
+        self(sample, contribution);
     }
 }
 
 /// Collects contributions as they come.
 impl Sink for Vec<Contribution> {
-    fn add(&mut self, contribution: &Contribution) {
+    fn add(&mut self, _sample: usize, contribution: &Contribution) {
         self.push(*contribution);
     }
 }

@@ -1,7 +1,7 @@
 //! The film: sums of contributions per pixel, filled chunk by chunk in a fixed order.
 
 use super::image::Image;
-use super::{BatchSink, Contribution, FilmRegion, Technique};
+use super::{Contribution, FilmRegion, Sink, Technique};
 use crate::math::Rgb;
 use glam::UVec2;
 use std::error::Error;
@@ -242,7 +242,7 @@ impl ChunkFilm {
     }
 }
 
-impl BatchSink for ChunkFilm {
+impl Sink for ChunkFilm {
     #[inline]
     fn add(&mut self, sample: usize, contribution: &Contribution) {
         let own = self.first + sample as u32;
@@ -280,7 +280,7 @@ mod tests {
             raster: DVec2::new(x, y),
             value: Rgb::splat(value),
             weight,
-            technique: Technique { s: 1, t: 2 },
+            technique: Technique::new(1, 2),
         }
     }
 
@@ -328,14 +328,11 @@ mod tests {
         chunk.begin_samples(5..6, 9);
         chunk.add(0, &contribution(3.5, 3.5, 1.0, 1.0));
         invalid.iter().for_each(|c| chunk.add(0, c));
-        chunk.add(0, &Contribution { technique: Technique { s: 0, t: 3 }, ..invalid[1] });
+        chunk.add(0, &Contribution { technique: Technique::new(0, 3), ..invalid[1] });
         chunk.finish();
         film.merge(&chunk);
         let lost = film.non_finite();
-        assert_eq!(
-            lost.by_technique(),
-            [(Technique { s: 0, t: 3 }, 1), (Technique { s: 1, t: 2 }, 6)]
-        );
+        assert_eq!(lost.by_technique(), [(Technique::new(0, 3), 1), (Technique::new(1, 2), 6)]);
         let first = lost.first().unwrap();
         assert_eq!((first.pixel, first.pass, first.pixel_index), (UVec2::new(3, 2), 9, 5));
         assert!(first.contribution.value.r().is_nan());

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-/// What kind of point it is, which decides the measure of its density and its geometry term.
+/// The kind of a point, which decides the measure of its density and its geometry term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Place {
     /// On a surface with area.
@@ -34,7 +34,7 @@ pub struct SurfacePoint {
     pub tangent: DVec3,
     /// Surface parameters.
     pub uv: DVec2,
-    /// What kind of point it is.
+    /// The kind of point.
     pub place: Place,
     /// The primitive that the point lies on, as numbered by the scene; [`SurfacePoint::NONE`] if
     /// there is none.
@@ -77,7 +77,7 @@ impl SurfacePoint {
         Self { place: Place::Infinite, ..Self::on_surface(position, 0.0, into_scene) }
     }
 
-    /// Whether shading and geometric normal are the same.
+    /// True if shading and geometric normal are the same.
     #[inline]
     #[must_use]
     pub fn is_flat(&self) -> bool {

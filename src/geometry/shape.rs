@@ -38,7 +38,7 @@ pub struct Sphere {
     pub cos_min: f64,
     /// See `cos_min`.
     pub cos_max: f64,
-    /// Whether the front side is the inside.
+    /// True if the front side is the inside.
     pub inward: bool,
 }
 
@@ -128,7 +128,7 @@ impl Sphere {
         Self { center, radius, axis: DVec3::Z, cos_min: -1.0, cos_max: 1.0, inward: false }
     }
 
-    /// Whether nothing of the sphere is masked.
+    /// True if nothing of the sphere is masked.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.cos_min <= -1.0 && self.cos_max >= 1.0

@@ -1,6 +1,5 @@
-//! Uniform-area path sampling, the lecture's estimator: behind the first surface that the camera
-//! sees, every vertex is drawn uniformly on the total area A of the scene's surfaces, and
-//! visibility is tested edge by edge,
+//! Uniform-area path sampling: behind the first surface that the camera sees, every vertex is drawn
+//! uniformly on the total area A of the scene's surfaces, and visibility is tested edge by edge,
 //!
 //! ```text
 //! Le(x_k → x_{k-1}) · Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1}) / p_A,       p_A = 1/A.
@@ -11,19 +10,21 @@
 //! a corner. It is here because it is the definition, sampled. It cannot see Dirac lobes, Dirac
 //! lights or anything at infinity behind the first vertex.
 
-use super::{Depth, Integrator};
+use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
 use crate::bsdf::Walk;
-use crate::endpoint::{Camera, Endpoint};
-use crate::film::{Contribution, FilmSample, Sink, Technique};
+use crate::bsdf::shading::ShadedBsdf;
+use crate::endpoint::Endpoint;
+use crate::film::{Contribution, Sample, Technique};
 use crate::math::Rgb;
-use crate::path::{Edge, RandomWalk, Roulette, Scratch, TechniqueSet, Termination};
+use crate::path::{Edge, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit};
 use crate::sampler::{Sampler, Stream};
-use crate::scene::{Needs, SurfaceArea};
+use crate::scene::SurfaceArea;
+use std::ops::ControlFlow;
 
 /// Uniform-area path sampling.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct UniformArea {
-    /// Which path lengths count.
+    /// The path lengths that count.
     pub depth: Depth,
     /// Termination.
     pub roulette: Roulette,
@@ -38,58 +39,57 @@ impl UniformArea {
 }
 
 impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
+    type Run<'a>
+        = SingleWalk<'a, S, Self>
+    where
+        S: 'a;
+
     fn name(&self) -> &'static str {
         "uniform-area"
     }
 
-    fn techniques(&self, needs: &Needs) -> TechniqueSet {
-        TechniqueSet { uniform_area: true, ..TechniqueSet::NONE }.pruned(needs)
+    fn start<'a>(&'a self, stage: Stage<'a, S>, _: &dyn Crew) -> Started<Self::Run<'a>> {
+        let techniques = TechniqueSet { uniform_area: true, ..TechniqueSet::NONE };
+        Ok(SingleWalk::new(stage, *self, techniques, self.depth))
+    }
+}
+
+impl<'a, S: SurfaceArea + ?Sized> Steps<'a, S> for SingleWalk<'a, S, UniformArea> {
+    fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
+        site.subpaths.camera.clear();
+        let (walk, _) = self.stage.camera_walk(site.sample)?;
+        self.techniques.uniform_area.then_some(walk)
     }
 
-    fn sample<'s, C: Camera + ?Sized, P: Sampler, K: Sink>(
-        &self,
-        scene: &'s S,
-        camera: &C,
-        film: FilmSample,
-        sampler: &mut P,
-        sink: &mut K,
-        scratch: &mut Scratch<'s, S>,
-    ) {
-        let counters = &mut scratch.counters;
-        counters.samples += 1;
-        let needs = scene.needs();
-        if !Integrator::<S>::techniques(self, &needs).uniform_area {
-            return;
-        }
-        let depth = self.depth.within(&needs);
-        let mut add = |bounces: u32, value: Rgb| {
-            let technique = Technique { s: 0, t: bounces as u16 + 2 };
-            sink.add(&Contribution { raster: film.raster, value, weight: 1.0, technique });
-        };
-        let u = camera.film().to_window(film.raster + film.offset);
-        let Some((mut walk, _)) = RandomWalk::from_camera(scene, camera, u, sampler) else {
-            return;
-        };
-        let Some(first) = walk.arrive(counters) else { return };
-        if let Some(light) = first.light
-            && depth.contains(0)
+    fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        if let Some((_, radiance)) = visit.vertex.emission(self.stage.scene)
+            && self.depth.contains(0)
         {
-            let radiance = scene.light(light).emit(&first.point, first.to_previous);
-            if !radiance.is_black() {
-                add(0, first.throughput * radiance);
-            }
+            visit.out.add(&visit.contribution(0, visit.vertex.throughput * radiance, 1.0));
         }
-        let (mut point, mut to_camera, mut throughput) =
-            (first.point, first.to_previous, first.throughput);
-        let Some(mut bsdf) = first.bsdf else { return };
-        let reference = throughput.max_component();
-        let area = scene.total_area();
-        for bounces in 1..=depth.limit() {
+        visit.limit(self.depth.limit())
+    }
+
+    /// Draws the chain of vertices behind the first surface.
+    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        let Visit { vertex, sample: Sample { film, sampler }, out, counters, .. } = visit;
+        let (scene, roulette) = (self.stage.scene, &self.settings.roulette);
+        let mut add = |bounces: u32, value: Rgb| {
+            let technique = Technique::new(0, bounces as u16 + 2);
+            if !value.is_black() {
+                out.add(&Contribution { raster: film.raster, value, weight: 1.0, technique });
+            }
+        };
+        let (mut point, mut to_camera) = (vertex.point, vertex.to_previous);
+        let mut throughput = vertex.throughput;
+        let (reference, area) = (throughput.max_component(), scene.total_area());
+        for bounces in 1..=self.depth.limit() {
             sampler.stream(Stream::CameraVertex(bounces));
             let next = scene.sample_surface(sampler.next_1d(), sampler.next_2d());
             counters.scattered += 1;
             let Some(edge) = Edge::between(&point, &next) else { break };
             counters.connections += 1;
+            let bsdf = ShadedBsdf::new(scene.bsdf(&point), &point);
             throughput *= bsdf.eval(edge.direction, to_camera) * (edge.geometry * area);
             if throughput.is_black() {
                 break;
@@ -99,32 +99,19 @@ impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
                 break;
             }
             if let Some(light) = scene.light_at(&next)
-                && depth.contains(bounces)
+                && self.depth.contains(bounces)
             {
-                let radiance = scene.light(light).emit(&next, -edge.direction);
-                if !radiance.is_black() {
-                    add(bounces, throughput * radiance);
-                }
+                add(bounces, throughput * scene.light(light).emit(&next, -edge.direction));
             }
-            let constant = self.roulette.constant(Walk::Camera) * throughput;
             let relative = throughput.max_component() / reference;
-            match self.roulette.decide(bounces, relative, || sampler.next_1d()) {
-                Termination::Continue => {}
-                Termination::Survived { q } => {
-                    throughput = throughput / (1.0 - q);
-                    if !constant.is_black() {
-                        add(bounces + 1, constant * (-q / (1.0 - q)));
-                    }
-                }
-                Termination::Terminated => {
-                    if !constant.is_black() {
-                        add(bounces + 1, constant);
-                    }
-                    break;
-                }
+            let xi = || sampler.next_1d();
+            let on = roulette.play(Walk::Camera, bounces, relative, &mut throughput, xi);
+            add(bounces + 1, on.constant);
+            if !on.goes_on {
+                break;
             }
             (point, to_camera) = (next, -edge.direction);
-            bsdf = crate::bsdf::shading::ShadedBsdf::new(scene.bsdf(&point), &point);
         }
+        ControlFlow::Break(())
     }
 }

@@ -249,33 +249,21 @@ pub(super) fn ln_gamma(x: f64) -> f64 {
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
-    use statrs::function::{erf::erfc, gamma};
 
     #[test]
-    fn gamma_functions_agree_with_statrs() {
-        for a in [0.1, 0.5, 1.0, 2.5, 10.0, 100.0, 1000.0] {
-            assert_relative_eq!(
-                ln_gamma(a),
-                gamma::ln_gamma(a),
-                max_relative = 1e-12,
-                epsilon = 1e-13
-            );
-            for factor in [0.01, 0.5, 0.9, 1.0, 1.1, 2.0] {
-                let x = a * factor;
-                assert_relative_eq!(
-                    regularized_gamma_q(a, x),
-                    gamma::gamma_ur(a, x),
-                    max_relative = 1e-9,
-                    epsilon = 1e-13
-                );
-            }
+    fn logarithm_of_the_gamma_function() {
+        let root = PI.sqrt().ln();
+        for (a, expected) in [
+            (0.1, 2.252_712_651_734_206),
+            (0.5, root),
+            (1.0, 0.0),
+            (2.5, root + f64::ln(0.75)),
+            (10.0, f64::ln(362_880.0)),
+            (100.0, 359.134_205_369_575_4),
+            (1000.0, 5_905.220_423_209_181),
+        ] {
+            assert_relative_eq!(ln_gamma(a), expected, max_relative = 1e-12, epsilon = 1e-13);
         }
-        for z in [0.0, 0.1, 1.0, -3.0, 8.0] {
-            let expected = erfc(f64::abs(z) / 2f64.sqrt());
-            assert_relative_eq!(two_sided_p_value(z), expected, max_relative = 1e-9);
-        }
-        assert!(regularized_gamma_q(-1.0, 1.0).is_nan());
-        assert_eq!(regularized_gamma_q(1.0, f64::INFINITY), 0.0);
     }
 
     #[test]

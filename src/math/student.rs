@@ -93,19 +93,6 @@ fn regularized_beta(a: f64, b: f64, x: f64) -> f64 {
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
-    use statrs::distribution::{ContinuousCDF, StudentsT};
-
-    #[test]
-    fn agrees_with_statrs() {
-        for freedom in [1.0, 2.5, 7.0, 31.0, 1000.0] {
-            let student = StudentsT::new(0.0, 1.0, freedom).unwrap();
-            for t in [0.01, 0.5, 1.0, 2.0, 5.0, 20.0] {
-                let p = student_t_p_value(t, freedom);
-                assert_relative_eq!(p, 2.0 * student.sf(t), max_relative = 1e-8);
-                assert_relative_eq!(student_t_quantile(p, freedom), t, max_relative = 1e-8);
-            }
-        }
-    }
 
     #[test]
     fn limits() {

@@ -1,8 +1,9 @@
 //! Points sampled on an endpoint for the sake of a given vertex: next event estimation and light
 //! tracing.
 
-use super::{StartDensity, Vertex};
+use super::{Counters, Edge, StartDensity, Vertex};
 use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
+use crate::film::Sample;
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::{PerArea, Rgb};
 use crate::sampler::Sampler;
@@ -40,10 +41,10 @@ impl SampledEndpoint {
     /// As a vertex of a path.
     #[inline]
     #[must_use]
-    pub fn vertex<'s, S: Scene + ?Sized, C: Camera + ?Sized>(
+    pub fn vertex<'s, S: Scene + ?Sized>(
         &self,
         scene: &'s S,
-        camera: &C,
+        camera: &dyn Camera,
     ) -> Vertex<S::Bsdf<'s>> {
         let walk = match self.light {
             Some(id) => scene.light(id).point_pdf(&self.point) * scene.pick_pmf(id),
@@ -68,7 +69,7 @@ pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(
 ) -> Option<SampledEndpoint> {
     // All numbers are drawn first, so that later dimensions do not depend on the outcome.
     let (u0, u1, u2) = (sampler.next_1d(), sampler.next_1d(), sampler.next_2d());
-    let (id, pmf) = scene.pick_light(u0)?;
+    let (id, pmf) = scene.pick_light_for(receiver, u0)?;
     let light = scene.light(id);
     if !light.can_be_connected() {
         return None;
@@ -79,10 +80,7 @@ pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(
 
 /// The numbers that a point on the lens is sampled with; a lens that is a point needs none.
 #[inline]
-pub(super) fn lens_numbers<C: Camera + ?Sized, P: Sampler>(
-    camera: &C,
-    sampler: &mut P,
-) -> (f64, DVec2) {
+pub(super) fn lens_numbers<P: Sampler>(camera: &dyn Camera, sampler: &mut P) -> (f64, DVec2) {
     if camera.place() == Place::Dirac {
         sampler.skip_1d();
         sampler.skip_2d();
@@ -93,12 +91,103 @@ pub(super) fn lens_numbers<C: Camera + ?Sized, P: Sampler>(
 
 /// Samples a point on the lens to connect `receiver` to.
 #[inline(always)]
-pub fn sample_lens<C: Camera + ?Sized, P: Sampler>(
-    camera: &C,
+pub fn sample_lens<P: Sampler>(
+    camera: &dyn Camera,
     receiver: &SurfacePoint,
     sampler: &mut P,
 ) -> Option<SampledEndpoint> {
     let (u1, u2) = lens_numbers(camera, sampler);
     let sample = Endpoint::sample_from(camera, receiver, u1, u2);
     SampledEndpoint::new(&sample, None, 1.0)
+}
+
+/// A point on a light that a vertex of a camera subpath connects to: next event estimation.
+#[derive(Clone, Copy, Debug)]
+pub struct NextEvent {
+    /// The point.
+    pub emitter: SampledEndpoint,
+    /// The light.
+    pub light: LightId,
+    /// From the vertex to the point.
+    pub edge: Edge,
+    /// Unweighted estimate `T f G Le / p` if the two see each other; not black.
+    pub value: Rgb,
+}
+
+/// Samples a point on a light for a vertex and evaluates everything but visibility. `None` if
+/// nothing comes of it.
+#[inline(always)]
+pub fn sample_next_event<S: Scene + ?Sized, P: Sampler>(
+    scene: &S,
+    vertex: &Vertex<S::Bsdf<'_>>,
+    sampler: &mut P,
+    counters: &mut Counters,
+) -> Option<NextEvent> {
+    let emitter = sample_emitter(scene, &vertex.point, sampler)?;
+    let (light, bsdf) = (emitter.light?, vertex.bsdf.as_ref()?);
+    let edge = Edge::between(&vertex.point, &emitter.point)?;
+    counters.connections += 1;
+    let radiance = scene.light(light).emit(&emitter.point, -edge.direction);
+    let incoming = edge.geometry * (radiance * emitter.throughput());
+    if incoming.is_black() {
+        return None;
+    }
+    let value = vertex.throughput * bsdf.eval(edge.direction, vertex.to_previous) * incoming;
+    (!value.is_black()).then_some(NextEvent { emitter, light, edge, value })
+}
+
+/// A point on the lens that a vertex of a light subpath connects to: light tracing.
+#[derive(Clone, Copy, Debug)]
+pub struct LensConnection {
+    /// The point on the lens.
+    pub lens: SurfacePoint,
+    /// The end on the other side: the vertex, or the point of a light at infinity that faces the
+    /// lens.
+    pub end: SurfacePoint,
+    /// Position on the film, in pixels of the full film.
+    pub raster: DVec2,
+    /// Unweighted estimate `T f G We / p` if the two see each other; not black. At the start of a
+    /// walk Le takes the place of f.
+    pub value: Rgb,
+}
+
+/// Samples a point on the lens for a vertex of a light subpath, its start included, and evaluates
+/// everything but visibility. `None` if nothing comes of it, or only outside the film's window.
+#[inline(always)]
+pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
+    scene: &S,
+    camera: &dyn Camera,
+    vertex: &Vertex<S::Bsdf<'_>>,
+    Sample { film, sampler }: &mut Sample<P>,
+    counters: &mut Counters,
+) -> Option<LensConnection> {
+    let lens = sample_lens(camera, &vertex.point, sampler)?;
+    let edge = Edge::between(&lens.point, &vertex.point)?;
+    let raster = camera.raster(&lens.point, edge.direction)? - film.offset;
+    camera.film().pixel_index(raster)?;
+    counters.connections += 1;
+    let mut end = vertex.point;
+    let light_or_f = match &vertex.bsdf {
+        Some(bsdf) => bsdf.eval(vertex.to_previous, -edge.direction),
+        None => {
+            let light = scene.light(vertex.light?);
+            if !are_joinable(lens.point.place, end.place, light.can_be_hit()) {
+                return None;
+            }
+            end = light.facing(&end, &lens.point);
+            light.emit(&end, -edge.direction)
+        }
+    };
+    if light_or_f.is_black() {
+        return None;
+    }
+    let importance = camera.emit(&lens.point, edge.direction) * lens.throughput();
+    let value = (vertex.throughput * light_or_f) * (edge.geometry * importance);
+    (!value.is_black()).then_some(LensConnection { lens: lens.point, end, raster, value })
+}
+
+/// Whether lens and light can be connected to each other: a Dirac lens would see a Dirac light as a
+/// Dirac distribution on the film, and two points at infinity have no line between them.
+pub(super) fn are_joinable(lens: Place, light: Place, hittable: bool) -> bool {
+    (lens == Place::Area || hittable) && !(lens == Place::Infinite && light == Place::Infinite)
 }

@@ -23,6 +23,18 @@ impl LightWalks {
         }
     }
 
+    /// Twice as many, if that is not too many.
+    #[must_use]
+    pub const fn doubled(self) -> Option<Self> {
+        Self::power_of_two(self.0.saturating_add(1))
+    }
+
+    /// Half as many, if that is not too few.
+    #[must_use]
+    pub const fn halved(self) -> Option<Self> {
+        Self::power_of_two(self.0.saturating_sub(1))
+    }
+
     /// The expected number.
     #[inline]
     #[must_use]

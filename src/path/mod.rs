@@ -22,25 +22,27 @@ mod record;
 mod rivals;
 pub mod roulette;
 mod scratch;
+mod steps;
 mod technique;
 mod vertex;
 mod view;
 mod walk;
-mod wavefront;
 mod weight;
 
-pub use connect::{SampledEndpoint, sample_emitter, sample_lens};
+pub use connect::{
+    LensConnection, NextEvent, SampledEndpoint, sample_emitter, sample_lens,
+    sample_lens_connection, sample_next_event,
+};
 pub use counters::{Counters, Ledger};
 pub use geometry_term::Edge;
 pub use light_walks::LightWalks;
 pub use record::{PathRecord, Verification};
 pub(crate) use rivals::Weighting;
-pub use roulette::{Roulette, Survival, Termination};
+pub use roulette::{Roulette, Scattered, Survival, Termination};
 pub use scratch::Scratch;
-pub use technique::{Family, LeftOut, Reason, TechniqueSet};
+pub use steps::{End, Out, Site, Steps, Subpaths, Visit, advance, join};
+pub use technique::{Excluded, Family, LeftOut, Reason, TechniqueSet};
 pub use vertex::{StartDensity, Vertex};
 pub use view::Path;
-pub(crate) use view::are_joinable;
-pub use walk::{MAX_BOUNCES, RandomWalk, Scattered};
-pub(crate) use wavefront::{End, GrowingPath, Segments, Walks, Wavefront};
+pub use walk::{MAX_BOUNCES, RandomWalk};
 pub use weight::{Ends, Heuristic, PathDensities};

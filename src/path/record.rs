@@ -1,7 +1,7 @@
 //! A path evaluated from the definitions alone: what an audit compares an integrator's numbers
 //! with, and what a teacher writes on the board.
 
-use super::view::are_joinable;
+use super::connect::are_joinable;
 use super::walk::emission_density;
 use super::weight::{Ends, PathDensities};
 use super::{Edge, Heuristic, Path, TechniqueSet};
@@ -37,9 +37,9 @@ impl PathRecord {
     /// Evaluates f, G and all densities at the given points, k ≥ 1. `dirac[i]` selects the Dirac
     /// part of the BSDF at x_i. Edges between coinciding points have G = 0.
     #[must_use]
-    pub fn evaluate<S: Scene + ?Sized, C: Camera + ?Sized>(
+    pub fn evaluate<S: Scene + ?Sized>(
         scene: &S,
-        camera: &C,
+        camera: &dyn Camera,
         points: &[SurfacePoint],
         dirac: &[bool],
         light: LightId,
@@ -194,7 +194,7 @@ impl Verification {
     }
 }
 
-impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'_, 's, S, C> {
+impl<'s, S: Scene + ?Sized + 's> Path<'_, 's, S> {
     /// Re-evaluates the path from the definitions and compares.
     #[must_use]
     pub fn verify(&self, set: &TechniqueSet, heuristic: Heuristic) -> Verification {

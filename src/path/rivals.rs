@@ -31,7 +31,7 @@
 //! as in [`super::weight`], is derived here.
 
 use super::{Heuristic, Path, TechniqueSet, Vertex};
-use crate::endpoint::{Camera, Light};
+use crate::endpoint::Light;
 use crate::scene::Scene;
 
 /// How a set of techniques is weighted.
@@ -90,9 +90,8 @@ impl Weighting {
     }
 
     /// The weight of a path whose walks are complete, within the set.
-    pub fn weight<S: Scene + ?Sized, C: Camera + ?Sized>(&self, path: &Path<'_, '_, S, C>) -> f64 {
-        let TechniqueSet { only, without, lens_first, .. } = self.set;
-        if only.is_some() || without.is_some() || lens_first {
+    pub fn weight<S: Scene + ?Sized>(&self, path: &Path<'_, '_, S>) -> f64 {
+        if !self.set.excluded.is_empty() {
             // Not a matter of families.
             return path.weight(&self.set, self.heuristic);
         }

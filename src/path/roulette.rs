@@ -14,6 +14,7 @@
 
 use crate::bsdf::Walk;
 use crate::math::Rgb;
+use std::ops::ControlFlow;
 
 /// The probability of survival 1 - q.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,20 +38,11 @@ pub struct Roulette {
     /// The constant c, radiance. Only camera walks use it, whose remaining estimate F is the
     /// radiance that comes in along the walk; the remaining estimate of a light walk is an image.
     pub constant: Rgb,
-    /// Connections whose weighted contribution is below this radiance (largest component) are
-    /// tested for visibility with the probability contribution / threshold only, and count that
-    /// much more. 0 tests all of them.
-    pub shadow_threshold: f64,
 }
 
 impl Default for Roulette {
     fn default() -> Self {
-        Self {
-            start: 3,
-            survival: Survival::Throughput,
-            constant: Rgb::BLACK,
-            shadow_threshold: 0.0,
-        }
+        Self { start: 3, survival: Survival::Throughput, constant: Rgb::BLACK }
     }
 }
 
@@ -68,14 +60,36 @@ pub enum Termination {
     Terminated,
 }
 
+/// The outcome of a scattering event and of the roulette behind it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scattered {
+    /// Whether the walk goes on.
+    pub goes_on: bool,
+    /// What the constant c adds to the estimate: c times the throughput before roulette, times
+    /// `-q / (1 - q)` if the walk survived.
+    pub constant: Rgb,
+    /// Probability 1 - q of surviving, if it did.
+    pub survival: f64,
+}
+
+impl Scattered {
+    /// The walk goes on.
+    pub const ON: Self = Self { goes_on: true, constant: Rgb::BLACK, survival: 1.0 };
+    /// The walk ends.
+    pub const ENDED: Self = Self { goes_on: false, ..Self::ON };
+
+    /// Whether the walk goes on, for [`Steps::scatter`](super::Steps::scatter).
+    #[inline]
+    #[must_use]
+    pub fn flow(&self) -> ControlFlow<()> {
+        if self.goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
+}
+
 impl Roulette {
     /// No roulette: walks end by absorption or by a limit on bounces only.
-    pub const NEVER: Self = Self {
-        start: u32::MAX,
-        survival: Survival::Always,
-        constant: Rgb::BLACK,
-        shadow_threshold: 0.0,
-    };
+    pub const NEVER: Self =
+        Self { start: u32::MAX, survival: Survival::Always, constant: Rgb::BLACK };
 
     /// Decides after the given number of scattering events; `relative` is the throughput relative
     /// to the start of the walk.
@@ -96,21 +110,27 @@ impl Roulette {
         }
     }
 
-    /// Decides whether the visibility of a connection is worth a ray: the probability with which it
-    /// was decided so, `None` if it is not. The weight is asked for only if it matters.
-    #[inline]
-    pub fn test_shadow(
+    /// Plays after the given number of scattering events: decides whether a walk goes on, and
+    /// divides its throughput by the probability of that.
+    #[inline(always)]
+    pub fn play(
         &self,
-        value: Rgb,
-        weight: impl FnOnce() -> f64,
+        walk: Walk,
+        bounces: u32,
+        relative: f64,
+        throughput: &mut Rgb,
         xi: impl FnOnce() -> f64,
-    ) -> Option<f64> {
-        if self.shadow_threshold <= 0.0 {
-            return Some(1.0);
+    ) -> Scattered {
+        let constant = self.constant(walk) * *throughput;
+        match self.decide(bounces, relative, xi) {
+            Termination::Continue => Scattered::ON,
+            Termination::Survived { q } => {
+                *throughput = *throughput / (1.0 - q);
+                let constant = constant * (-q / (1.0 - q));
+                Scattered { goes_on: true, constant, survival: 1.0 - q }
+            }
+            Termination::Terminated => Scattered { constant, ..Scattered::ENDED },
         }
-        let probability = value.max_component() * weight() / self.shadow_threshold;
-        // What is not a number must be seen by the film, which counts it.
-        if probability < 1.0 { (xi() < probability).then_some(probability) } else { Some(1.0) }
     }
 
     /// The constant for a walk.
@@ -166,23 +186,6 @@ mod tests {
                 "c = {c}: {measured_variance}"
             );
         }
-    }
-
-    #[test]
-    fn shadows_of_small_contributions_are_tested_rarely() {
-        let value = Rgb::new(0.1, 0.4, 0.2);
-        let roulette = Roulette { shadow_threshold: 2.0, ..Roulette::default() };
-        assert_eq!(roulette.test_shadow(value, || 0.5, || 0.09), Some(0.1));
-        assert_eq!(roulette.test_shadow(value, || 0.5, || 0.11), None);
-        assert_eq!(roulette.test_shadow(value * 20.0, || 0.5, || unreachable!()), Some(1.0));
-        assert_eq!(
-            roulette.test_shadow(Rgb::splat(f64::NAN), || 0.5, || unreachable!()),
-            Some(1.0)
-        );
-        assert_eq!(
-            Roulette::default().test_shadow(value, || unreachable!(), || unreachable!()),
-            Some(1.0)
-        );
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Memory that integrators reuse from sample to sample.
 
-use super::{Counters, Vertex, Walks, Wavefront};
+use super::steps::{Advancing, Connections};
+use super::{Counters, Subpaths};
 use crate::scene::Scene;
 use std::fmt;
 
@@ -9,13 +10,10 @@ use std::fmt;
 pub struct Scratch<'s, S: Scene + ?Sized + 's> {
     /// What was done so far.
     pub counters: Counters,
-    /// Vertices of the camera walk, from the lens.
-    pub camera: Vec<Vertex<S::Bsdf<'s>>>,
-    /// Vertices of the light walk, from the light.
-    pub light: Vec<Vertex<S::Bsdf<'s>>>,
-    /// The same of the samples of a batch.
-    pub(crate) walks: Vec<Walks<'s, S>>,
-    pub(crate) wavefront: Wavefront<'s, S>,
+    /// The subpaths of the samples of a batch, by the samples' numbers.
+    pub subpaths: Vec<Subpaths<'s, S>>,
+    pub(super) walks: Vec<Advancing<'s, S>>,
+    pub(super) connections: Connections,
 }
 
 // Written by hand: derives would ask for bounds on `S`.
@@ -23,10 +21,9 @@ impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
     fn default() -> Self {
         Self {
             counters: Counters::default(),
-            camera: Vec::new(),
-            light: Vec::new(),
+            subpaths: Vec::new(),
             walks: Vec::new(),
-            wavefront: Wavefront::default(),
+            connections: Connections::default(),
         }
     }
 }
@@ -35,8 +32,7 @@ impl<'s, S: Scene + ?Sized + 's> fmt::Debug for Scratch<'s, S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Scratch")
             .field("counters", &self.counters)
-            .field("camera_vertices", &self.camera.len())
-            .field("light_vertices", &self.light.len())
+            .field("samples", &self.subpaths.len())
             .finish_non_exhaustive()
     }
 }

@@ -28,13 +28,51 @@ pub struct TechniqueSet {
     pub uniform_area: bool,
     /// How many samples connections and lens sampling have; the others have one.
     pub light_walks: LightWalks,
-    /// Paths that lens sampling can draw are left to it alone; a camera walk goes on only if its
-    /// first surface is met by a Dirac lobe.
-    pub lens_first: bool,
-    /// If given, this technique alone.
-    pub only: Option<Technique>,
-    /// If given, all but this technique.
-    pub without: Option<Technique>,
+    /// Single techniques that are left out although their families are in the set.
+    pub excluded: Excluded,
+}
+
+/// Single techniques (s, t), of paths with up to [`Excluded::MOST_BOUNCES`] scattering events.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Excluded(u64);
+
+impl Excluded {
+    /// No technique.
+    pub const NONE: Self = Self(0);
+    /// Techniques of longer paths cannot be told apart.
+    pub const MOST_BOUNCES: u16 = 8;
+
+    /// The same and one technique more; `None` if its paths are too long, or if it merges.
+    #[must_use]
+    pub fn with(self, technique: Technique) -> Option<Self> {
+        Some(Self(self.0 | Self::bit(technique)?))
+    }
+
+    /// Whether there are none.
+    #[inline]
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether a technique is among them.
+    #[inline]
+    #[must_use]
+    pub fn contains(self, technique: Technique) -> bool {
+        Self::bit(technique).is_some_and(|bit| self.0 & bit != 0)
+    }
+
+    /// All of them, by path length and then s.
+    pub fn techniques(self) -> impl Iterator<Item = Technique> {
+        Technique::up_to(Self::MOST_BOUNCES).filter(move |technique| self.contains(*technique))
+    }
+
+    #[inline]
+    fn bit(technique: Technique) -> Option<u64> {
+        let bounces = technique.bounces();
+        let known = !technique.merged && technique.t > 0 && bounces <= Self::MOST_BOUNCES;
+        known.then(|| 1 << (bounces * (bounces + 3) / 2 + technique.s))
+    }
 }
 
 /// A family of techniques.
@@ -186,9 +224,7 @@ impl TechniqueSet {
         lens_sampling: false,
         uniform_area: false,
         light_walks: LightWalks::ONE,
-        lens_first: false,
-        only: None,
-        without: None,
+        excluded: Excluded::NONE,
     };
     /// Every technique (s, t) with t ≥ 1.
     pub const BIDIRECTIONAL: Self = Self {
@@ -198,6 +234,19 @@ impl TechniqueSet {
         lens_sampling: true,
         ..Self::NONE
     };
+
+    /// All techniques but the others of the same path length: at that length `technique` is alone.
+    /// `None` if its paths are too long.
+    #[must_use]
+    pub fn only(technique: Technique) -> Option<Self> {
+        let rivals = Technique::up_to(technique.bounces())
+            .filter(|other| other.bounces() == technique.bounces() && *other != technique);
+        let excluded = rivals
+            .fold(Excluded::NONE.with(technique).map(|_| Excluded::NONE), |set, other| {
+                set?.with(other)
+            });
+        Some(Self { excluded: excluded?, ..Self::BIDIRECTIONAL })
+    }
 
     /// Leaves out what a scene cannot use; exactly, since what is left out would contribute nothing
     /// or, if it is redundant, is drawn by another technique of the set.
@@ -250,8 +299,8 @@ impl TechniqueSet {
             }
             Family::LensSampling => {
                 let direct = self.emitter_hits && !needs.contains(Needs::DIRAC_LIGHTS);
-                let all = self.only.is_none() && self.without.is_none();
-                (no_scattering.is_some() && direct && all).then_some(Reason::Redundant)
+                (no_scattering.is_some() && direct && self.excluded.is_empty())
+                    .then_some(Reason::Redundant)
             }
         }
     }
@@ -273,8 +322,8 @@ impl TechniqueSet {
     #[inline]
     #[must_use]
     pub fn contains(&self, technique: Technique) -> bool {
-        let family = technique.t > 0 && self.has(Family::of(technique));
-        family && self.only.is_none_or(|only| only == technique) && self.without != Some(technique)
+        let family = technique.t > 0 && !technique.merged && self.has(Family::of(technique));
+        family && !self.excluded.contains(technique)
     }
 
     /// How many samples a technique of the set has per sample of the image.
@@ -293,7 +342,7 @@ impl TechniqueSet {
     #[must_use]
     pub fn is_complete(&self, needs: &Needs, lens: Place) -> bool {
         let may_have = |need| needs.contains(need);
-        if self.only.is_some() || self.without.is_some() {
+        if !self.excluded.is_empty() {
             return false;
         }
         // Every vertex that the camera sees can be connected to the lens, and every light that it
@@ -313,22 +362,12 @@ impl TechniqueSet {
         hittable && (!may_have(Needs::DIRAC_LIGHTS) || all || lens_alone || sampled)
     }
 
-    /// The set without walks from the light if the scene has no caustics that would need them: no
-    /// lobe is Dirac or glossy, and without them no path is missing. A choice, not a gain for
-    /// certain: light walks may pay where nothing needs them.
-    #[must_use]
-    pub fn without_needless_light_walks(self, needs: &Needs, lens: Place) -> Self {
-        let sparing = Self { connections: false, lens_sampling: false, ..self };
-        let caustics = needs.contains(Needs::DIRAC_LOBES) || needs.contains(Needs::GLOSSY_LOBES);
-        if !caustics && sparing.is_complete(needs, lens) { sparing } else { self }
-    }
-
     /// What the kernel that runs the set costs over the general one with the same
-    /// [`Counters::cost`](super::Counters::cost): the dedicated ones, and lens sampling that comes
-    /// first, have few weights or none. Fitted like the constants there.
+    /// [`Counters::cost`](super::Counters::cost): the dedicated ones have few weights or none. Fitted
+    /// like the constants there.
     #[must_use]
     pub fn kernel_cost(&self) -> f64 {
-        let dedicated = self.lens_first || !(self.has_camera_walk() && self.has_light_walk());
+        let dedicated = !(self.has_camera_walk() && self.has_light_walk());
         if dedicated { 0.9 } else { 1.0 }
     }
 
@@ -361,14 +400,8 @@ impl fmt::Display for TechniqueSet {
         if self.has_light_walk() && self.light_walks != LightWalks::ONE {
             write!(f, ", {} light walks per camera walk", self.light_walks.count())?;
         }
-        if self.lens_first {
-            f.write_str(", nothing else for paths that t = 1 draws")?;
-        }
-        if let Some(Technique { s, t }) = self.only {
-            write!(f, ", only ({s}, {t})")?;
-        }
-        if let Some(Technique { s, t }) = self.without {
-            write!(f, ", without ({s}, {t})")?;
+        for technique in self.excluded.techniques() {
+            write!(f, ", without {technique}")?;
         }
         Ok(())
     }
@@ -443,9 +476,5 @@ mod tests {
             assert_eq!(PATH.is_complete(&(PLAIN | Needs::DIRAC_LIGHTS), lens), lens != Area);
             assert_eq!(LIGHT.is_complete(&(PLAIN | Needs::ENVIRONMENT), lens), lens != Infinite);
         }
-        let sparing =
-            |needs: Needs| TechniqueSet::BIDIRECTIONAL.without_needless_light_walks(&needs, Dirac);
-        assert_eq!(sparing(PLAIN), PATH);
-        assert_eq!(sparing(PLAIN | Needs::GLOSSY_LOBES), TechniqueSet::BIDIRECTIONAL);
     }
 }

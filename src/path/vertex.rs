@@ -2,9 +2,10 @@
 
 use crate::bsdf::shading::ShadedBsdf;
 use crate::bsdf::{Bsdf, Lobes};
-use crate::endpoint::LightId;
+use crate::endpoint::{Endpoint, LightId};
 use crate::geometry::SurfacePoint;
 use crate::math::{PerArea, PerProjected, Rgb};
+use crate::scene::Scene;
 use glam::DVec3;
 
 /// A vertex of a walk. "Next" and "previous" are meant in the direction of the walk.
@@ -77,6 +78,16 @@ impl<B: Bsdf> Vertex<B> {
             start,
             rivals: 0.0,
         }
+    }
+
+    /// The light that the point belongs to, and what it emits to the previous vertex; `None` if
+    /// that is nothing.
+    #[inline]
+    #[must_use]
+    pub fn emission<S: Scene + ?Sized>(&self, scene: &S) -> Option<(LightId, Rgb)> {
+        let light = self.light?;
+        let radiance = scene.light(light).emit(&self.point, self.to_previous);
+        (!radiance.is_black()).then_some((light, radiance))
     }
 
     /// Whether the surface has lobes that are functions, so that a connection can carry light.

@@ -1,21 +1,23 @@
 //! A path as a view of the camera part and the light part that it was drawn from.
 
+use super::connect::are_joinable;
 use super::walk::emission_density;
 use super::weight::{Ends, PathDensities};
 use super::{Counters, Edge, Heuristic, PathRecord, StartDensity, TechniqueSet, Vertex};
 use crate::bsdf::Walk;
 use crate::endpoint::{Camera, Endpoint, Light, LightId};
 use crate::film::Technique;
-use crate::geometry::{Place, SurfacePoint};
+use crate::geometry::SurfacePoint;
 use crate::math::Rgb;
 use crate::scene::Scene;
+use glam::DVec2;
 use std::fmt;
 
 /// A complete path `x_0 … x_k`: the first t vertices from the camera, the last s from the light.
 /// Copies nothing.
-pub struct Path<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> {
+pub struct Path<'v, 's, S: Scene + ?Sized + 's> {
     pub(super) scene: &'s S,
-    camera: &'v C,
+    camera: &'v dyn Camera,
     pub(super) camera_part: &'v [Vertex<S::Bsdf<'s>>],
     pub(super) light_part: &'v [Vertex<S::Bsdf<'s>>],
     pub(super) light: LightId,
@@ -24,15 +26,15 @@ pub struct Path<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> {
     value: Rgb,
 }
 
-impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> Clone for Path<'_, 's, S, C> {
+impl<'s, S: Scene + ?Sized + 's> Clone for Path<'_, 's, S> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> Copy for Path<'_, 's, S, C> {}
+impl<'s, S: Scene + ?Sized + 's> Copy for Path<'_, 's, S> {}
 
-impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> fmt::Debug for Path<'_, 's, S, C> {
+impl<'s, S: Scene + ?Sized + 's> fmt::Debug for Path<'_, 's, S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Path")
             .field("technique", &self.technique())
@@ -41,20 +43,36 @@ impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> fmt::Debug for Path<'_, 's,
     }
 }
 
-impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
+impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
+    /// The path of two parts: [hit](Self::hit) if there is none from the light, else
+    /// [connected](Self::connect).
+    #[inline]
+    #[must_use]
+    pub fn new(
+        scene: &'s S,
+        camera: &'v dyn Camera,
+        camera_part: &'v [Vertex<S::Bsdf<'s>>],
+        light_part: &'v [Vertex<S::Bsdf<'s>>],
+    ) -> Option<Self> {
+        if light_part.is_empty() {
+            Self::hit(scene, camera, camera_part)
+        } else {
+            Self::connect(scene, camera, camera_part, light_part)
+        }
+    }
+
     /// The path of a camera walk whose last vertex is on a light (s = 0). `None` if it is not, or
     /// emits nothing this way.
     #[inline]
     #[must_use]
     pub fn hit(
         scene: &'s S,
-        camera: &'v C,
+        camera: &'v dyn Camera,
         camera_part: &'v [Vertex<S::Bsdf<'s>>],
     ) -> Option<Self> {
         let end = camera_part.last()?;
-        let light = end.light?;
-        let radiance = scene.light(light).emit(&end.point, end.to_previous);
-        if radiance.is_black() || camera_part.len() < 2 {
+        let (light, radiance) = end.emission(scene)?;
+        if camera_part.len() < 2 {
             return None;
         }
         let value = end.throughput * radiance;
@@ -68,7 +86,7 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
     #[must_use]
     pub fn connect(
         scene: &'s S,
-        camera: &'v C,
+        camera: &'v dyn Camera,
         camera_part: &'v [Vertex<S::Bsdf<'s>>],
         light_part: &'v [Vertex<S::Bsdf<'s>>],
     ) -> Option<Self> {
@@ -101,13 +119,21 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
     /// How the path was drawn.
     #[must_use]
     pub fn technique(&self) -> Technique {
-        Technique { s: self.light_part.len() as u16, t: self.camera_part.len() as u16 }
+        Technique::new(self.light_part.len() as u16, self.camera_part.len() as u16)
     }
 
     /// Unweighted estimate `f(x)/p(x)`, without the visibility of the connecting edge.
     #[must_use]
     pub fn value(&self) -> Rgb {
         self.value
+    }
+
+    /// Position on the film, in pixels of the full film, at which the lens records the connecting
+    /// edge; `None` if it cannot. Meant for a camera part that is the lens alone.
+    #[inline]
+    #[must_use]
+    pub fn lens_raster(&self) -> Option<DVec2> {
+        self.camera.raster(&self.camera_part.first()?.point, self.joint?.direction)
     }
 
     /// Number of scattering events, k - 1.
@@ -264,12 +290,6 @@ impl<'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> Path<'v, 's, S, C> {
     }
 }
 
-/// Whether lens and light can be connected to each other: a Dirac lens would see a Dirac light as a
-/// Dirac distribution on the film, and two points at infinity have no line between them.
-pub(crate) fn are_joinable(lens: Place, light: Place, hittable: bool) -> bool {
-    (lens == Place::Area || hittable) && !(lens == Place::Infinite && light == Place::Infinite)
-}
-
 /// Densities per projected solid angle around the connecting edge.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct JointDensities {
@@ -283,15 +303,13 @@ pub(super) struct JointDensities {
     pub behind: f64,
 }
 
-struct CachedDensities<'p, 'v, 's, S: Scene + ?Sized + 's, C: Camera + ?Sized> {
-    path: &'p Path<'v, 's, S, C>,
+struct CachedDensities<'p, 'v, 's, S: Scene + ?Sized + 's> {
+    path: &'p Path<'v, 's, S>,
     joint: JointDensities,
     ends: Ends,
 }
 
-impl<'s, S: Scene + ?Sized + 's, C: Camera + ?Sized> PathDensities
-    for CachedDensities<'_, '_, 's, S, C>
-{
+impl<'s, S: Scene + ?Sized + 's> PathDensities for CachedDensities<'_, '_, 's, S> {
     fn edges(&self) -> usize {
         self.path.edges()
     }

@@ -5,7 +5,7 @@
 //! geometry terms cancel against `p_area = p⊥ G`.
 
 use super::connect::lens_numbers;
-use super::{Counters, Edge, Roulette, StartDensity, Termination, Vertex};
+use super::{Counters, Edge, Roulette, Scattered, StartDensity, Vertex};
 use crate::bsdf::Walk;
 use crate::bsdf::shading::ShadedBsdf;
 use crate::endpoint::{Camera, Endpoint, LightId};
@@ -27,6 +27,10 @@ pub struct RandomWalk<'s, S: Scene + ?Sized + 's> {
     walk: Walk,
     from: SurfacePoint,
     direction: DVec3,
+    /// Density of the direction.
+    pdf: PerProjected,
+    /// Whether a Dirac lobe sent the walk into the direction.
+    dirac: bool,
     /// Throughput at the vertex that comes next.
     throughput: Rgb,
     /// What Russian roulette compares the throughput with: its largest component at the start,
@@ -34,32 +38,17 @@ pub struct RandomWalk<'s, S: Scene + ?Sized + 's> {
     reference: f64,
     /// Product of the probabilities 1 - q of surviving roulette so far.
     survival: f64,
-    /// Number of surface vertices met so far.
-    vertices: u32,
-}
-
-/// What [`RandomWalk::scatter`] decided.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Scattered {
-    /// The walk goes on. With a roulette constant c ≠ 0 survivors add `constant` to the estimate.
-    On {
-        /// `-q c / (1 - q)` times the throughput before roulette.
-        constant: Rgb,
-    },
-    /// The walk ends. With a roulette constant c ≠ 0 this adds `constant` to the estimate.
-    Ended {
-        /// `c` times the throughput before roulette.
-        constant: Rgb,
-    },
+    /// Number of scattering events so far.
+    bounces: u32,
 }
 
 impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     /// Starts a walk at the camera, through the point `u` of the film's window. Returns the vertex
     /// on the lens too.
     #[inline(always)]
-    pub fn from_camera<C: Camera + ?Sized, P: Sampler>(
+    pub fn from_camera<P: Sampler>(
         scene: &'s S,
-        camera: &C,
+        camera: &dyn Camera,
         u: DVec2,
         sampler: &mut P,
     ) -> Option<(Self, Vertex<S::Bsdf<'s>>)> {
@@ -113,10 +102,12 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
             walk,
             from: ray.from,
             direction: ray.direction,
+            pdf: ray.pdf,
+            dirac: false,
             throughput,
             reference: throughput.max_component(),
             survival: 1.0,
-            vertices: 0,
+            bounces: 0,
         })
     }
 
@@ -127,11 +118,26 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         self.walk
     }
 
-    /// Number of surface vertices met so far.
+    /// Number of scattering events so far.
     #[inline]
     #[must_use]
-    pub fn vertices(&self) -> u32 {
-        self.vertices
+    pub fn bounces(&self) -> u32 {
+        self.bounces
+    }
+
+    /// Density of the direction under way, given the vertex where it was sampled.
+    #[inline]
+    #[must_use]
+    pub fn pdf(&self) -> PerProjected {
+        self.pdf
+    }
+
+    /// Whether the vertex before this direction could have been connected to what it leads to: a
+    /// surface that scattered by a lobe which is a function.
+    #[inline]
+    #[must_use]
+    pub fn is_from_connectible(&self) -> bool {
+        self.bounces > 0 && !self.dirac
     }
 
     /// Where the ray starts that leads to the next vertex, and after [`arrive`](Self::arrive) the
@@ -158,7 +164,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     /// Traces the ray. Returns the vertex that it meets: on a surface, or at infinity if a camera
     /// walk reaches an environment.
     #[inline(always)]
-    pub fn arrive(&mut self, counters: &mut Counters) -> Option<Vertex<S::Bsdf<'s>>> {
+    pub fn arrive(&self, counters: &mut Counters) -> Option<Vertex<S::Bsdf<'s>>> {
         counters.closest_rays += 1;
         let vertex = self.vertex_at(self.scene.intersect(&self.from, self.direction));
         self.count_vertex(vertex.as_ref(), counters);
@@ -168,7 +174,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     /// The vertex at the point that the [ray](Self::ray) meets; if it meets none, at infinity or
     /// nowhere.
     #[inline(always)]
-    pub(crate) fn vertex_at(&self, point: Option<SurfacePoint>) -> Option<Vertex<S::Bsdf<'s>>> {
+    pub(super) fn vertex_at(&self, point: Option<SurfacePoint>) -> Option<Vertex<S::Bsdf<'s>>> {
         let Some(point) = point else {
             let id =
                 if self.walk == Walk::Camera { self.scene.environment()? } else { return None };
@@ -180,16 +186,14 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         Some(self.vertex(point, Some(bsdf), self.scene.light_at(&point)))
     }
 
-    /// Records what [`vertex_at`](Self::vertex_at) has found.
+    /// Records that nothing was met, if so.
     #[inline(always)]
-    pub(crate) fn count_vertex(
-        &mut self,
+    pub(super) fn count_vertex(
+        &self,
         vertex: Option<&Vertex<S::Bsdf<'s>>>,
         counters: &mut Counters,
     ) {
-        if vertex.is_some_and(|vertex| vertex.bsdf.is_some()) {
-            self.vertices += 1;
-        } else if self.walk == Walk::Light {
+        if vertex.is_none_or(|vertex| vertex.bsdf.is_none()) && self.walk == Walk::Light {
             counters.ledger.escaped += self.throughput;
         }
     }
@@ -228,15 +232,15 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         sampler: &mut P,
         counters: &mut Counters,
     ) -> Scattered {
-        const ENDED: Scattered = Scattered::Ended { constant: Rgb::BLACK };
-        let Some(bsdf) = &vertex.bsdf else { return ENDED };
-        if self.vertices > MAX_BOUNCES {
+        let Some(bsdf) = &vertex.bsdf else { return Scattered::ENDED };
+        if self.bounces >= MAX_BOUNCES {
             self.truncate(counters);
-            return ENDED;
+            return Scattered::ENDED;
         }
+        self.bounces += 1;
         sampler.stream(match self.walk {
-            Walk::Camera => Stream::CameraVertex(self.vertices),
-            Walk::Light => Stream::LightVertex(self.vertices),
+            Walk::Camera => Stream::CameraVertex(self.bounces),
+            Walk::Light => Stream::LightVertex(self.bounces),
         });
         counters.scattered += 1;
         let sample = bsdf.sample(-self.direction, self.walk, sampler.next_1d(), sampler.next_2d());
@@ -245,10 +249,9 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
             if self.walk == Walk::Light {
                 counters.ledger.absorbed += before;
             }
-            return ENDED;
+            return Scattered::ENDED;
         };
-        vertex.pdf_next = sample.pdf;
-        vertex.pdf_back = sample.pdf_reverse;
+        (vertex.pdf_next, vertex.pdf_back) = (sample.pdf, sample.pdf_reverse);
         vertex.dirac = sample.dirac;
         self.throughput = before * sample.weight;
         if !self.throughput.is_finite() {
@@ -256,7 +259,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
             if self.walk == Walk::Light {
                 counters.ledger.rejected += before;
             }
-            return ENDED;
+            return Scattered::ENDED;
         }
         if self.walk == Walk::Light {
             counters.ledger.absorbed += before - self.throughput;
@@ -266,64 +269,24 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
             self.reference /= sample.relative_ior * sample.relative_ior;
         }
         if self.throughput.is_black() {
-            return ENDED;
+            return Scattered::ENDED;
         }
-        self.from = vertex.point;
-        self.direction = sample.next;
+        (self.from, self.direction) = (vertex.point, sample.next);
+        (self.pdf, self.dirac) = (sample.pdf, sample.dirac);
         let relative = self.throughput.max_component() / self.reference;
-        let constant = roulette.constant(self.walk) * self.throughput;
-        match roulette.decide(self.vertices, relative, || sampler.next_1d()) {
-            Termination::Continue => Scattered::On { constant: Rgb::BLACK },
-            Termination::Survived { q } => {
-                self.throughput = self.throughput / (1.0 - q);
-                self.survival *= 1.0 - q;
-                Scattered::On { constant: constant * (-q / (1.0 - q)) }
-            }
-            Termination::Terminated => Scattered::Ended { constant },
-        }
+        let xi = || sampler.next_1d();
+        let scattered = roulette.play(self.walk, self.bounces, relative, &mut self.throughput, xi);
+        self.survival *= scattered.survival;
+        scattered
     }
 
-    /// Walks until absorption, escape, roulette or `max_bounces` scattering events, and appends
-    /// every vertex to `vertices`. Roulette must have c = 0: nobody is there to add the constant.
-    pub fn record<P: Sampler>(
-        self,
-        vertices: &mut Vec<Vertex<S::Bsdf<'s>>>,
-        max_bounces: u32,
-        roulette: &Roulette,
-        sampler: &mut P,
-        counters: &mut Counters,
-    ) {
-        self.record_while(vertices, max_bounces, roulette, sampler, counters, |_| true);
-    }
-
-    /// The same, but ends at the first surface unless `go_on` is true of what was found and sampled
-    /// there.
-    pub(crate) fn record_while<P: Sampler>(
-        mut self,
-        vertices: &mut Vec<Vertex<S::Bsdf<'s>>>,
-        max_bounces: u32,
-        roulette: &Roulette,
-        sampler: &mut P,
-        counters: &mut Counters,
-        go_on: impl Fn(&Vertex<S::Bsdf<'s>>) -> bool,
-    ) {
-        while let Some(mut vertex) = self.arrive(counters) {
-            let last = self.vertices > max_bounces;
-            let ended = if last {
-                self.truncate(counters);
-                true
-            } else {
-                matches!(
-                    self.scatter(&mut vertex, roulette, sampler, counters),
-                    Scattered::Ended { .. }
-                )
-            };
-            let is_end = ended || (self.vertices == 1 && !go_on(&vertex));
-            vertices.push(vertex);
-            if is_end {
-                break;
-            }
+    /// The walk if it is of use; else it is recorded as one that a limit ends.
+    #[must_use]
+    pub fn if_useful(self, is_useful: bool, counters: &mut Counters) -> Option<Self> {
+        if !is_useful {
+            self.truncate(counters);
         }
+        is_useful.then_some(self)
     }
 
     /// Records that a limit on the number of bounces ends the walk here.
@@ -344,9 +307,9 @@ pub(super) fn emission_density<S: Scene + ?Sized>(
     receiver: &SurfacePoint,
     point: &SurfacePoint,
 ) -> StartDensity {
-    let (light, pmf) = (scene.light(id), scene.pick_pmf(id));
+    let light = scene.light(id);
     StartDensity {
-        walk: light.point_pdf(point) * pmf,
-        connection: light.pdf_from(receiver, point) * pmf,
+        walk: light.point_pdf(point) * scene.pick_pmf(id),
+        connection: light.pdf_from(receiver, point) * scene.pick_pmf_for(receiver, id),
     }
 }

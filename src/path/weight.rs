@@ -111,7 +111,7 @@ pub trait PathDensities {
 
     /// The technique with t vertices from the camera.
     fn technique(&self, t: usize) -> Technique {
-        Technique { s: (self.edges() + 1 - t) as u16, t: t as u16 }
+        Technique::new((self.edges() + 1 - t) as u16, t as u16)
     }
 
     /// Whether the technique with t vertices from the camera can draw this path at all.
@@ -185,9 +185,6 @@ pub trait PathDensities {
     where
         Self: Sized,
     {
-        if set.lens_first && self.is_admissible(1) {
-            return if t == 1 { 1.0 } else { 0.0 };
-        }
         let mut sum = 1.0;
         let own = set.count(self.technique(t));
         self.sweep(t, |other, ratio| {
@@ -202,6 +199,7 @@ pub trait PathDensities {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Excluded;
     use super::*;
     use approx::assert_relative_eq;
 
@@ -264,8 +262,10 @@ mod tests {
                 if k > 4 {
                     path.dirac[2] = true;
                 }
-                for without in [None, Some(path.technique(1)), Some(path.technique(k + 1))] {
-                    let set = TechniqueSet { without, ..TechniqueSet::BIDIRECTIONAL };
+                let without = |t| Excluded::NONE.with(path.technique(t));
+                let sets = [Some(Excluded::NONE), without(1), without(k + 1)];
+                for excluded in sets.into_iter().flatten() {
+                    let set = TechniqueSet { excluded, ..TechniqueSet::BIDIRECTIONAL };
                     let sum: f64 = (1..=k + 1)
                         .filter(|&t| path.is_admissible(t) && set.contains(path.technique(t)))
                         .map(|t| path.weight(t, &set, heuristic))

@@ -5,11 +5,11 @@
 //! end of a pass threads go on with the next one instead of waiting for each other; a slow chunk
 //! costs memory for those behind it, but no time.
 
+use super::RenderError;
 use super::queue::{Queue, Turn};
 use super::settings::Threads;
-use crate::endpoint::Camera;
-use crate::film::{BatchSample, ChunkFilm, Film, FilmRegion, FilmSample, Kernel};
-use crate::integrator::Integrator;
+use crate::film::{ChunkFilm, Film, FilmRegion, FilmSample, Kernel, Sample};
+use crate::integrator::{Crew, Run};
 use crate::path::{Counters, Scratch};
 use crate::sampler::SampleSource;
 use crate::scene::Scene;
@@ -18,13 +18,11 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Everything that the samples of a rendering share.
-pub(super) struct Job<'a, N, S: ?Sized, C: ?Sized, I: ?Sized> {
-    pub source: &'a N,
-    pub scene: &'a S,
-    pub camera: &'a C,
-    pub integrator: &'a I,
+pub(super) struct Job<'j, N> {
+    pub source: &'j N,
     pub kernel: Kernel,
     pub region: FilmRegion,
+    pub threads: &'j Threads,
 }
 
 /// What the samples so far amount to.
@@ -79,31 +77,74 @@ struct Record {
 
 /// What a thread works with.
 struct Workbench<'a, P, S: Scene + ?Sized> {
-    samples: Vec<BatchSample<P>>,
+    samples: Vec<Sample<P>>,
     scratch: Scratch<'a, S>,
 }
 
-impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S> + ?Sized>
-    Job<'a, N, S, C, I>
-{
+impl<N: SampleSource> Job<'_, N> {
     /// Renders at most so many passes of one sample per pixel. `after_pass` gets to know each, and
     /// what there is after it, and says whether another one follows.
-    pub fn run(
+    pub fn render<'a, S: Scene + ?Sized + 'a, R: Run<'a, S>>(
         &self,
+        run: &mut R,
         most: u32,
-        threads: &Threads,
+        totals: &mut Totals,
+        crew: &dyn Crew,
+        mut after_pass: impl FnMut(u32, &R, &Totals) -> ControlFlow<()>,
+    ) -> Result<(), RenderError> {
+        if !run.learns() {
+            let run = &*run;
+            let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, _: usize| {
+                run.draw(samples, film, &mut R::Chunk::default(), scratch);
+            };
+            self.passes(0..most, &draw, totals, |pass, totals| after_pass(pass, run, totals));
+            return Ok(());
+        }
+        let chunks = Partition::new(self.region).chunks();
+        let mut chunks: Vec<Mutex<R::Chunk>> = (0..chunks).map(|_| Mutex::default()).collect();
+        for pass in 0..most {
+            run.begin_pass(pass, crew)?;
+            let drawing = &*run;
+            let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, chunk: usize| {
+                // No other thread has this chunk.
+                let mut chunk = chunks[chunk].lock().unwrap_or_else(PoisonError::into_inner);
+                drawing.draw(samples, film, &mut chunk, scratch);
+            };
+            self.passes(pass..pass + 1, &draw, totals, |_, _| ControlFlow::Continue(()));
+            let chunks = chunks.iter_mut();
+            chunks.for_each(|chunk| {
+                run.collect(chunk.get_mut().unwrap_or_else(PoisonError::into_inner))
+            });
+            if after_pass(pass + 1, run, totals).is_break() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws a range of passes, which threads need not end together. `draw` gets samples, where they
+    /// go, and the number of their chunk in the pass.
+    fn passes<'a, S: Scene + ?Sized + 'a>(
+        &self,
+        passes: Range<u32>,
+        draw: &(impl Fn(&mut [Sample<N::Sampler>], &mut ChunkFilm, &mut Scratch<'a, S>, usize) + Sync),
         totals: &mut Totals,
         mut after_pass: impl FnMut(u32, &Totals) -> ControlFlow<()>,
     ) {
         let partition = Partition::new(self.region);
-        let (chunks, ahead) = (partition.chunks(), AHEAD * threads.count() as u64);
-        let queue = Queue::new();
+        let (chunks, threads) = (partition.chunks(), self.threads);
+        let (ahead, last) = (AHEAD * threads.count() as u64, u64::from(passes.end) * chunks);
+        let queue = Queue::new(u64::from(passes.start) * chunks);
         // Records are used again for their memory.
         let merged = Mutex::new(Vec::new());
         let merged = || merged.lock().unwrap_or_else(PoisonError::into_inner);
         let render = |number, bench: &mut _| {
             let record = merged().pop();
-            queue.finish(number, self.render(partition.samples(number), bench, record));
+            let chunk = (number % chunks) as usize;
+            let draw = |samples: &mut _, film: &mut _, scratch: &mut _| {
+                draw(samples, film, scratch, chunk)
+            };
+            queue.finish(number, self.chunk(partition.samples(number), bench, record, draw));
         };
         let worker = || {
             let mut bench = Workbench::new();
@@ -111,11 +152,10 @@ impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S
         };
         threads.with_workers(&worker, |start_worker| {
             let mut bench = Workbench::new();
-            let mut next = 0;
-            for pass in 1..=most {
-                let end = u64::from(pass) * chunks;
-                let missing =
-                    queue.open((end + ahead).min(u64::from(most) * chunks), threads.count() - 1);
+            let mut next = u64::from(passes.start) * chunks;
+            for pass in passes {
+                let end = (u64::from(pass) + 1) * chunks;
+                let missing = queue.open((end + ahead).min(last), threads.count() - 1);
                 (0..missing).for_each(|_| start_worker());
                 while next < end {
                     match queue.turn(next..end) {
@@ -128,7 +168,7 @@ impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S
                         Turn::End => return,
                     }
                 }
-                if after_pass(pass, totals).is_break() {
+                if after_pass(pass + 1, totals).is_break() {
                     break;
                 }
             }
@@ -136,11 +176,12 @@ impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S
         });
     }
 
-    fn render(
+    fn chunk<'a, S: Scene + ?Sized + 'a>(
         &self,
         (pixels, pass): (Range<u32>, u32),
         Workbench { samples, scratch }: &mut Workbench<'a, N::Sampler, S>,
         record: Option<Record>,
+        draw: impl Fn(&mut [Sample<N::Sampler>], &mut ChunkFilm, &mut Scratch<'a, S>),
     ) -> Record {
         let start = Instant::now();
         let mut film = record.map_or_else(|| ChunkFilm::new(self.region), |record| record.film);
@@ -151,12 +192,10 @@ impl<'a, N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S
             samples.clear();
             samples.extend(pixels.map(|pixel| {
                 let mut sampler = self.source.sampler(pixel, pass);
-                BatchSample {
-                    film: FilmSample::draw(&self.region, pixel, &self.kernel, &mut sampler),
-                    sampler,
-                }
+                let film = FilmSample::draw(&self.region, pixel, &self.kernel, &mut sampler);
+                Sample { film, sampler }
             }));
-            self.integrator.sample_batch(self.scene, self.camera, samples, &mut film, scratch);
+            draw(samples, &mut film, scratch);
         }
         film.finish();
         let mut counters = std::mem::take(&mut scratch.counters);

@@ -18,8 +18,8 @@ pub use settings::{Budget, RenderError, Settings};
 
 use crate::endpoint::Camera;
 use crate::film::{Film, Filter, Image, NonFinite};
-use crate::integrator::{Decision, Integrator, Pilot};
-use crate::path::{Counters, Ledger, LeftOut, TechniqueSet};
+use crate::integrator::{Crew, Integrator, Notes, Run, Stage};
+use crate::path::{Counters, Ledger, TechniqueSet};
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
 use chunks::{Job, Totals};
@@ -72,10 +72,8 @@ pub struct Rendering {
     pub thread_time: Duration,
     /// The techniques that the integrator ran.
     pub techniques: TechniqueSet,
-    /// What it left out on this scene, and why.
-    pub left_out: LeftOut,
-    /// How it adapted itself, if it did.
-    pub decision: Option<Decision>,
+    /// What it says of its estimate: what it left out, how it chose.
+    pub notes: Notes,
     /// The integrator's name.
     pub integrator: &'static str,
     /// The pixel filter.
@@ -131,10 +129,11 @@ pub fn unattended(_: &Progress<'_>) -> ControlFlow<()> {
 /// [`unattended`].
 ///
 /// # Errors
-/// If the settings or the camera's film are invalid, or the threads cannot be started.
-pub fn render<S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S>>(
+/// If the settings or the camera's film are invalid, the threads cannot be started, or the
+/// integrator cannot render the scene.
+pub fn render<S: Scene + ?Sized, I: Integrator<S>>(
     scene: &S,
-    camera: &C,
+    camera: &dyn Camera,
     integrator: &I,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
@@ -147,11 +146,12 @@ pub fn render<S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S>>(
 /// Renders with the given source of random numbers, in place of the settings' `seed` and `sampler`.
 ///
 /// # Errors
-/// If the settings or the camera's film are invalid, or the threads cannot be started.
-pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: Integrator<S>>(
+/// If the settings or the camera's film are invalid, the threads cannot be started, or the
+/// integrator cannot render the scene.
+pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
     source: &N,
     scene: &S,
-    camera: &C,
+    camera: &dyn Camera,
     integrator: &I,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
@@ -169,76 +169,85 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, C: Camera + ?Sized, I: In
     let film = Film::new(camera.film())?;
     let region = film.region();
     let start = Instant::now();
-    let pilot_time = AtomicU64::new(0);
-    let pilot = Pilot {
-        samples: u64::from(region.pixels())
-            * u64::from(settings.budget.samples().unwrap_or(UNKNOWN_BUDGET)),
+    let crew = TimedCrew { threads: &threads, nanoseconds: AtomicU64::new(0) };
+    let stage = Stage {
+        scene,
+        camera,
+        film: region,
+        kernel,
+        needs: scene.needs(),
+        samples: samples(&film, settings.budget.samples().unwrap_or(UNKNOWN_BUDGET)),
         seed: settings.seed,
-        kernel: &kernel,
-        parallel: &|count, task| {
-            threads.for_each(count, &|i| {
-                let start = Instant::now();
-                task(i);
-                pilot_time.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
-            });
-        },
     };
-    let adapted = integrator.adapt(scene, camera, &pilot);
-    let (mut wall, mut counters, decision) =
-        (Duration::ZERO, Counters::default(), adapted.as_ref().map(|a| a.decision.clone()));
-    if let Some(adapted) = &adapted {
-        wall = start.elapsed();
-        // Its samples are none of the image's, its rays are rays.
-        counters = Counters {
-            samples: 0,
-            truncated_walks: 0,
-            ledger: Ledger::default(),
-            ..adapted.counters
-        };
-    }
-    let integrator = adapted.as_ref().map_or(integrator, |adapted| &adapted.integrator);
-    let job = Job { source, scene, camera, integrator, kernel, region };
-    let mut totals =
-        Totals { film, counters, thread_time: Duration::from_nanos(pilot_time.into_inner()) };
+    let mut run = integrator.start(stage, &crew)?;
+    let job = Job { source, kernel, region, threads: &threads };
+    let mut totals = Totals { film, counters: Counters::default(), thread_time: Duration::ZERO };
     let mut watch = settings.target_error.map(Watch::new);
-    let (start, before, mut paused) = (Instant::now(), wall, Duration::ZERO);
+    let (mut wall, mut paused) = (Duration::ZERO, Duration::ZERO);
     let (mut passes, mut stopped) = (0, false);
-    job.run(
-        settings.budget.samples().unwrap_or(u32::MAX),
-        &threads,
-        &mut totals,
-        |pass, Totals { film, counters, .. }| {
-            let since = start.elapsed();
-            (passes, wall) = (pass, before + since - paused);
-            let mut fraction = settings.budget.fraction(passes, wall);
-            if let Some(watch) = &mut watch {
-                watch.look(passes, || film.image(samples(film, passes)));
-                fraction = watch.fraction(passes).max(fraction);
-            }
-            stopped = progress(&Progress { passes, fraction, wall, film, counters }).is_break();
-            let is_reached = watch.as_ref().is_some_and(|watch| watch.fraction(passes) >= 1.0);
-            let is_enough = stopped || is_reached || settings.budget.is_spent(passes, wall);
-            paused += start.elapsed() - since;
-            if is_enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        },
-    );
+    let most = settings.budget.samples().unwrap_or(u32::MAX);
+    job.render(&mut run, most, &mut totals, &crew, |pass, run, totals| {
+        let since = start.elapsed();
+        (passes, wall) = (pass, since - paused);
+        let (film, counters) =
+            (&totals.film, &with_preparation(totals.counters, run.preparation()));
+        let mut fraction = settings.budget.fraction(passes, wall);
+        if let Some(watch) = &mut watch {
+            watch.look(passes, || film.image(samples(film, passes)));
+            fraction = watch.fraction(passes).max(fraction);
+        }
+        stopped = progress(&Progress { passes, fraction, wall, film, counters }).is_break();
+        let is_reached = watch.as_ref().is_some_and(|watch| watch.fraction(passes) >= 1.0);
+        let is_enough = stopped || is_reached || settings.budget.is_spent(passes, wall);
+        paused += start.elapsed() - since;
+        if is_enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
     let Totals { film, counters, thread_time } = totals;
     Ok(Rendering {
         image: film.image(samples(&film, passes)),
         film,
         samples_per_pixel: passes,
-        counters,
+        counters: with_preparation(counters, run.preparation()),
         wall,
-        thread_time,
-        techniques: integrator.techniques(&scene.needs()),
-        left_out: integrator.left_out(&scene.needs()),
-        decision,
+        thread_time: thread_time + crew.time(),
+        techniques: run.techniques(),
+        notes: run.notes(),
         integrator: integrator.name(),
         filter: settings.filter,
         sampling: None,
         estimated_error: watch.and_then(|watch| watch.error(passes)),
         stopped,
     })
+}
+
+/// Counts of samples and of what was done beside them, whose rays are rays but whose samples are
+/// none of the image's.
+fn with_preparation(mut counters: Counters, preparation: Counters) -> Counters {
+    let ledger = Ledger::default();
+    counters += Counters { samples: 0, truncated_walks: 0, ledger, ..preparation };
+    counters
+}
+
+/// The threads, with the time that they spend on what is no sample.
+struct TimedCrew<'t> {
+    threads: &'t Threads,
+    nanoseconds: AtomicU64,
+}
+
+impl TimedCrew<'_> {
+    fn time(&self) -> Duration {
+        Duration::from_nanos(self.nanoseconds.load(Ordering::Relaxed))
+    }
+}
+
+impl Crew for TimedCrew<'_> {
+    fn each(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
+        self.threads.each(count, &|i| {
+            let start = Instant::now();
+            task(i);
+            self.nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        });
+    }
 }
 
 /// Samples per pixel that are expected of a budget of time.
@@ -252,16 +261,14 @@ fn samples(film: &Film, passes: u32) -> u64 {
 /// An integrator that renders scenes of type `S`, as an object: `&[&dyn Render<S>]` is a
 /// comparison. Every [`Integrator`] is one.
 pub trait Render<S: Scene + ?Sized>: Sync {
-    /// The techniques that it runs on the scene; before it has adapted itself, all that it may run.
-    fn techniques(&self, scene: &S) -> TechniqueSet;
-
-    /// What it leaves out on the scene, and why.
-    fn left_out(&self, scene: &S) -> LeftOut;
+    /// The integrator's name.
+    fn name(&self) -> &'static str;
 
     /// Renders; see [`render()`].
     ///
     /// # Errors
-    /// If the settings or the camera's film are invalid, or the threads cannot be started.
+    /// If the settings or the camera's film are invalid, the threads cannot be started, or the
+    /// integrator cannot render the scene.
     fn render(
         &self,
         scene: &S,
@@ -272,12 +279,8 @@ pub trait Render<S: Scene + ?Sized>: Sync {
 }
 
 impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
-    fn techniques(&self, scene: &S) -> TechniqueSet {
-        Integrator::techniques(self, &scene.needs())
-    }
-
-    fn left_out(&self, scene: &S) -> LeftOut {
-        Integrator::left_out(self, &scene.needs())
+    fn name(&self) -> &'static str {
+        Integrator::name(self)
     }
 
     fn render(

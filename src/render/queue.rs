@@ -35,10 +35,11 @@ pub(super) enum Turn<T> {
 }
 
 impl<T> Queue<T> {
-    pub fn new() -> Self {
+    /// A queue that begins with the chunk of this number.
+    pub fn new(next: u64) -> Self {
         Self {
             state: Mutex::new(State {
-                next: 0,
+                next,
                 end: 0,
                 done: BTreeMap::new(),
                 workers: 0,
@@ -133,7 +134,7 @@ mod tests {
 
     #[test]
     fn chunks_are_taken_in_their_order_up_to_the_end_of_what_is_wanted() {
-        let queue = Queue::new();
+        let queue = Queue::new(0);
         assert_eq!((queue.open(3, 2), queue.open(4, 2)), (2, 0));
         let begun = |turn| {
             if let Turn::Render(number) = turn { number } else { panic!("nothing to render") }

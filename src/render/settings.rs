@@ -1,6 +1,7 @@
 //! How to render: budget, seed, threads, filter and sampler.
 
 use crate::film::{FilmError, Filter, FilterError};
+use crate::integrator::{Crew, IntegratorError};
 use crate::sampler::SamplerKind;
 use std::error::Error;
 use std::fmt;
@@ -113,6 +114,8 @@ pub enum RenderError {
     Filter(FilterError),
     /// The camera's film is invalid.
     Film(FilmError),
+    /// The integrator cannot render the scene.
+    Integrator(IntegratorError),
 }
 
 impl fmt::Display for RenderError {
@@ -126,6 +129,7 @@ impl fmt::Display for RenderError {
             Self::ThreadPool(reason) => write!(f, "threads could not be started: {reason}"),
             Self::Filter(error) => error.fmt(f),
             Self::Film(error) => error.fmt(f),
+            Self::Integrator(error) => error.fmt(f),
         }
     }
 }
@@ -135,6 +139,7 @@ impl Error for RenderError {
         match self {
             Self::Filter(error) => Some(error),
             Self::Film(error) => Some(error),
+            Self::Integrator(error) => Some(error),
             _ => None,
         }
     }
@@ -143,6 +148,12 @@ impl Error for RenderError {
 impl From<FilterError> for RenderError {
     fn from(error: FilterError) -> Self {
         Self::Filter(error)
+    }
+}
+
+impl From<IntegratorError> for RenderError {
+    fn from(error: IntegratorError) -> Self {
+        Self::Integrator(error)
     }
 }
 
@@ -187,19 +198,6 @@ impl Threads {
         }
     }
 
-    /// Calls `task` with every number below `count`, each once.
-    pub fn for_each(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
-        #[cfg(feature = "parallel")]
-        use rayon::prelude::*;
-        match self {
-            Self::Caller => (0..count).for_each(task),
-            #[cfg(feature = "parallel")]
-            Self::Current => (0..count).into_par_iter().for_each(task),
-            #[cfg(feature = "parallel")]
-            Self::Own(pool) => pool.install(|| (0..count).into_par_iter().for_each(task)),
-        }
-    }
-
     /// Calls `main` on this thread, with a function that calls `worker` on another one if there are
     /// several, and returns when all are done.
     pub fn with_workers(&self, worker: &(dyn Fn() + Sync), main: impl FnOnce(&dyn Fn())) {
@@ -220,6 +218,20 @@ impl Threads {
             Self::Current => rayon::current_num_threads(),
             #[cfg(feature = "parallel")]
             Self::Own(pool) => pool.current_num_threads(),
+        }
+    }
+}
+
+impl Crew for Threads {
+    fn each(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
+        #[cfg(feature = "parallel")]
+        use rayon::prelude::*;
+        match self {
+            Self::Caller => (0..count).for_each(task),
+            #[cfg(feature = "parallel")]
+            Self::Current => (0..count).into_par_iter().for_each(task),
+            #[cfg(feature = "parallel")]
+            Self::Own(pool) => pool.install(|| (0..count).into_par_iter().for_each(task)),
         }
     }
 }

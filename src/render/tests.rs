@@ -3,8 +3,11 @@
 use super::*;
 use crate::bsdf::{Bsdf, BsdfSample, Lobes, Walk};
 use crate::endpoint::{DirectionSample, Endpoint, Light, LightId, PointSample};
-use crate::film::{Contribution, FilmError, FilmRegion, FilmSample, Filter, Sink, Technique};
+use crate::film::{
+    Contribution, FilmError, FilmRegion, FilmSample, Filter, Sample, Sink, Technique,
+};
 use crate::geometry::SurfacePoint;
+use crate::integrator::{Run, Started};
 use crate::math::{PerArea, PerProjected, Rgb};
 use crate::path::Scratch;
 use crate::sampler::{Independent, Sampler, SamplerKind, Stream};
@@ -115,28 +118,56 @@ static HAS_PANICKED: AtomicBool = AtomicBool::new(false);
 struct Arithmetic(Kind);
 
 impl<S: Scene + ?Sized> Integrator<S> for Arithmetic {
+    type Run<'a>
+        = (Kind, FilmRegion)
+    where
+        S: 'a;
+
     fn name(&self) -> &'static str {
         "arithmetic"
     }
-    fn techniques(&self, _: &Needs) -> TechniqueSet {
+
+    fn start<'a>(&'a self, stage: Stage<'a, S>, _: &dyn Crew) -> Started<(Kind, FilmRegion)> {
+        Ok((self.0, stage.film))
+    }
+}
+
+impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for (Kind, FilmRegion) {
+    type Chunk = ();
+
+    fn techniques(&self) -> TechniqueSet {
         TechniqueSet::NONE
     }
-    fn sample<'s, C: Camera + ?Sized, P: Sampler, K: Sink>(
+
+    fn draw<P: Sampler>(
         &self,
-        _: &'s S,
-        camera: &C,
+        samples: &mut [Sample<P>],
+        sink: &mut dyn Sink,
+        _: &mut (),
+        scratch: &mut Scratch<'a, S>,
+    ) {
+        scratch.counters.samples += samples.len() as u64;
+        for (number, Sample { film, sampler }) in samples.iter_mut().enumerate() {
+            let mut add = |raster, value, s, t| {
+                let technique = Technique::new(s, t);
+                sink.add(number, &Contribution { raster, value, weight: 1.0, technique });
+            };
+            self.0.draw(self.1, *film, sampler, &mut add, &mut scratch.counters);
+        }
+    }
+}
+
+impl Kind {
+    fn draw<P: Sampler>(
+        self,
+        region: FilmRegion,
         film: FilmSample,
         sampler: &mut P,
-        sink: &mut K,
-        scratch: &mut Scratch<'s, S>,
+        add: &mut dyn FnMut(DVec2, Rgb, u16, u16),
+        counters: &mut Counters,
     ) {
-        let mut add = |raster, value, s, t| {
-            sink.add(&Contribution { raster, value, weight: 1.0, technique: Technique { s, t } })
-        };
-        let region = camera.film();
-        scratch.counters.samples += 1;
         sampler.stream(Stream::Emission);
-        match self.0 {
+        match self {
             Kind::Constant => add(film.raster, Rgb::splat(0.7), 0, 2),
             Kind::ConstantSplat { margin } => {
                 let size = region.window_size().as_dvec2();
@@ -163,7 +194,7 @@ impl<S: Scene + ?Sized> Integrator<S> for Arithmetic {
                         1,
                     );
                 }
-                scratch.counters.ledger.emitted += Rgb::splat(sampler.next_1d());
+                counters.ledger.emitted += Rgb::splat(sampler.next_1d());
             }
             Kind::Noise => add(film.raster, Rgb::splat(2.0 * sampler.next_1d()), 0, 2),
             Kind::Invalid => {
@@ -475,7 +506,7 @@ fn non_finite_contributions_are_reported_with_their_sample() {
             Settings { budget: Budget::Samples(4), threads: Some(threads), ..Settings::default() };
         let rendering = run(Kind::Invalid, window(), &settings);
         assert_eq!(rendering.counters.non_finite, 4);
-        assert_eq!(rendering.non_finite().by_technique(), [(Technique { s: 0, t: 2 }, 4)]);
+        assert_eq!(rendering.non_finite().by_technique(), [(Technique::new(0, 2), 4)]);
         let first = rendering.non_finite().first().unwrap();
         assert_eq!((first.pixel, first.pixel_index, first.pass), (UVec2::new(3, 2), 0, 0));
         assert_eq!(rendering.image.get(0, 0), Some(Rgb::BLACK));

@@ -1,98 +1,58 @@
-//! Why there is no report.
+//! Errors of studies.
 
 use crate::film::OutputError;
 use crate::render::RenderError;
-use std::error::Error;
-use std::fmt;
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
 
-/// Why a study could not be made or written.
-#[derive(Debug)]
+/// A reason for which a study could not be made or written.
+#[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReportError {
     /// A rendering failed; of which integrator.
+    #[error("{name}: {source}")]
     Render {
         /// The integrator's name.
         name: String,
-        /// What went wrong.
+        /// The cause.
         source: RenderError,
     },
     /// The plan has fewer than two seeds, which say nothing about the error.
+    #[error("{0} seeds are too few: the spread of at least two says how large the error is")]
     TooFewSeeds(u32),
     /// The target error is not a positive number.
+    #[error("target error {0} is not a positive number")]
     Target(f64),
-    /// The part of samples that are drawn again with nothing left out is not between 0 and 1.
-    Everything(f64),
     /// Two contestants have this name.
+    #[error("two integrators are called {0:?}")]
     DuplicateName(String),
     /// The reference's size is not that of the camera's film: (reference, film).
+    #[error("reference has {} × {} pixels, the film {} × {}", .0[0], .0[1], .1[0], .1[1])]
     ReferenceSize([u32; 2], [u32; 2]),
     /// The reference has this many pixels that are not finite.
+    #[error("reference has {0} pixels that are not finite")]
     ReferenceNotFinite(usize),
     /// The reference has no pixels.
+    #[error("reference has no pixels")]
     ReferenceEmpty,
     /// The rendering of the reference was stopped before it had two runs of both halves.
+    #[error("reference was stopped before its error could be told")]
     ReferenceStopped,
     /// An image could not be read or written.
-    Image(OutputError),
+    #[error("{0}")]
+    Image(#[from] OutputError),
     /// A file could not be written or read.
+    #[error("{}: {source}", path.display())]
     File {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What went wrong.
-        source: Box<dyn Error + Send + Sync>,
+        /// The cause.
+        source: io::Error,
     },
 }
 
-impl fmt::Display for ReportError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Render { name, source } => write!(f, "{name}: {source}"),
-            Self::TooFewSeeds(seeds) => write!(
-                f,
-                "{seeds} seeds are too few: the spread of at least two says how large the error is"
-            ),
-            Self::Target(target) => write!(f, "target error {target} is not a positive number"),
-            Self::Everything(part) => {
-                write!(f, "part {part} of the samples is not between 0 and 1")
-            }
-            Self::DuplicateName(name) => write!(f, "two integrators are called {name:?}"),
-            Self::ReferenceSize([a, b], [c, d]) => {
-                write!(f, "reference has {a} × {b} pixels, the film {c} × {d}")
-            }
-            Self::ReferenceNotFinite(pixels) => {
-                write!(f, "reference has {pixels} pixels that are not finite")
-            }
-            Self::ReferenceEmpty => f.write_str("reference has no pixels"),
-            Self::ReferenceStopped => {
-                f.write_str("reference was stopped before its error could be told")
-            }
-            Self::Image(error) => error.fmt(f),
-            Self::File { path, source } => write!(f, "{}: {source}", path.display()),
-        }
-    }
-}
-
-impl Error for ReportError {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        match self {
-            Self::Render { source, .. } => Some(source),
-            Self::Image(source) => Some(source),
-            Self::File { source, .. } => Some(source.as_ref()),
-            _ => None,
-        }
-    }
-}
-
-impl From<OutputError> for ReportError {
-    fn from(error: OutputError) -> Self {
-        Self::Image(error)
-    }
-}
-
 /// For `map_err` on what is done with a file.
-pub(super) fn file_error<E: Into<Box<dyn Error + Send + Sync>>>(
-    path: &std::path::Path,
-) -> impl FnOnce(E) -> ReportError {
-    move |source| ReportError::File { path: path.to_owned(), source: source.into() }
+pub(super) fn file_error(path: &Path) -> impl FnOnce(io::Error) -> ReportError {
+    move |source| ReportError::File { path: path.to_owned(), source }
 }

@@ -16,10 +16,12 @@
 //!     Contestant::new("bidirectional", &both_ends, true),
 //! ];
 //! let quiet = &mut |_: &pathspace::report::Step<'_>| ControlFlow::Continue(());
-//! let plan = ReferencePlan { budget: Budget::Samples(64), runs: 4, settings: Settings::default() };
+//! let (budget, settings) = (Budget::Samples(64), Settings::default());
+//! let plan = ReferencePlan { budget, runs: 4, settings };
 //! let halves = [&contestants[0], &contestants[1]];
 //! let reference = Reference::render(&scene.world, &*scene.camera, halves, &plan, quiet)?;
-//! let info = SceneInfo { name: scene.name.to_owned(), max_bounces: Some(3), ..SceneInfo::default() };
+//! let name = scene.name.to_owned();
+//! let info = SceneInfo { name, max_bounces: Some(3), ..SceneInfo::default() };
 //! let plan = Plan { budget: Budget::Samples(16), ..Plan::default() };
 //! let study = study(&scene.world, &*scene.camera, &info, &contestants, reference, &plan, quiet)?;
 //! assert_eq!(study.report.methods[1].name, "bidirectional");
@@ -28,48 +30,27 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Definitions are in [`metrics`] and [`inference`]; the fields of the JSON file in
-//! `docs/report.md`.
+//! Three floors: `study` renders, [`stats`] makes numbers, `page` shows them. What a study found is
+//! the plain data of [`Report`]; docs/report.md defines every number and lists the fields of the
+//! JSON file.
 
-mod agreement;
-mod analysis;
-pub mod batches;
-mod cache;
 mod error;
-mod everything;
-pub mod inference;
-mod leave_out;
-mod method;
-pub mod metrics;
-mod number;
-mod output;
 mod page;
-mod picture;
-mod plot;
-mod pyramid;
-mod reference;
 mod result;
-mod runs;
+pub mod stats;
 mod study;
-mod verdict;
 
-pub use agreement::{Pair, SIGNIFICANCE, Welch};
-pub use analysis::{BIAS_SIGNIFICANCE, REFERENCE_SHARE};
-pub use cache::cached_reference;
 pub use error::ReportError;
-pub use everything::Everything;
-pub use inference::{Interval, Tail};
-pub use leave_out::{
-    DecisionReport, EverythingReport, Omission, TechniqueDecision, WithoutTechnique,
-};
-pub use method::{Contestant, Method, Probe};
-pub use metrics::{Errors, median_of_means};
-pub use picture::{ERROR_SCALE, error_colour, exposure, signed_error_map};
-pub use plot::{Axis, error_plot};
-pub use pyramid::{Layer, Pyramid, PyramidReport, TechniqueShare, measure_pyramid};
-pub use reference::{Reference, ReferencePlan};
+pub use page::{Axis, ERROR_SCALE, error_colour, error_plot, exposure, signed_error_map};
 pub use result::{
-    Bias, Checkpoint, Cost, LedgerReport, MethodReport, ReferenceInfo, Report, SCHEMA, SceneInfo,
-    Setup, Slope, SpeedUp, TimeToTarget,
+    CandidateReport, DecisionReport, Layer, LedgerReport, MethodImages, MethodReport, Omission,
+    Pyramid, PyramidReport, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, Snapshot, Study,
+    TechniqueShare, WithoutTechnique,
 };
-pub use study::{MethodImages, Plan, Snapshot, Step, Study, study};
+pub use stats::{
+    BIAS_SIGNIFICANCE, Bias, Checkpoint, Cost, Errors, Interval, Pair, REFERENCE_SHARE, Reference,
+    SIGNIFICANCE, Slope, SpeedUp, Tail, TimeToTarget, Welch, median_of_means,
+};
+pub use study::{
+    Contestant, Method, Plan, Probe, ReferencePlan, Step, cached_reference, measure_pyramid, study,
+};

@@ -1,58 +1,17 @@
 //! Puts a [`World`] together and refuses what cannot be rendered.
 
-use super::bvh::Bvh;
 use super::error::{SceneError, check, check_point, check_radiance};
 use super::lights::{self, BoxedLight};
-use super::material::Material;
 use super::mesh::{Attributes, Mesh};
-use super::scattering::Scattering;
+use super::surface::{Emission, MaterialId, Surface, SurfaceId};
 use super::warning::Warning;
 use super::world::World;
 use crate::endpoint::{AreaLight, Light, LightId};
 use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
-use crate::math::Rgb;
-use crate::texture::Texture;
+use crate::material::{Finish, Material, Texture};
+use crate::tree::Bvh;
 use glam::DAffine3;
 use std::collections::{HashMap, HashSet};
-
-/// Identifies a material of a world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct MaterialId(pub u32);
-
-/// Identifies a surface of a world; what [`SurfacePoint::surface`](crate::geometry::SurfacePoint)
-/// holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct SurfaceId(pub u32);
-
-/// What a surface emits: the same radiance from every point into every direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Emission {
-    /// Emitted radiance, W/(m² sr).
-    pub radiance: Rgb,
-    /// Whether the back emits, too.
-    pub two_sided: bool,
-}
-
-/// A surface: consecutive primitives of one material.
-#[derive(Debug)]
-pub(crate) struct Surface {
-    pub name: String,
-    pub material: MaterialId,
-    /// Radiance, and whether the back emits, too.
-    pub emission: Option<(Texture, bool)>,
-    pub light: Option<LightId>,
-    pub first_primitive: u32,
-    pub primitives: u32,
-    pub attributes: Option<Attributes>,
-}
-
-impl Surface {
-    /// Its part of what belongs to all primitives.
-    pub fn range<'a, T>(&self, primitives: &'a [T]) -> &'a [T] {
-        let first = self.first_primitive as usize;
-        &primitives[first..first + self.primitives as usize]
-    }
-}
 
 /// Collects materials, surfaces and lights for a [`World`].
 ///
@@ -76,7 +35,7 @@ impl Surface {
 /// ```
 #[derive(Default)]
 pub struct WorldBuilder {
-    materials: Vec<Scattering>,
+    materials: Vec<Finish>,
     material_ids: HashMap<String, MaterialId>,
     names: HashSet<String>,
     surfaces: Vec<Surface>,
@@ -104,15 +63,15 @@ impl WorldBuilder {
         material: Material,
     ) -> Result<MaterialId, SceneError> {
         let name = name.into();
-        let scattering = material
-            .scattering()
+        let finish = material
+            .finish()
             .map_err(|reason| SceneError::Material { name: name.clone(), reason })?;
         if self.material_ids.contains_key(&name) {
             return Err(SceneError::DuplicateName { name });
         }
         Warning::of_material(&name, &material, &mut self.warnings);
         let id = MaterialId(self.materials.len() as u32);
-        self.materials.push(scattering);
+        self.materials.push(finish);
         self.material_ids.insert(name, id);
         Ok(id)
     }

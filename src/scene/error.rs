@@ -1,70 +1,80 @@
-//! What can be wrong with a scene.
+//! Errors of scenes.
 
 use crate::bsdf::BsdfError;
 use crate::endpoint::EndpointError;
-use std::fmt;
 
-/// Why a scene, or a part of it, was refused. Every message names the object and the reason.
-#[derive(Clone, Debug, PartialEq)]
+/// The reason for refusing a scene or a part of it. Every message names the object and the reason.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
     /// Neither a surface nor a light.
+    #[error("the scene has neither a surface nor a light")]
     Empty,
     /// The name is taken: surfaces and lights share one set of names, materials have another.
+    #[error("the name \"{name}\" is already taken")]
     DuplicateName {
         /// The name.
         name: String,
     },
     /// No object of this name or id.
+    #[error("there is no {kind} \"{name}\"")]
     Missing {
-        /// What was looked for: "material", "surface".
+        /// The kind of object looked for: "material", "surface".
         kind: &'static str,
         /// Its name or number.
         name: String,
     },
     /// A second environment.
+    #[error("environment \"{name}\": the scene has an environment already")]
     SecondEnvironment {
         /// The environment that was refused.
         name: String,
     },
     /// A number outside its range, infinite or not a number.
+    #[error("\"{object}\": {parameter} is {value}, but must be {requirement}")]
     Parameter {
         /// The object.
         object: String,
-        /// Which of its parameters, "radius" for instance.
+        /// One of its parameters, "radius" for instance.
         parameter: &'static str,
         /// The value.
         value: f64,
-        /// What it must be.
+        /// Its range.
         requirement: &'static str,
     },
     /// A parameter of a material outside its range.
+    #[error("material \"{name}\": {reason}")]
     Material {
         /// The material.
         name: String,
-        /// What is wrong.
+        /// The error of the model or of the light.
+        #[source]
         reason: BsdfError,
     },
     /// A parameter of a light outside its range.
+    #[error("\"{name}\": {reason}")]
     Light {
         /// The light.
         name: String,
-        /// What is wrong.
+        /// The error of the model or of the light.
+        #[source]
         reason: EndpointError,
     },
     /// A vertex position, normal or texture coordinate that is infinite, not a number, or beyond
     /// [`SceneError::MAX_COORDINATE`].
+    #[error("\"{object}\": {attribute} of vertex {vertex} is {reason}")]
     Vertex {
         /// The mesh.
         object: String,
-        /// Which attribute.
+        /// The attribute.
         attribute: &'static str,
         /// Index of the vertex.
         vertex: usize,
-        /// What is wrong with it.
+        /// Its fault.
         reason: &'static str,
     },
     /// A triangle that refers to a vertex which does not exist.
+    #[error("\"{object}\": triangle {triangle} refers to vertex {index}, but there are {vertices}")]
     IndexOutOfRange {
         /// The mesh.
         object: String,
@@ -76,32 +86,37 @@ pub enum SceneError {
         vertices: usize,
     },
     /// As many normals or texture coordinates as positions are needed.
+    #[error("\"{object}\": {found} {attribute}s for {expected} vertices")]
     AttributeCount {
         /// The mesh.
         object: String,
-        /// Which attribute.
+        /// The attribute.
         attribute: &'static str,
-        /// How many there are.
+        /// Their number.
         found: usize,
-        /// How many there must be.
+        /// The number of vertices.
         expected: usize,
     },
     /// A transform that is not finite or not invertible.
+    #[error("\"{object}\": the transform is not invertible or not finite")]
     SingularTransform {
         /// The object.
         object: String,
     },
     /// A quad without area.
+    #[error("\"{object}\": the quad has no area")]
     Degenerate {
         /// The object.
         object: String,
     },
     /// An emissive surface whose total area is zero.
+    #[error("\"{object}\": a surface without area cannot emit")]
     LightWithoutArea {
         /// The surface.
         object: String,
     },
     /// More primitives than ids.
+    #[error("the scene has more than 2³¹ - 1 primitives")]
     TooManyPrimitives,
 }
 
@@ -109,54 +124,6 @@ impl SceneError {
     /// Largest admissible size of a coordinate or radius: products of three of them, and their
     /// squares, must not overflow.
     pub const MAX_COORDINATE: f64 = 1e50;
-}
-
-impl fmt::Display for SceneError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Empty => write!(f, "the scene has neither a surface nor a light"),
-            Self::DuplicateName { name } => write!(f, "the name \"{name}\" is already taken"),
-            Self::Missing { kind, name } => write!(f, "there is no {kind} \"{name}\""),
-            Self::SecondEnvironment { name } => {
-                write!(f, "environment \"{name}\": the scene has an environment already")
-            }
-            Self::Parameter { object, parameter, value, requirement } => {
-                write!(f, "\"{object}\": {parameter} is {value}, but must be {requirement}")
-            }
-            Self::Material { name, reason } => write!(f, "material \"{name}\": {reason}"),
-            Self::Light { name, reason } => write!(f, "\"{name}\": {reason}"),
-            Self::Vertex { object, attribute, vertex, reason } => {
-                write!(f, "\"{object}\": {attribute} of vertex {vertex} is {reason}")
-            }
-            Self::IndexOutOfRange { object, triangle, index, vertices } => {
-                write!(
-                    f,
-                    "\"{object}\": triangle {triangle} refers to vertex {index}, but there are {vertices}"
-                )
-            }
-            Self::AttributeCount { object, attribute, found, expected } => {
-                write!(f, "\"{object}\": {found} {attribute}s for {expected} vertices")
-            }
-            Self::SingularTransform { object } => {
-                write!(f, "\"{object}\": the transform is not invertible or not finite")
-            }
-            Self::Degenerate { object } => write!(f, "\"{object}\": the quad has no area"),
-            Self::LightWithoutArea { object } => {
-                write!(f, "\"{object}\": a surface without area cannot emit")
-            }
-            Self::TooManyPrimitives => write!(f, "the scene has more than 2³¹ - 1 primitives"),
-        }
-    }
-}
-
-impl std::error::Error for SceneError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Material { reason, .. } => Some(reason),
-            Self::Light { reason, .. } => Some(reason),
-            _ => None,
-        }
-    }
 }
 
 /// Checks one number.

@@ -1,37 +1,22 @@
-//! The [`Scene`] trait, the one seam for other renderers, the ready-made [`World`], and a gallery
-//! of worlds.
+//! The [`Scene`] trait, the one seam for other renderers, and the ready-made [`World`].
 
-mod binary;
 mod builder;
-mod bvh;
 mod error;
-pub mod gallery;
 mod lights;
-mod many;
-mod material;
 mod mesh;
 mod needs;
-mod packet;
-mod query;
-mod scattering;
-mod space;
-#[cfg(test)]
-mod tests;
-mod traverse;
+mod surface;
 mod warning;
-mod wide;
-mod with_needs;
 mod world;
 
-pub use builder::{Emission, MaterialId, SurfaceId, WorldBuilder};
-pub use bvh::TreeStatistics;
+pub use crate::material::Material;
+pub use crate::tree::TreeStatistics;
+pub use builder::WorldBuilder;
 pub use error::SceneError;
-pub use material::Material;
 pub use mesh::Mesh;
 pub use needs::Needs;
-pub use scattering::SurfaceBsdf;
+pub use surface::{Emission, MaterialId, SurfaceId};
 pub use warning::Warning;
-pub use with_needs::WithNeeds;
 pub use world::World;
 
 use crate::bsdf::Bsdf;
@@ -39,13 +24,13 @@ use crate::endpoint::{Light, LightId};
 use crate::geometry::SurfacePoint;
 use glam::{DVec2, DVec3};
 
-/// What an integrator asks of a scene. A host renderer implements it over its own geometry and
-/// materials.
+/// The questions of integrators about a scene. A host renderer implements it over its own geometry
+/// and materials.
 ///
 /// Points go in, not rays: the scene owns robustness, so a surface never shadows itself and no
 /// epsilon leaks into integrators.
 pub trait Scene: Sync {
-    /// How a point scatters: an enum, one concrete model, or `&dyn Bsdf`; the host decides.
+    /// The BSDF of a point: an enum, one concrete model, or `&dyn Bsdf`; the host decides.
     type Bsdf<'a>: Bsdf
     where
         Self: 'a;
@@ -56,12 +41,12 @@ pub trait Scene: Sync {
     /// never `from` itself.
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint>;
 
-    /// Whether the open segment between two points is free. For a point at infinity the position
+    /// True if the open segment between two points is free. For a point at infinity the position
     /// tells where the segment ends.
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool;
 
-    /// What [`intersect`](Self::intersect) says of many rays. `found` gets each answer once, with
-    /// the ray's place in the iterator, in any order.
+    /// The answers of [`intersect`](Self::intersect) for many rays. `found` gets each answer once,
+    /// with the ray's place in the iterator, in any order.
     ///
     /// A scene overrides this where it gains from seeing rays that do not depend on one another:
     /// while one waits for memory, others go on.
@@ -75,8 +60,8 @@ pub trait Scene: Sync {
         }
     }
 
-    /// What [`visible`](Self::visible) says of many segments. `answer` gets each answer once, with
-    /// the segment's place in the iterator, in any order.
+    /// The answers of [`visible`](Self::visible) for many segments. `answer` gets each answer once,
+    /// with the segment's place in the iterator, in any order.
     fn visible_many<'a>(
         &self,
         segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>,
@@ -108,7 +93,18 @@ pub trait Scene: Sync {
     /// The probability with which `pick_light` chooses a light.
     fn pick_pmf(&self, id: LightId) -> f64;
 
-    /// What rendering this scene takes; integrators leave out the rest.
+    /// Chooses a light to connect `receiver` to; returns its probability too. The default does not
+    /// look at the receiver. Where the light is chosen for the start of a walk there is none.
+    fn pick_light_for(&self, _receiver: &SurfacePoint, u: f64) -> Option<(LightId, f64)> {
+        self.pick_light(u)
+    }
+
+    /// The probability with which `pick_light_for` chooses a light for the same receiver.
+    fn pick_pmf_for(&self, _receiver: &SurfacePoint, id: LightId) -> f64 {
+        self.pick_pmf(id)
+    }
+
+    /// The features that rendering this scene takes; integrators leave out the rest.
     fn needs(&self) -> Needs {
         Needs::ALL
     }

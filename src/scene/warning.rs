@@ -1,10 +1,10 @@
 //! Where a scene asks more of f64 than it has: found when the scene is built, reported, and
 //! rendered all the same.
 
-use super::builder::Surface;
-use super::material::Material;
+use super::surface::Surface;
 use crate::bsdf::{INDEX_MATCHED, LEAST_ALPHA};
 use crate::geometry::{Bounds, Quad, Shape, Triangle};
+use crate::material::Material;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -19,9 +19,9 @@ pub enum Warning {
     DroppedTriangles {
         /// The mesh.
         object: String,
-        /// How many were left out.
+        /// Their number.
         dropped: usize,
-        /// How many the mesh has.
+        /// The number of triangles that the mesh has.
         triangles: usize,
     },
     /// Fewer than [`Warning::LEAST_DIGITS`] decimal digits of an object's coordinates tell its

@@ -5,7 +5,7 @@ use crate::rooms::camera;
 use crate::team::{Team, apart, grey, lit_room, metal};
 use pathspace::film::Technique;
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
-use pathspace::path::{Roulette, Survival, TechniqueSet};
+use pathspace::path::{Excluded, Roulette, Survival, TechniqueSet};
 use pathspace::render::Render;
 use pathspace::scene::World;
 
@@ -79,9 +79,9 @@ fn roulette_replaces_a_deep_limit() {
 fn techniques_alone(case: &str, world: &World, bounces: u32, comparison: &Comparison) {
     let depth = Depth::exactly(bounces);
     let only = |s: u16| {
-        let only = Some(Technique { s, t: bounces as u16 + 2 - s });
+        let only = Technique::new(s, bounces as u16 + 2 - s);
         Bidirectional {
-            techniques: TechniqueSet { only, ..TechniqueSet::BIDIRECTIONAL },
+            techniques: TechniqueSet::only(only).expect("a short path"),
             depth,
             ..Bidirectional::default()
         }
@@ -106,7 +106,6 @@ fn each_technique_alone() {
 fn each_technique_alone_on_metal() {
     let world = apart(metal(0.5, 0.5));
     techniques_alone("metal", &world, 1, &Comparison { target: 0.003, ..Comparison::default() });
-    techniques_alone("metal", &world, 2, &Comparison { target: 0.006, ..Comparison::default() });
 }
 
 #[test]
@@ -118,6 +117,8 @@ fn each_technique_alone_on_longer_paths() {
         2,
         &Comparison { target: 0.005, ..Comparison::default() },
     );
+    let world = apart(metal(0.5, 0.5));
+    techniques_alone("metal", &world, 2, &Comparison { target: 0.006, ..Comparison::default() });
     for material in [grey(), metal(0.5, 0.5)] {
         techniques_alone(
             "three bounces",
@@ -129,32 +130,41 @@ fn each_technique_alone_on_longer_paths() {
 }
 
 /// Removing any one technique leaves the mean: the weights of the others fill the gap.
+fn without_one(bounces: u16) {
+    let world = apart(metal(0.5, 0.5));
+    let depth = Depth::exactly(u32::from(bounces));
+    let without = |s| {
+        let without = Technique::new(s, bounces + 2 - s);
+        let excluded = Excluded::NONE.with(without).expect("a short path");
+        Bidirectional {
+            techniques: TechniqueSet { excluded, ..TechniqueSet::BIDIRECTIONAL },
+            depth,
+            ..Bidirectional::default()
+        }
+    };
+    let sets: Vec<(String, Bidirectional)> =
+        (0..=bounces + 1).map(|s| (format!("without s = {s}"), without(s))).collect();
+    let path = PathTracer { depth, ..PathTracer::default() };
+    let mut team: Vec<Named<'_>> = vec![("path", &path)];
+    team.extend(
+        sets.iter().map(|(name, integrator)| (name.as_str(), integrator as &dyn Render<World>)),
+    );
+    assert_agree(
+        &format!("without one, {bounces} bounces"),
+        &world,
+        &camera(),
+        &team,
+        &Comparison::default(),
+    );
+}
+
 #[test]
 fn without_any_one_technique() {
-    let world = apart(metal(0.5, 0.5));
-    for bounces in 1..=2u16 {
-        let depth = Depth::exactly(u32::from(bounces));
-        let without = |s| {
-            let without = Some(Technique { s, t: bounces + 2 - s });
-            Bidirectional {
-                techniques: TechniqueSet { without, ..TechniqueSet::BIDIRECTIONAL },
-                depth,
-                ..Bidirectional::default()
-            }
-        };
-        let sets: Vec<(String, Bidirectional)> =
-            (0..=bounces + 1).map(|s| (format!("without s = {s}"), without(s))).collect();
-        let path = PathTracer { depth, ..PathTracer::default() };
-        let mut team: Vec<Named<'_>> = vec![("path", &path)];
-        team.extend(
-            sets.iter().map(|(name, integrator)| (name.as_str(), integrator as &dyn Render<World>)),
-        );
-        assert_agree(
-            &format!("without one, {bounces} bounces"),
-            &world,
-            &camera(),
-            &team,
-            &Comparison::default(),
-        );
-    }
+    without_one(1);
+}
+
+#[test]
+#[ignore = "the same with longer paths"]
+fn without_any_one_technique_on_longer_paths() {
+    without_one(2);
 }

@@ -4,9 +4,11 @@ use crate::rooms::{self, Room, lambert, v};
 use crate::{BLACK, assert_all, bidirectional, from_camera};
 use glam::{DAffine3, DVec2, DVec3, UVec2};
 use pathspace::endpoint::PinholeCamera;
-use pathspace::film::{Contribution, FilmSample, Technique};
+use pathspace::film::{Contribution, FilmSample, Sample, Technique};
 use pathspace::geometry::Sphere;
-use pathspace::integrator::{Bidirectional, Depth, Integrator, LightTracer, PathTracer};
+use pathspace::integrator::{
+    Bidirectional, Caller, Depth, Integrator, LightTracer, PathTracer, Run, Stage,
+};
 use pathspace::math::Rgb;
 use pathspace::path::{Heuristic, PathDensities, Roulette, Scratch, TechniqueSet};
 use pathspace::sampler::{Independent, SampleSource};
@@ -56,9 +58,12 @@ fn f15_weights_in_an_emissive_sphere() {
         let kernel =
             Bidirectional { techniques: general, depth, heuristic, ..Bidirectional::default() };
         let (mut scratch, mut sink) = (Scratch::default(), Vec::<Contribution>::new());
+        let stage = Stage::new(&world, &camera);
+        let dedicated = dedicated.start(stage, &Caller).expect("a run");
+        let kernel = kernel.start(stage, &Caller).expect("a run");
         film_samples(&camera, 2000, |film, sampler| {
-            dedicated.sample(&world, &camera, film, sampler, &mut sink, &mut scratch);
-            kernel.sample(&world, &camera, film, sampler, &mut sink, &mut scratch);
+            dedicated.sample(film, &mut *sampler, &mut sink, &mut scratch);
+            kernel.sample(film, sampler, &mut sink, &mut scratch);
         });
         assert!(sink.len() > 20_000, "{}", sink.len());
         for contribution in &sink {
@@ -106,10 +111,8 @@ fn f16_weights_across_a_mirror() {
     let mut scratch = Scratch::default();
     film_samples(&camera, 60_000, |film, sampler| {
         integrator.for_each_path(
-            &world,
-            &camera,
-            film,
-            sampler,
+            Stage::new(&world, &camera),
+            Sample { film, sampler },
             &mut scratch,
             |path, contribution| {
                 let record = path.record();
@@ -194,10 +197,8 @@ fn paths_verify_on_every_material() {
         let (mut scratch, mut seen, mut worst) = (Scratch::default(), 0, 0.0f64);
         film_samples(&camera, 4000, |film, sampler| {
             integrator.for_each_path(
-                &world,
-                &camera,
-                film,
-                sampler,
+                Stage::new(&world, &camera),
+                Sample { film, sampler },
                 &mut scratch,
                 |path, contribution| {
                     let verification = path.verify(&integrator.techniques, heuristic);
@@ -223,9 +224,10 @@ fn rays_per_sample(
     camera: &PinholeCamera,
 ) -> f64 {
     let (mut scratch, mut sink) = (Scratch::default(), Vec::<Contribution>::new());
+    let run = integrator.start(Stage::new(world, camera), &Caller).expect("a run");
     film_samples(camera, 500, |film, sampler| {
         sink.clear();
-        integrator.sample(world, camera, film, sampler, &mut sink, &mut scratch);
+        run.sample(film, sampler, &mut sink, &mut scratch);
     });
     scratch.counters.rays() as f64 / scratch.counters.samples as f64
 }

@@ -34,7 +34,7 @@ fn refraction_of_smooth_glass() {
         );
     }
     // n = 1 passes straight through, whatever the roughness
-    for model in [Model::from(glass_of(1.0)), rough_glass(1.0, (0.5, 0.5)).into()] {
+    for model in [Model::from(glass_of(1.0)), rough_glass(1.0, (0.5, 0.5))] {
         let sample = model.sample(outside, Walk::Camera, 0.0, DVec2::splat(0.5)).unwrap();
         assert_eq!((sample.next, sample.weight, sample.dirac), (-outside, Rgb::WHITE, true));
         assert_eq!(model.lobes(), Lobes::DIRAC_TRANSMISSION);
@@ -175,7 +175,7 @@ fn roughness_threshold_is_continuous() {
 /// A sum with a mirror in both components is that mirror once, with the whole probability.
 #[test]
 fn coinciding_dirac_lobes_are_one() {
-    let mirror: SimpleModel = Mirror::new(Rgb::splat(0.5)).unwrap().into();
+    let mirror: Model = Mirror::new(Rgb::splat(0.5)).unwrap().into();
     let mixture =
         Mixture::with_probabilities([mirror, mirror, lambert()], [0.4, 0.2, 0.4], [1.0, 2.0, 1.0])
             .unwrap();

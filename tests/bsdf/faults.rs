@@ -63,7 +63,7 @@ impl Bsdf for Faulty {
 #[test]
 fn faults_are_found() {
     let faults = |relative_ior: f64, fault: Fault, cosine: f64| -> Option<Failure> {
-        let model = Faulty(rough_glass(relative_ior, (0.3, 0.3)).into(), fault);
+        let model = Faulty(rough_glass(relative_ior, (0.3, 0.3)), fault);
         check(&model, direction(cosine, 0.4), Walk::Light, &mut Independent::new(1), 100_000)
             .verdict(0.01, 1)
             .err()
@@ -90,17 +90,11 @@ impl Bsdf for Unsqueezed {
     fn lobes(&self) -> Lobes {
         self.0.lobes()
     }
-    fn eval(&self, _: DVec3, _: DVec3) -> Rgb {
-        Rgb::BLACK
-    }
-    fn pdf(&self, _: DVec3, _: DVec3, _: Walk) -> PerProjected {
-        PerProjected::ZERO
-    }
     fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         self.0.sample(fixed, walk, u1, u2).map(|sample| BsdfSample { weight: Rgb::WHITE, ..sample })
     }
-    fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        self.0.eval_dirac(to_light, to_camera)
+    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+        self.0.dirac_images(fixed, walk, image);
     }
 }
 
@@ -117,7 +111,7 @@ fn missing_squeeze_of_smooth_glass_is_found() {
 #[test]
 fn report_of_an_absorber_is_empty() {
     let report: Report =
-        check(&Model::BLACK, DVec3::Z, Walk::Camera, &mut Independent::new(1), 100);
+        check(&Model::Black, DVec3::Z, Walk::Camera, &mut Independent::new(1), 100);
     assert_eq!(
         (report.pdf_integral, report.finite_share.mean(), report.verdict(0.01, 1)),
         (0.0, 0.0, Ok(()))

@@ -4,13 +4,17 @@ use pathspace::bsdf::fresnel::Reflectance;
 use pathspace::bsdf::*;
 use pathspace::math::Rgb;
 
+pub fn boxed(bsdf: impl Bsdf + 'static) -> Box<dyn Bsdf> {
+    Box::new(bsdf)
+}
+
 const ROUGHNESS: [(f64, f64); 4] = [(0.05, 0.05), (0.3, 0.3), (1.0, 1.0), (0.1, 0.5)];
 
-pub fn lambert() -> SimpleModel {
+pub fn lambert() -> Model {
     Lambert::new(Rgb::new(0.2, 0.5, 0.9)).unwrap().into()
 }
 
-fn glass(relative_ior: f64) -> SimpleModel {
+fn glass(relative_ior: f64) -> Model {
     Dielectric::new(relative_ior).unwrap().into()
 }
 
@@ -18,11 +22,11 @@ fn gold() -> Reflectance {
     Reflectance::conductor(Rgb::new(0.2, 0.4, 1.4), Rgb::new(3.9, 2.5, 1.6)).unwrap()
 }
 
-pub fn rough_conductor(alpha: (f64, f64)) -> SimpleModel {
+pub fn rough_conductor(alpha: (f64, f64)) -> Model {
     RoughConductor::new(gold(), Ggx::new(alpha.0, alpha.1).unwrap()).into()
 }
 
-pub fn rough_glass(relative_ior: f64, alpha: (f64, f64)) -> SimpleModel {
+pub fn rough_glass(relative_ior: f64, alpha: (f64, f64)) -> Model {
     RoughDielectric::new(relative_ior, Ggx::new(alpha.0, alpha.1).unwrap()).unwrap().into()
 }
 
@@ -30,21 +34,21 @@ fn beckmann(alpha: (f64, f64)) -> Beckmann {
     Beckmann::new(alpha.0, alpha.1).unwrap()
 }
 
-fn plastic(specular: Rgb, colour_shift: bool) -> SimpleModel {
+fn plastic(specular: Rgb, colour_shift: bool) -> Model {
     Plastic::new(Rgb::new(0.2, 0.5, 0.9), specular, 1.5, colour_shift).unwrap().into()
 }
 
-fn metallic_roughness(metalness: f64, roughness: f64) -> SimpleModel {
+fn metallic_roughness(metalness: f64, roughness: f64) -> Model {
     MetallicRoughness::new(Rgb::new(0.2, 0.5, 0.9), metalness, roughness, 1.5).unwrap().into()
 }
 
-fn pane() -> SimpleModel {
+fn pane() -> Model {
     ThinDielectric::new(1.5).unwrap().into()
 }
 
-pub fn smooth_models() -> Vec<(String, Model)> {
-    let mirror: SimpleModel = Mirror::new(Rgb::new(0.3, 0.6, 1.0)).unwrap().into();
-    let conductor: SimpleModel =
+pub fn smooth_models() -> Vec<(String, Box<dyn Bsdf>)> {
+    let mirror: Model = Mirror::new(Rgb::new(0.3, 0.6, 1.0)).unwrap().into();
+    let conductor: Model =
         Conductor::new(Rgb::new(0.2, 0.4, 1.4), Rgb::new(3.9, 2.5, 1.6)).unwrap().into();
     let mixture = |components, weights| Mixture::new(components, weights).unwrap();
     let rough = rough_conductor((0.3, 0.3));
@@ -55,60 +59,65 @@ pub fn smooth_models() -> Vec<(String, Model)> {
     )
     .unwrap();
     [
-        ("lambert", lambert().into()),
-        ("mirror", mirror.into()),
-        ("conductor", conductor.into()),
-        ("glass 1.5", glass(1.5).into()),
-        ("glass 1/1.33", glass(1.0 / 1.33).into()),
-        ("glass 1", glass(1.0).into()),
-        ("null", Null.into()),
-        ("black", Model::BLACK),
-        ("pane", pane().into()),
-        ("smooth metallic-roughness", metallic_roughness(0.3, 0.0).into()),
-        ("smooth metallic-roughness metal", metallic_roughness(1.0, 0.005).into()),
+        ("lambert", boxed(lambert())),
+        ("mirror", boxed(mirror)),
+        ("conductor", boxed(conductor)),
+        ("glass 1.5", boxed(glass(1.5))),
+        ("glass 1/1.33", boxed(glass(1.0 / 1.33))),
+        ("glass 1", boxed(glass(1.0))),
+        ("null", boxed(Null)),
+        ("black", boxed(Model::Black)),
+        ("pane", boxed(pane())),
+        ("smooth metallic-roughness", boxed(metallic_roughness(0.3, 0.0))),
+        ("smooth metallic-roughness metal", boxed(metallic_roughness(1.0, 0.005))),
         (
             "smooth metallic-roughness + mirror",
-            mixture([metallic_roughness(0.3, 0.0), mirror], [0.5, 0.5]).into(),
+            boxed(mixture([metallic_roughness(0.3, 0.0), mirror], [0.5, 0.5])),
         ),
-        ("plastic", plastic(Rgb::WHITE, false).into()),
-        ("saturated plastic", plastic(Rgb::new(0.5, 1.0, 0.0), true).into()),
-        ("plastic + pane", mixture([plastic(Rgb::WHITE, true), pane()], [0.5, 0.5]).into()),
+        ("plastic", boxed(plastic(Rgb::WHITE, false))),
+        ("saturated plastic", boxed(plastic(Rgb::new(0.5, 1.0, 0.0), true))),
+        ("plastic + pane", boxed(mixture([plastic(Rgb::WHITE, true), pane()], [0.5, 0.5]))),
         (
             "tinted conductor",
-            Mixture::tinted([conductor], [Rgb::new(0.0, 0.3, 1.0)], [1.0]).unwrap().into(),
+            boxed(Mixture::tinted([conductor], [Rgb::new(0.0, 0.3, 1.0)], [1.0]).unwrap()),
         ),
         (
             "tinted mixture",
-            Mixture::tinted([lambert(), rough], [Rgb::new(0.0, 0.3, 1.0), Rgb::BLACK], [0.7, 0.2])
-                .unwrap()
-                .into(),
+            boxed(
+                Mixture::tinted(
+                    [lambert(), rough],
+                    [Rgb::new(0.0, 0.3, 1.0), Rgb::BLACK],
+                    [0.7, 0.2],
+                )
+                .unwrap(),
+            ),
         ),
-        ("lambert + mirror", mixture([lambert(), mirror], [0.5, 0.5]).into()),
-        ("lambert + glass", mixture([lambert(), glass(1.5)], [0.3, 0.7]).into()),
-        ("lambert + rough", mixture([lambert(), rough], [0.6, 0.4]).into()),
-        ("mirror + glass", mixture([mirror, glass(1.5)], [0.5, 0.25]).into()),
-        ("null + conductor", mixture([Null.into(), conductor], [0.5, 0.5]).into()),
-        ("glass + rough glass", probabilities.into()),
+        ("lambert + mirror", boxed(mixture([lambert(), mirror], [0.5, 0.5]))),
+        ("lambert + glass", boxed(mixture([lambert(), glass(1.5)], [0.3, 0.7]))),
+        ("lambert + rough", boxed(mixture([lambert(), rough], [0.6, 0.4]))),
+        ("mirror + glass", boxed(mixture([mirror, glass(1.5)], [0.5, 0.25]))),
+        ("null + conductor", boxed(mixture([Null.into(), conductor], [0.5, 0.5]))),
+        ("glass + rough glass", boxed(probabilities)),
     ]
     .map(|(name, model)| (name.to_owned(), model))
     .into()
 }
 
-pub fn rough_models() -> Vec<(String, Model)> {
-    let mut models = Vec::new();
+pub fn rough_models() -> Vec<(String, Box<dyn Bsdf>)> {
+    let mut models: Vec<(String, Box<dyn Bsdf>)> = Vec::new();
     for alpha in ROUGHNESS {
-        models.push((format!("rough conductor {alpha:?}"), rough_conductor(alpha).into()));
+        models.push((format!("rough conductor {alpha:?}"), boxed(rough_conductor(alpha))));
         models.push((
             format!("Beckmann conductor {alpha:?}"),
-            SimpleModel::from(RoughConductor::new(gold(), beckmann(alpha))).into(),
+            boxed(RoughConductor::new(gold(), beckmann(alpha))),
         ));
         let glass = RoughDielectric::new(1.5, beckmann(alpha)).unwrap();
-        models.push((format!("Beckmann glass {alpha:?}"), SimpleModel::from(glass).into()));
+        models.push((format!("Beckmann glass {alpha:?}"), boxed(glass)));
         if alpha.0 == alpha.1 {
             for metalness in [0.0, 0.4, 1.0] {
                 models.push((
                     format!("metallic-roughness {metalness} {alpha:?}"),
-                    metallic_roughness(metalness, alpha.0.sqrt()).into(),
+                    boxed(metallic_roughness(metalness, alpha.0.sqrt())),
                 ));
             }
         }
@@ -116,7 +125,7 @@ pub fn rough_models() -> Vec<(String, Model)> {
         for relative_ior in [1.5, 1.05] {
             models.push((
                 format!("rough glass {relative_ior} {alpha:?}"),
-                rough_glass(relative_ior, alpha).into(),
+                boxed(rough_glass(relative_ior, alpha)),
             ));
         }
     }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub const SQUARE: UVec2 = UVec2::splat(16);
 
 pub fn data(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/gltf").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/gltf").join(name)
 }
 
 pub fn load(name: &str, resolution: UVec2) -> Import {

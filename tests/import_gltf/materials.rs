@@ -3,7 +3,7 @@
 use crate::files::{SQUARE, data, seen};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3, UVec2};
-use pathspace::bsdf::{Bsdf, MetallicRoughness, Model};
+use pathspace::bsdf::{Bsdf, MetallicRoughness, Mixture, Model};
 use pathspace::import::{Options, gltf};
 use pathspace::math::Rgb;
 use pathspace::scene::{Material, Scene};
@@ -51,8 +51,10 @@ fn materials_are_those_built_by_hand() {
     for (k, (name, material)) in expected.into_iter().enumerate() {
         let x = seen(&import.world, DVec3::new(3.0 * k as f64 + 0.25, 0.125, 1.0), -DVec3::Z);
         assert_eq!(import.world.surface_name(&x), Some(name));
-        assert_eq!(import.world.bsdf(&x).model(true), material.model().expect("valid"), "{name}");
-        assert_eq!(import.world.bsdf(&x).model(false), material.model().expect("valid"), "{name}");
+        let mixture = material.mixture().expect("valid");
+        assert!(mixture.is_some());
+        assert_eq!(import.world.bsdf(&x).mixture(true), mixture, "{name}");
+        assert_eq!(import.world.bsdf(&x).mixture(false), mixture, "{name}");
     }
     let glow = import.world.light(import.world.light_by_name("glow").expect("it emits"));
     let x = seen(&import.world, DVec3::new(27.25, 0.125, 1.0), -DVec3::Z);
@@ -104,8 +106,8 @@ fn textures_are_decoded_where_they_are_looked_up() {
         let expected =
             MetallicRoughness::new(Rgb::new(0.0, 0.0, 1.0), 0.0, 1.0, 1.5).expect("valid");
         assert_eq!(
-            world.bsdf(&point).model(true),
-            Model::from(pathspace::bsdf::SimpleModel::from(expected))
+            world.bsdf(&point).mixture(true),
+            Some(Mixture::new([Model::from(expected), Model::Black], [1.0, 0.0]).expect("valid"))
         );
     }
 }

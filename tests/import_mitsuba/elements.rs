@@ -2,11 +2,11 @@
 
 use crate::files::{Directory, GLOW, SENSOR, emitted_below, load};
 use approx::assert_relative_eq;
-use glam::{DVec3, UVec2};
+use glam::{DVec2, DVec3, UVec2};
 use pathspace::film::Filter;
 use pathspace::import::{Import, Options, mitsuba};
 use pathspace::math::Rgb;
-use pathspace::scene::{Needs, Scene};
+use pathspace::scene::SurfaceArea;
 
 #[test]
 fn parameters_includes_references_and_hints() {
@@ -122,7 +122,7 @@ fn all_mesh_formats_hold_the_same_mesh() {
         let bounds = import.world.bounds();
         assert_relative_eq!(bounds.min, DVec3::new(-0.4, -0.5, 0.0), epsilon = 1e-7);
         assert_relative_eq!(bounds.max, DVec3::new(0.5, 0.5, 0.9), epsilon = 1e-7);
-        assert!(import.world.needs().contains(Needs::SMOOTH_NORMALS));
+        assert!(!import.world.sample_surface(0.3, DVec2::splat(0.4)).is_flat());
         assert_eq!(emitted_below(&import, 0.1, 0.02), Rgb::WHITE, "{shape}");
     }
     let missing = "<shape type='serialized'><string name='filename' value='parts/two.serialized'/><integer name='shape_index' value='2'/></shape>";

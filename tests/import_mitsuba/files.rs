@@ -7,7 +7,7 @@ use pathspace::math::Rgb;
 use pathspace::scene::Scene;
 use std::path::{Path, PathBuf};
 
-pub const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/mitsuba");
+pub const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/mitsuba");
 
 /// A directory that goes away with its owner, with a copy of the data's parts.
 pub struct Directory(pub PathBuf);

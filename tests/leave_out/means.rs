@@ -1,14 +1,15 @@
 //! Choices that change weights keep the mean.
 
-use super::common::{Moments, Random};
-use super::{DEPTH, assert_same_mean, contributions, mean, rooms, sparing_scenes, worlds};
+use super::common::Random;
+use super::{DEPTH, assert_same_mean, mean, rooms, sparing_scenes, worlds};
 use glam::UVec2;
-use pathspace::geometry::{Place, Sphere};
-use pathspace::integrator::{Bidirectional, LightTracer, PathTracer};
-use pathspace::math::Rgb;
-use pathspace::path::{Heuristic, LightWalks, Roulette, Scratch, TechniqueSet};
-use pathspace::scene::{Material, Scene, WithNeeds, gallery};
-use rooms::{Room, lambert, v};
+use pathspace::film::Sample;
+use pathspace::gallery;
+use pathspace::geometry::Place;
+use pathspace::integrator::{Bidirectional, Stage, WithNeeds};
+use pathspace::path::{Heuristic, LightWalks, Scratch, TechniqueSet};
+use pathspace::scene::Scene;
+use rooms::{Room, lambert};
 
 /// Dropping redundant techniques, needless light walks, or drawing another number of light walks
 /// changes weights, not means.
@@ -19,7 +20,7 @@ fn choices_of_sets_keep_the_mean() {
     assert_same_mean(
         name,
         mean(&world, &camera, &bidirectional, 30_000),
-        mean(&WithNeeds::all(&world), &camera, &bidirectional, 30_000),
+        mean(&world, &camera, &WithNeeds::all(bidirectional), 30_000),
         0.02,
     );
 
@@ -27,9 +28,8 @@ fn choices_of_sets_keep_the_mean() {
     room.lamp(0.5, 4.0);
     let (world, camera) = (room.build(), rooms::camera());
     let reference = mean(&world, &camera, &bidirectional, 40_000);
-    let sparing =
-        TechniqueSet::BIDIRECTIONAL.without_needless_light_walks(&world.needs(), Place::Dirac);
-    assert!(!sparing.has_light_walk());
+    let sparing = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+    assert!(sparing.is_complete(&world.needs(), Place::Dirac));
     assert_same_mean(
         "sparing",
         mean(&world, &camera, &Bidirectional { techniques: sparing, ..bidirectional }, 60_000),
@@ -38,14 +38,10 @@ fn choices_of_sets_keep_the_mean() {
     );
     for heuristic in [Heuristic::Balance, Heuristic::Power(2.0)] {
         for exponent in [-2, 1] {
-            for (connections, lens_first) in [(true, false), (false, false), (false, true)] {
+            for connections in [true, false] {
                 let light_walks = LightWalks::power_of_two(exponent).expect("small");
-                let techniques = TechniqueSet {
-                    light_walks,
-                    connections,
-                    lens_first,
-                    ..TechniqueSet::BIDIRECTIONAL
-                };
+                let techniques =
+                    TechniqueSet { light_walks, connections, ..TechniqueSet::BIDIRECTIONAL };
                 let integrator = Bidirectional { techniques, heuristic, ..bidirectional };
                 let samples = if exponent > 0 { 15_000 } else { 30_000 };
                 assert_same_mean(
@@ -59,46 +55,7 @@ fn choices_of_sets_keep_the_mean() {
     }
 }
 
-/// Lens sampling first, in a scene where the camera sees Dirac lobes, too: the camera walk draws
-/// what is seen in them, and nothing else.
-#[test]
-fn lens_sampling_first_keeps_the_mean_behind_glass() {
-    let mut room = Room::open(lambert(0.6, 0.6, 0.6));
-    room.lamp(0.6, 4.0);
-    room.sphere(
-        Sphere::new(v(0.3, -0.5, 0.9), 0.3),
-        Material::Mirror { reflectance: Rgb::splat(0.8) },
-    );
-    let (world, camera) = (room.build(), rooms::camera());
-    let bidirectional = Bidirectional { depth: DEPTH, ..Bidirectional::default() };
-    let techniques =
-        TechniqueSet { connections: false, lens_first: true, ..TechniqueSet::BIDIRECTIONAL };
-    let first = Bidirectional { techniques, ..bidirectional };
-    assert_same_mean(
-        "lens first",
-        mean(&world, &camera, &first, 60_000),
-        mean(&world, &camera, &bidirectional, 30_000),
-        0.02,
-    );
-    let kinds = contributions(&world, &camera, &first, 2000).0;
-    assert!(
-        kinds.iter().any(|c| c.technique.t > 2)
-            && kinds.iter().all(|c| c.technique.t != 2 || c.weight == 0.0)
-    );
-    // The general kernel with weights does the same.
-    let (mut sampler, mut scratch, mut worst) = (Random::new(8), Scratch::default(), 0.0f64);
-    for _ in 0..500 {
-        let film = worlds::film_sample(&camera, &mut sampler);
-        first.for_each_path(&world, &camera, film, &mut sampler, &mut scratch, |path, _| {
-            let verification = path.verify(&techniques, first.heuristic);
-            worst = worst.max(verification.weight_error).max(verification.weight_sum_error);
-        });
-    }
-    assert!(worst < 1e-9, "{worst}");
-}
-
-/// Weights sum to one whatever the number of light walks, and shadow roulette keeps the mean and
-/// saves rays.
+/// Weights sum to one whatever the number of light walks.
 #[test]
 fn weights_with_sample_counts_are_the_definitions() {
     let scene = gallery::build("cornell-box", UVec2::splat(8)).expect("a scene");
@@ -112,10 +69,8 @@ fn weights_with_sample_counts_are_the_definitions() {
         for _ in 0..300 {
             let film = worlds::film_sample(&*scene.camera, &mut sampler);
             integrator.for_each_path(
-                &scene.world,
-                &*scene.camera,
-                film,
-                &mut sampler,
+                Stage::new(&scene.world, &*scene.camera),
+                Sample { film, sampler: &mut sampler },
                 &mut scratch,
                 |path, contribution| {
                     let verification = path.verify(&techniques, integrator.heuristic);
@@ -128,31 +83,4 @@ fn weights_with_sample_counts_are_the_definitions() {
         }
         assert!(seen > 300, "{seen}");
     }
-}
-
-#[test]
-fn shadow_roulette_keeps_the_mean_and_saves_rays() {
-    let mut room = Room::open(lambert(0.6, 0.6, 0.6));
-    room.lamp(0.5, 4.0);
-    let (world, camera) = (room.build(), rooms::camera());
-    let roulette = |shadow_threshold| Roulette { shadow_threshold, ..Roulette::default() };
-    let rays = |integrator: &dyn Fn(f64) -> (Moments, u64)| {
-        let ((all, rays), (some, fewer)) = (integrator(0.0), integrator(0.5));
-        assert_same_mean("shadow roulette", some, all, 0.03);
-        assert!((fewer as f64) < 0.95 * rays as f64, "{fewer} of {rays}");
-    };
-    macro_rules! both {
-        ($make:expr) => {
-            rays(&|threshold| {
-                let integrator = $make(threshold);
-                (
-                    mean(&world, &camera, &integrator, 30_000),
-                    contributions(&world, &camera, &integrator, 2000).1.shadow_rays,
-                )
-            })
-        };
-    }
-    both!(|t| PathTracer { depth: DEPTH, roulette: roulette(t), ..PathTracer::default() });
-    both!(|t| LightTracer { depth: DEPTH, roulette: roulette(t) });
-    both!(|t| Bidirectional { depth: DEPTH, roulette: roulette(t), ..Bidirectional::default() });
 }

@@ -6,13 +6,12 @@ use pathspace::endpoint::{
     ConstantEnvironment, DirectionSample, Endpoint, Light, PointLight, PointSample,
 };
 use pathspace::film::Technique;
+use pathspace::gallery;
 use pathspace::geometry::{Place, Sphere, SurfacePoint};
-use pathspace::integrator::Bidirectional;
+use pathspace::material::Texture;
 use pathspace::math::{PerArea, PerProjected, Rgb};
-use pathspace::path::{Family, Reason, TechniqueSet};
-use pathspace::render::Render;
-use pathspace::scene::{Material, Mesh, Needs, Scene, World, gallery};
-use pathspace::texture::Texture;
+use pathspace::path::{Excluded, Family, Reason, TechniqueSet};
+use pathspace::scene::{Material, Mesh, Needs, Scene};
 use rooms::{Room, lambert, v};
 
 #[test]
@@ -67,8 +66,8 @@ fn what_scenes_need() {
 #[test]
 fn reasons_are_given() {
     for (name, world, ..) in sparing_scenes() {
-        let left_out = Render::<World>::left_out(&Bidirectional::default(), &world);
-        let set = Render::<World>::techniques(&Bidirectional::default(), &world);
+        let left_out = TechniqueSet::BIDIRECTIONAL.left_out(&world.needs());
+        let set = TechniqueSet::BIDIRECTIONAL.pruned(&world.needs());
         let reason =
             |family| left_out.families().find(|(f, _)| *f == family).map(|(_, reason)| reason);
         match name {
@@ -154,15 +153,12 @@ fn every_feature_is_needed_where_it_is_and_nowhere_else() {
     assert_eq!(room(&|_| ()), plain);
     assert_eq!(ball(Material::Mirror { reflectance: Rgb::WHITE }), plain | Needs::DIRAC_LOBES);
     assert_eq!(ball(rough()), plain | Needs::GLOSSY_LOBES);
-    assert_eq!(
-        ball(Material::Dielectric { relative_ior: 1.5 }),
-        plain | Needs::DIRAC_LOBES | Needs::TRANSMISSION
-    );
-    assert_eq!(ball(Material::Null), plain | Needs::DIRAC_LOBES | Needs::TRANSMISSION);
+    assert_eq!(ball(Material::Dielectric { relative_ior: 1.5 }), plain | Needs::DIRAC_LOBES);
+    assert_eq!(ball(Material::Null), plain | Needs::DIRAC_LOBES);
     let frosted = Material::RoughDielectric { relative_ior: 1.5, alpha: DVec2::splat(0.3) };
-    assert_eq!(ball(frosted), plain | Needs::GLOSSY_LOBES | Needs::TRANSMISSION);
+    assert_eq!(ball(frosted), plain | Needs::GLOSSY_LOBES);
     let board = Texture::checkerboard(Rgb::BLACK, Rgb::WHITE);
-    assert_eq!(ball(lambert(0.5, 0.5, 0.5).tinted(board)), plain | Needs::TEXTURES);
+    assert_eq!(ball(lambert(0.5, 0.5, 0.5).tinted(board)), plain);
     let sky = room(&|room| room.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid")));
     assert_eq!(sky, plain | Needs::ENVIRONMENT);
     let point =
@@ -172,8 +168,6 @@ fn every_feature_is_needed_where_it_is_and_nowhere_else() {
         room(&|room| room.light(Beam)),
         plain | Needs::DIRAC_LIGHTS | Needs::UNCONNECTIBLE_LIGHTS
     );
-    let smooth = gallery::build("smooth-mesh", UVec2::ONE).expect("a scene").world.needs();
-    assert!(smooth.contains(Needs::SMOOTH_NORMALS));
 
     let mut beam = Room::open(lambert(0.5, 0.5, 0.5));
     beam.light(Beam);
@@ -249,14 +243,10 @@ fn nothing_is_redundant_or_complete_that_is_asked_for_or_missing() {
         | Needs::INTERREFLECTION;
     let all = TechniqueSet::BIDIRECTIONAL;
     assert!(!all.pruned(&mirrors).lens_sampling);
-    assert!(
-        TechniqueSet { only: Some(Technique { s: 1, t: 1 }), ..all }.pruned(&mirrors).lens_sampling
-    );
-    assert!(
-        TechniqueSet { without: Some(Technique { s: 0, t: 2 }), ..all }
-            .pruned(&mirrors)
-            .lens_sampling
-    );
+    let only = TechniqueSet::only(Technique::new(1, 1)).expect("a short path");
+    assert!(only.pruned(&mirrors).lens_sampling);
+    let excluded = Excluded::NONE.with(Technique::new(0, 2)).expect("a short path");
+    assert!(TechniqueSet { excluded, ..all }.pruned(&mirrors).lens_sampling);
     let paths = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
     let point = Needs::DIRAC_LIGHTS
         | Needs::CONNECTIBLE_LIGHTS

@@ -1,13 +1,12 @@
 //! What is left out contributes nothing: the rest is the same to the bit.
 
-use super::{assert_nothing_is_lost, contributions, rooms, sparing_scenes, worlds};
+use super::{assert_nothing_is_lost, contributions, is_redundant, rooms, sparing_scenes, worlds};
 use glam::DVec3;
 use pathspace::endpoint::{Camera, ConstantEnvironment, PointLight, SpotLight};
 use pathspace::geometry::Sphere;
-use pathspace::integrator::{Bidirectional, Integrator, LightTracer};
+use pathspace::integrator::{Bidirectional, LightTracer, WithNeeds};
 use pathspace::math::Rgb;
-use pathspace::path::Reason;
-use pathspace::scene::{Material, Needs, Scene, WithNeeds, World};
+use pathspace::scene::{Material, Needs, Scene, World};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use rooms::{Room, lambert, v};
@@ -133,14 +132,14 @@ fn supersets_of_what_is_needed_contribute_the_same() -> Result {
         let world: World = world;
         let own = world.needs();
         for need in Needs::SINGLE.into_iter().filter(|need| !own.contains(*need)) {
-            let superset = WithNeeds { scene: &world, needs: own | need };
+            let superset = own | need;
             for_each_integrator!(integrator => {
-                let redundant = |needs: &Needs| Integrator::<World>::left_out(&integrator, needs).families().any(|(_, r)| r == Reason::Redundant);
-                let (all, more) = contributions(&superset, &*camera, &integrator, 60);
+                let superset = WithNeeds { integrator, needs: superset };
+                let (all, more) = contributions(&world, &*camera, &superset, 60);
                 let (needed, fewer) = contributions(&world, &*camera, &integrator, 60);
                 assert!(fewer.rays() <= more.rays(), "{name} and {need}: {fewer:?} {more:?}");
                 differing += u32::from(fewer.rays() < more.rays());
-                if redundant(&own) == redundant(&superset.needs) {
+                if is_redundant(&integrator, &world, &*camera) == is_redundant(&superset, &world, &*camera) {
                     assert!(needed == all, "{name} and {need}: {} contributions of {}", needed.len(), all.len());
                 }
             });

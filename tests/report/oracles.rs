@@ -1,21 +1,22 @@
-//! Closed forms of analytic.json: variances, variance × rays, tails and slopes, measured as the
-//! report measures them.
+//! Closed forms: variances, variance × rays, tails and slopes, measured as the report measures
+//! them.
 
 use super::common::SphereCap;
 use super::{Synthetic, against, cornell_box, exactly};
-use pathspace::endpoint::{Camera, PinholeCamera};
-use pathspace::film::{Contribution, FilmSample, Sink, Technique};
+use pathspace::endpoint::PinholeCamera;
+use pathspace::film::{Contribution, Sample, Sink, Technique};
 use pathspace::geometry::{Disk, Quad};
 use pathspace::glam::{DVec3, UVec2};
 use pathspace::integrator::{
-    Bidirectional, Depth, Integrator, PathTracer, PathTracing, UniformArea,
+    Bidirectional, Crew, Depth, Integrator, PathTracer, PathTracing, Run, Stage, Started,
+    UniformArea,
 };
 use pathspace::math::Rgb;
 use pathspace::path::{Heuristic, Roulette, Scratch, Survival, TechniqueSet};
 use pathspace::render::{Budget, Settings};
 use pathspace::report::{Interval, Method, MethodReport};
 use pathspace::sampler::Sampler;
-use pathspace::scene::{Emission, Material, Needs, Scene, World, WorldBuilder};
+use pathspace::scene::{Emission, Material, Scene, World, WorldBuilder};
 use std::f64::consts::PI;
 
 /// The exact value is inside the interval of 95 %, widened to one that is left once in some
@@ -100,41 +101,57 @@ impl OptimalWeights {
     }
 }
 
+/// A rendering by the balance heuristic, with optimal weights in place of its own.
+struct Optimal<'a, R>(&'a OptimalWeights, R);
+
 impl<S: Scene + ?Sized> Integrator<S> for OptimalWeights {
+    type Run<'a>
+        = Optimal<'a, <PathTracer as Integrator<S>>::Run<'a>>
+    where
+        S: 'a;
+
     fn name(&self) -> &'static str {
         "optimal weights"
     }
-    fn techniques(&self, needs: &Needs) -> TechniqueSet {
-        Integrator::<S>::techniques(&self.balance, needs)
-    }
-    fn sample<'s, C: Camera + ?Sized, P: Sampler, K: Sink>(
-        &self,
-        scene: &'s S,
-        camera: &C,
-        film: FilmSample,
-        sampler: &mut P,
-        sink: &mut K,
-        scratch: &mut Scratch<'s, S>,
-    ) {
-        let mut contributions = Vec::<Contribution>::new();
-        self.balance.sample(scene, camera, film, sampler, &mut contributions, scratch);
-        let [a, c] = self.alpha;
-        let hit = contributions.iter().any(|contribution| contribution.technique.s == 0);
-        let mut total = if hit { a + c } else { a };
-        for Contribution { value, weight, technique, .. } in contributions {
-            let u = if technique.s == 0 { weight } else { 1.0 - weight };
-            total += value.r() * weight - a * (1.0 - u) - c * u;
-        }
-        sink.add(&Contribution {
-            raster: film.raster,
-            value: Rgb::splat(total),
-            weight: 1.0,
-            technique: Technique { s: 1, t: 2 },
-        });
+
+    fn start<'a>(&'a self, stage: Stage<'a, S>, crew: &dyn Crew) -> Started<Self::Run<'a>> {
+        Ok(Optimal(self, self.balance.start(stage, crew)?))
     }
 }
 
-/// B06 and F12: variances of the estimators of light from a square, and variance × rays without
+impl<'a, S: Scene + ?Sized + 'a, R: Run<'a, S>> Run<'a, S> for Optimal<'a, R> {
+    type Chunk = R::Chunk;
+
+    fn techniques(&self) -> TechniqueSet {
+        self.1.techniques()
+    }
+
+    fn draw<P: Sampler>(
+        &self,
+        samples: &mut [Sample<P>],
+        sink: &mut dyn Sink,
+        chunk: &mut R::Chunk,
+        scratch: &mut Scratch<'a, S>,
+    ) {
+        let mut all = vec![Vec::<Contribution>::new(); samples.len()];
+        let mut keep = |number: usize, found: &Contribution| all[number].push(*found);
+        self.1.draw(samples, &mut keep, chunk, scratch);
+        let [a, c] = self.0.alpha;
+        for (number, contributions) in all.into_iter().enumerate() {
+            let hit = contributions.iter().any(|contribution| contribution.technique.s == 0);
+            let mut total = if hit { a + c } else { a };
+            for Contribution { value, weight, technique, .. } in contributions {
+                let u = if technique.s == 0 { weight } else { 1.0 - weight };
+                total += value.r() * weight - a * (1.0 - u) - c * u;
+            }
+            let raster = samples[number].film.raster;
+            let (value, technique) = (Rgb::splat(total), Technique::new(1, 2));
+            sink.add(number, &Contribution { raster, value, weight: 1.0, technique });
+        }
+    }
+}
+
+/// Variances of the estimators of light from a square, and variance × rays without
 /// that of the camera.
 #[test]
 fn variances_on_the_square_light_are_the_exact_ones() {
@@ -212,7 +229,8 @@ fn down() -> PinholeCamera {
     PinholeCamera::new(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 50.0, UVec2::new(32, 32)).unwrap()
 }
 
-/// F01, F02 and F03, on a host's own scene.
+/// A sphere with an emitting cap, a host's own scene: uniform-area sampling, next event estimation,
+/// and both with hits in the balance and the power heuristic.
 #[test]
 fn variances_in_the_sphere_with_a_cap_are_the_exact_ones() {
     let (scene, camera) = (SphereCap::new(0.5, 0.1), down());
@@ -255,7 +273,7 @@ fn emission_only(survival: Survival, depth: Depth) -> PathTracer {
     PathTracer { mode: PathTracing::EmissionOnly, roulette, depth, ..PathTracer::default() }
 }
 
-/// F04: roulette with survival p in the furnace, V = ρ² (1 - p) / ((1 - ρ)² (p - ρ²)). With p = 0.3
+/// Roulette with survival p in the furnace, V = ρ² (1 - p) / ((1 - ρ)² (p - ρ²)). With p = 0.3
 /// that is 14, but the fourth moment is infinite, so no number of samples measures it; cut off
 /// after K events everything is finite: Σ r^k with r = ρ/p over k up to min(N, K), P(N ≥ k) = p^k.
 #[test]
@@ -290,7 +308,7 @@ fn roulette_in_the_furnace_has_the_exact_variance() {
     assert_unbiased(&report.methods[0]);
 }
 
-/// F05: with survival capped at 0.95 the weight grows by ρ/0.95 per event in the furnace, and so
+/// With survival capped at 0.95 the weight grows by ρ/0.95 per event in the furnace, and so
 /// the tail index is ln(1/0.95)/ln(ρ/0.95).
 #[test]
 fn a_cap_on_survival_is_recognised_as_heavy_tailed() {
@@ -353,7 +371,7 @@ fn a_cap_on_survival_is_recognised_as_heavy_tailed() {
     assert_unbiased(honest);
 }
 
-/// F06: the roulette formula with a constant c, as an integrator.
+/// The roulette formula with a constant c, as an integrator.
 #[test]
 fn roulette_with_a_constant_has_the_exact_variance() {
     let box_ = cornell_box(32);
@@ -381,7 +399,7 @@ fn roulette_with_a_constant_has_the_exact_variance() {
     }
 }
 
-/// F09: two unit squares at a right angle; the geometry term of uniform points has the tail index
+/// Two unit squares at a right angle; the geometry term of uniform points has the tail index
 /// 3/2, and errors fall as N^(-1/3).
 #[test]
 fn the_corner_is_recognised_as_heavy_tailed() {

@@ -1,16 +1,17 @@
 //! Mistakes that are planted are found, and no others.
 
 use super::{against, contestants, cornell_box, go_on};
-use pathspace::endpoint::Camera;
-use pathspace::film::{Contribution, FilmSample, Sink};
+use pathspace::film::{Contribution, Sample, Sink};
 use pathspace::glam::UVec2;
-use pathspace::integrator::{Bidirectional, Integrator, LightTracer, PathTracer, UniformArea};
+use pathspace::integrator::{
+    Bidirectional, Crew, Integrator, LightTracer, PathTracer, Run, Stage, Started, UniformArea,
+};
 use pathspace::math::Rgb;
 use pathspace::path::{Scratch, TechniqueSet};
 use pathspace::render::{Budget, Settings};
 use pathspace::report::{Method, Plan, Reference, ReferencePlan, SceneInfo, study};
 use pathspace::sampler::Sampler;
-use pathspace::scene::{Needs, Scene, World};
+use pathspace::scene::{Scene, World};
 
 /// Scales or spoils what another integrator contributes.
 struct Planted<I> {
@@ -20,31 +21,50 @@ struct Planted<I> {
     spoiled: Option<UVec2>,
 }
 
+/// A rendering by the inner integrator, with the mistakes.
+struct PlantedRun<'a, I, R>(&'a Planted<I>, R);
+
 impl<S: Scene + ?Sized, I: Integrator<S>> Integrator<S> for Planted<I> {
+    type Run<'a>
+        = PlantedRun<'a, I, I::Run<'a>>
+    where
+        Self: 'a,
+        S: 'a;
+
     fn name(&self) -> &'static str {
         "planted"
     }
-    fn techniques(&self, needs: &Needs) -> TechniqueSet {
-        self.inner.techniques(needs)
+
+    fn start<'a>(&'a self, stage: Stage<'a, S>, crew: &dyn Crew) -> Started<Self::Run<'a>> {
+        Ok(PlantedRun(self, self.inner.start(stage, crew)?))
     }
-    fn sample<'s, C: Camera + ?Sized, P: Sampler, K: Sink>(
+}
+
+impl<'a, S: Scene + ?Sized + 'a, I: Sync, R: Run<'a, S>> Run<'a, S> for PlantedRun<'a, I, R> {
+    type Chunk = R::Chunk;
+
+    fn techniques(&self) -> TechniqueSet {
+        self.1.techniques()
+    }
+
+    fn draw<P: Sampler>(
         &self,
-        scene: &'s S,
-        camera: &C,
-        film: FilmSample,
-        sampler: &mut P,
-        sink: &mut K,
-        scratch: &mut Scratch<'s, S>,
+        samples: &mut [Sample<P>],
+        sink: &mut dyn Sink,
+        chunk: &mut R::Chunk,
+        scratch: &mut Scratch<'a, S>,
     ) {
-        let mut contributions = Vec::<Contribution>::new();
-        self.inner.sample(scene, camera, film, sampler, &mut contributions, scratch);
-        for mut contribution in contributions {
-            contribution.value *= self.factor;
-            if self.spoiled == Some(film.raster.floor().as_uvec2()) {
+        let Self(Planted { factor, spoiled, .. }, inner) = self;
+        let pixels: Vec<_> = samples.iter().map(|s| s.film.raster.floor().as_uvec2()).collect();
+        let mut spoil = |number: usize, contribution: &Contribution| {
+            let mut contribution = *contribution;
+            contribution.value *= *factor;
+            if *spoiled == Some(pixels[number]) {
                 contribution.value = Rgb::new(f64::NAN, 1.0, 1.0);
             }
-            sink.add(&contribution);
-        }
+            sink.add(number, &contribution);
+        };
+        inner.draw(samples, &mut spoil, chunk, scratch);
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::measure::{Method, Probe};
 use crate::scenes::{Stage, camera, furnace_box, furnace_sphere, lambert};
 use pathspace::endpoint::{PinholeCamera, PointLight};
-use pathspace::film::{BatchSink, ChunkFilm, Contribution, Film, FilmRegion, Filter, Technique};
+use pathspace::film::{ChunkFilm, Contribution, Film, FilmRegion, Filter, Sink, Technique};
 use pathspace::geometry::Sphere;
 use pathspace::glam::{DVec2, DVec3, UVec2};
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer};
@@ -70,7 +70,7 @@ fn stress_s39_contributions_that_are_not_finite() {
         [(f64::NAN, 1.0), (f64::INFINITY, 1.0), (f64::INFINITY, 0.0), (1.0, f64::NAN), (1.0, 1.0)];
     for (i, (value, weight)) in bad.into_iter().enumerate() {
         chunk.begin_samples(0..1, i as u32);
-        let technique = Technique { s: i as u16 / 2, t: 2 };
+        let technique = Technique::new(i as u16 / 2, 2);
         chunk.add(
             0,
             &Contribution {
@@ -153,7 +153,7 @@ fn stress_s45_film_of_many_samples() {
         raster: DVec2::splat(0.5),
         value: Rgb::WHITE,
         weight: 1.0,
-        technique: Technique { s: 0, t: 2 },
+        technique: Technique::new(0, 2),
     };
     for pass in 0..64 {
         chunk.clear();

@@ -4,10 +4,10 @@ use crate::cases::{self, Case};
 use crate::measure::{Method, Probe};
 use crate::scenes::{Stage, camera, lambert};
 use pathspace::endpoint::LightId;
-use pathspace::film::{Contribution, FilmSample, Technique};
+use pathspace::film::{Contribution, FilmSample, Sample, Technique};
 use pathspace::geometry::Sphere;
 use pathspace::glam::{DVec2, DVec3};
-use pathspace::integrator::{Bidirectional, Depth, Integrator, PathTracer};
+use pathspace::integrator::{self, Bidirectional, Caller, Depth, Integrator, PathTracer, Run};
 use pathspace::path::{Heuristic, Roulette, Scratch, TechniqueSet};
 use pathspace::sampler::{Independent, SampleSource, Sampler};
 use pathspace::scene::{Scene, World};
@@ -40,7 +40,7 @@ fn stress_s18_weights_of_twenty_vertices() {
         let (world, eye) = (two_lights(scale), camera(DVec3::ZERO, DVec3::NEG_Z, 60.0));
         for k in [1, 2, 5, 18] {
             let techniques = TechniqueSet { lens_sampling: false, ..TechniqueSet::BIDIRECTIONAL };
-            let integrator = Bidirectional {
+            let method = Bidirectional {
                 techniques,
                 depth: Depth::exactly(k),
                 roulette: Roulette::NEVER,
@@ -49,11 +49,9 @@ fn stress_s18_weights_of_twenty_vertices() {
             let (mut scratch, mut paths) = (Scratch::default(), 0);
             for i in 0..200 {
                 let film = FilmSample { raster: DVec2::splat(0.5), offset: DVec2::ZERO };
-                integrator.for_each_path(
-                    &world,
-                    &eye,
-                    film,
-                    &mut Independent { seed: 1 }.sampler(0, i),
+                method.for_each_path(
+                    integrator::Stage::new(&world, &eye),
+                    Sample { film, sampler: Independent { seed: 1 }.sampler(0, i) },
                     &mut scratch,
                     |path, contribution| {
                         let expected = weight(&world, path.light(), contribution.technique.s, k);
@@ -78,25 +76,20 @@ fn stress_s18_weights_of_twenty_vertices() {
 #[test]
 fn stress_s18_weights_of_path_tracing() {
     let (world, eye) = (two_lights(1.0), camera(DVec3::ZERO, DVec3::NEG_Z, 60.0));
-    let integrator = PathTracer {
+    let method = PathTracer {
         depth: Depth::up_to(18),
         heuristic: Heuristic::Balance,
         roulette: Roulette::NEVER,
         ..PathTracer::default()
     };
     let (mut scratch, mut contributions) = (Scratch::default(), Vec::<Contribution>::new());
+    let run = method.start(integrator::Stage::new(&world, &eye), &Caller).expect("a run");
     for i in 0..200 {
         let film = FilmSample { raster: DVec2::splat(0.5), offset: DVec2::ZERO };
-        integrator.sample(
-            &world,
-            &eye,
-            film,
-            &mut Independent { seed: 1 }.sampler(0, i),
-            &mut contributions,
-            &mut scratch,
-        );
+        let sampler = Independent { seed: 1 }.sampler(0, i);
+        run.sample(film, sampler, &mut contributions, &mut scratch);
     }
-    for Contribution { weight: measured, technique: Technique { s, t }, .. } in
+    for Contribution { weight: measured, technique: Technique { s, t, .. }, .. } in
         contributions.iter().filter(|c| c.technique.t > 2 || c.technique.s > 0)
     {
         let is_weight_of =
@@ -113,21 +106,19 @@ fn stress_s38_weights_by_definition() {
     for case in cases::all().iter().filter(|case| {
         matches!(case.row, "S25" | "S38") && case.methods.contains(&Method::Bidirectional)
     }) {
-        let integrator = Bidirectional { depth: case.depth, ..Bidirectional::default() };
-        let set = integrator.techniques.pruned(&case.world.needs());
+        let method = Bidirectional { depth: case.depth, ..Bidirectional::default() };
+        let set = method.techniques.pruned(&case.world.needs());
         let (mut scratch, mut paths, region) = (Scratch::default(), 0, case.camera.film());
         for i in 0..1000 {
             let mut sampler = Independent { seed: 1 }.sampler(0, i);
             let film =
                 FilmSample { raster: region.from_window(sampler.next_2d()), offset: DVec2::ZERO };
-            integrator.for_each_path(
-                &case.world,
-                &*case.camera,
-                film,
-                &mut sampler,
+            method.for_each_path(
+                integrator::Stage::new(&case.world, &*case.camera),
+                Sample { film, sampler: &mut sampler },
                 &mut scratch,
                 |path, _| {
-                    let verification = path.verify(&set, integrator.heuristic);
+                    let verification = path.verify(&set, method.heuristic);
                     assert!(
                         verification.worst() < 1e-7,
                         "{} {} {:e}: {path:?} {verification:?}",
@@ -148,13 +139,11 @@ fn stress_s38_weights_by_definition() {
 fn each_alone(case: &Case) {
     let k = case.depth.min_bounces;
     for s in 1..=k as u16 + 1 {
-        let only = Technique { s, t: k as u16 + 2 - s };
-        let techniques = TechniqueSet { only: Some(only), ..TechniqueSet::BIDIRECTIONAL };
-        let integrator =
-            Bidirectional { techniques, depth: case.depth, ..Bidirectional::default() };
+        let only = Technique::new(s, k as u16 + 2 - s);
+        let techniques = TechniqueSet::only(only).expect("a short path");
+        let method = Bidirectional { techniques, depth: case.depth, ..Bidirectional::default() };
         let samples = if only.t == 1 { 500_000 } else { 60_000 };
-        let measured =
-            Probe::new(&case.world, &*case.camera, case.depth).run(&integrator, samples, 5);
+        let measured = Probe::new(&case.world, &*case.camera, case.depth).run(&method, samples, 5);
         println!(
             "{} {} {:?}: {:?}, expected {:?}",
             case.row, case.value, only, measured.channels[0], case.expected[0]

@@ -304,8 +304,8 @@ pub fn own(at: Placement) -> Result<Vec<TestScene>> {
 /// All scenes of the gallery and the tests' own.
 pub fn all() -> Result<Vec<TestScene>> {
     let mut scenes = own(Placement::UNIT)?;
-    for name in pathspace::scene::gallery::NAMES {
-        let scene = pathspace::scene::gallery::build(name, RESOLUTION)?;
+    for name in pathspace::gallery::NAMES {
+        let scene = pathspace::gallery::build(name, RESOLUTION)?;
         scenes.push(TestScene { name: name.to_owned(), world: scene.world, camera: scene.camera });
     }
     Ok(scenes)
@@ -353,8 +353,8 @@ fn displaced(
 /// How much value and weight may change: eight times the most that they do over some random
 /// displacements, since these add up to the root of their number while the worst case adds up to
 /// their number.
-pub fn sensitivity<C: Camera + ?Sized>(
-    path: &Path<'_, '_, World, C>,
+pub fn sensitivity(
+    path: &Path<'_, '_, World>,
     scene: (&World, &(dyn Camera + Send)),
     set: &TechniqueSet,
     heuristic: Heuristic,

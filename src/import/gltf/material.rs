@@ -3,9 +3,9 @@
 use super::document::Document;
 use super::texture::{Meaning, Textures, coordinate_set};
 use crate::import::{Error, Location};
+use crate::material::Texture;
 use crate::math::Rgb;
 use crate::scene::Material;
-use crate::texture::Texture;
 use gltf::json;
 use gltf::json::material::AlphaMode;
 use gltf::json::texture::Info;

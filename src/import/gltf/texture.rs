@@ -3,8 +3,8 @@
 use super::document::Document;
 use crate::film::{Image, linear_from_srgb};
 use crate::import::{Error, Location};
+use crate::material::{Interpolation, Texture, Wrap};
 use crate::math::Rgb;
-use crate::texture::{Interpolation, Texture, Wrap};
 use glam::{DAffine2, DVec2};
 use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;

@@ -9,9 +9,9 @@ use crate::endpoint::{
     ConstantEnvironment, DirectionalLight, EndpointError, EnvironmentMap, Light, Lookup,
     PointLight, SpotLight,
 };
+use crate::material::Texture;
 use crate::math::Rgb;
 use crate::scene::SceneError;
-use crate::texture::Texture;
 use glam::{DAffine3, DMat3, DVec3};
 
 impl<'a> Loader<'a> {

@@ -6,9 +6,9 @@ use super::conductors;
 use super::document::Element;
 use super::spectrum::Illuminant;
 use super::values::{Object, number};
+use crate::material::Texture;
 use crate::math::Rgb;
 use crate::scene::{Material, MaterialId};
-use crate::texture::Texture;
 use glam::DVec2;
 
 /// What is there if the file asks for what the crate lacks.
@@ -152,7 +152,7 @@ impl<'a> Loader<'a> {
         };
         object.finish(&mut self.warnings)?;
         // So that the error names this element, not the outermost one.
-        material.scattering().map_err(|error| element.caused(error))?;
+        material.finish().map_err(|error| element.caused(error))?;
         Ok(material)
     }
 

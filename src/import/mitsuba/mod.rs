@@ -54,8 +54,8 @@ mod values;
 
 use super::files::Files;
 use super::{Error, Hints, Import, ImportedView, Limits, Location, Options, Warnings};
+use crate::material::Texture;
 use crate::scene::{MaterialId, WorldBuilder};
-use crate::texture::Texture;
 use document::{Document, Element};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;

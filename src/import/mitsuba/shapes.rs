@@ -5,8 +5,8 @@ use super::document::Element;
 use super::values::Object;
 use super::{Loader, meshes};
 use crate::geometry::{Disk, Quad, Sphere};
+use crate::material::Texture;
 use crate::scene::{MaterialId, Mesh, SurfaceId};
-use crate::texture::Texture;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 impl<'a> Loader<'a> {

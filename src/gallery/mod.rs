@@ -1,0 +1,111 @@
+//! Six ready-made scenes, each of which asks something else of an integrator.
+//!
+//! ```
+//! use pathspace::glam::UVec2;
+//! use pathspace::gallery;
+//!
+//! let scene = gallery::build("cornell-box", UVec2::new(64, 64))?;
+//! assert!(scene.claims.bidirectional);
+//! # Ok::<(), gallery::GalleryError>(())
+//! ```
+
+mod caustic;
+mod cornell_box;
+mod error;
+mod glossy_plates;
+mod lamp_room;
+mod materials;
+mod shapes;
+mod smooth_mesh;
+mod sphere_cap;
+
+pub use error::GalleryError;
+
+use crate::endpoint::Camera;
+use crate::scene::World;
+use glam::UVec2;
+
+/// A scene of the gallery.
+pub struct GalleryScene {
+    /// Its name, one of [`NAMES`].
+    pub name: &'static str,
+    /// One sentence.
+    pub description: &'static str,
+    /// Surfaces, materials and lights.
+    pub world: World,
+    /// The camera, with the film.
+    pub camera: Box<dyn Camera + Send>,
+    /// The number of scattering events after which longer paths do not matter; `None` for no limit.
+    pub max_bounces: Option<u32>,
+    /// The integrators that see every path of the image.
+    pub claims: Claims,
+}
+
+/// The integrators that can draw every path that contributes to a scene's image. The mean of an
+/// integrator that cannot is too low. A claim is about the mean alone: the noise may be too large
+/// for any budget, as that of uniform-area sampling on narrow lobes is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Claims {
+    /// [`UniformArea`](crate::integrator::UniformArea): no Dirac lobes, no light at infinity.
+    pub uniform_area: bool,
+    /// [`PathTracer`](crate::integrator::PathTracer): no Dirac light behind a Dirac lobe.
+    pub path_tracing: bool,
+    /// [`LightTracer`](crate::integrator::LightTracer): the camera sees no Dirac lobe.
+    pub light_tracing: bool,
+    /// [`Bidirectional`](crate::integrator::Bidirectional): no path with Dirac lobes between a
+    /// Dirac light and a Dirac lens.
+    pub bidirectional: bool,
+}
+
+impl Claims {
+    /// Every integrator sees everything.
+    pub const ALL: Self =
+        Self { uniform_area: true, path_tracing: true, light_tracing: true, bidirectional: true };
+}
+
+/// The names of the scenes.
+pub const NAMES: [&str; 6] =
+    ["cornell-box", "sphere-cap", "lamp-room", "caustic", "glossy-plates", "smooth-mesh"];
+
+/// The subject of a scene, in one sentence; `None` if there is no such scene.
+#[must_use]
+pub fn description(name: &str) -> Option<&'static str> {
+    let index = NAMES.iter().position(|known| *known == name)?;
+    let descriptions = [
+        cornell_box::DESCRIPTION,
+        sphere_cap::DESCRIPTION,
+        lamp_room::DESCRIPTION,
+        caustic::DESCRIPTION,
+        glossy_plates::DESCRIPTION,
+        smooth_mesh::DESCRIPTION,
+    ];
+    Some(descriptions[index])
+}
+
+/// Builds a scene with a film of the given resolution.
+///
+/// # Errors
+/// There is no scene of this name, or the film has no pixels.
+pub fn build(name: &str, resolution: UVec2) -> Result<GalleryScene, GalleryError> {
+    match name {
+        "cornell-box" => cornell_box::build(resolution),
+        "sphere-cap" => sphere_cap::build(resolution),
+        "lamp-room" => lamp_room::build(resolution),
+        "caustic" => caustic::build(resolution),
+        "glossy-plates" => glossy_plates::build(resolution),
+        "smooth-mesh" => smooth_mesh::build(resolution),
+        _ => Err(GalleryError::UnknownScene { name: name.to_owned() }),
+    }
+}
+
+impl std::fmt::Debug for GalleryScene {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("GalleryScene")
+            .field("name", &self.name)
+            .field("world", &self.world)
+            .field("film", &self.camera.film())
+            .field("max_bounces", &self.max_bounces)
+            .field("claims", &self.claims)
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,186 @@
+//! Settings that start a run, and the run that draws: the two traits of an integrator.
+#![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
+
+use super::{Crew, Decision, Depth, Stage};
+use crate::film::{FilmSample, Sample, Sink};
+use crate::path::{Counters, LeftOut, Scratch, Steps, TechniqueSet, advance};
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use std::error::Error;
+use std::fmt;
+
+/// A way to estimate the image, as plain settings. Open for users to implement.
+pub trait Integrator<S: Scene + ?Sized>: Sync {
+    /// One rendering by these settings.
+    type Run<'a>: Run<'a, S>
+    where
+        Self: 'a,
+        S: 'a;
+
+    /// The name in the field's terms, such as `path-tracing`.
+    fn name(&self) -> &'static str;
+
+    /// Begins a rendering: leaves out what the stage does not need, and prepares what all passes
+    /// share.
+    ///
+    /// # Errors
+    /// If the settings do not fit the stage, or there is not enough memory.
+    fn start<'a>(&'a self, stage: Stage<'a, S>, crew: &dyn Crew) -> Started<Self::Run<'a>>;
+}
+
+/// One rendering by an integrator: it owns whatever lives from pass to pass.
+///
+/// A pass draws one sample per pixel, in chunks of consecutive pixels that threads draw at the same
+/// time. Every integrator normalises alike: with N samples spread evenly over the window of P
+/// pixels, a pixel's value is `P/N` times the sum of the contributions that fall in it.
+pub trait Run<'a, S: Scene + ?Sized + 'a>: Sync {
+    /// What a chunk keeps from pass to pass, such as a Markov chain, or records to learn from; `()`
+    /// for most. It is kept only in a run that [`learns`](Self::learns).
+    type Chunk: Default + Send;
+
+    /// The techniques that draw paths.
+    fn techniques(&self) -> TechniqueSet;
+
+    /// What is to be known of the estimate.
+    fn notes(&self) -> Notes {
+        Notes::default()
+    }
+
+    /// Whether a pass depends on those before it. If so, the driver calls
+    /// [`begin_pass`](Self::begin_pass) before and [`collect`](Self::collect) after each pass, and
+    /// threads wait for each other in between. If not, it calls neither, and threads go on with the
+    /// next pass.
+    fn learns(&self) -> bool {
+        false
+    }
+
+    /// Prepares a pass, while nobody draws; passes are numbered from 0.
+    ///
+    /// # Errors
+    /// If there is not enough memory.
+    fn begin_pass(&mut self, _pass: u32, _crew: &dyn Crew) -> Result<(), IntegratorError> {
+        Ok(())
+    }
+
+    /// Draws samples. The contributions of each are the same whichever others are drawn with it, and
+    /// come in the same order; those of different samples may mix.
+    fn draw<P: Sampler>(
+        &self,
+        samples: &mut [Sample<P>],
+        sink: &mut dyn Sink,
+        chunk: &mut Self::Chunk,
+        scratch: &mut Scratch<'a, S>,
+    );
+
+    /// Learns from a chunk after a pass, in the order of the chunks.
+    fn collect(&mut self, _chunk: &mut Self::Chunk) {}
+
+    /// What was done beside drawing samples so far: by [`Integrator::start`] and `begin_pass`.
+    fn preparation(&self) -> Counters {
+        Counters::default()
+    }
+
+    /// Draws one sample alone, in a chunk of its own.
+    fn sample<P: Sampler>(
+        &self,
+        film: FilmSample,
+        sampler: P,
+        sink: &mut dyn Sink,
+        scratch: &mut Scratch<'a, S>,
+    ) {
+        self.draw(&mut [Sample { film, sampler }], sink, &mut Self::Chunk::default(), scratch);
+    }
+}
+
+/// A run, or the reason why there is none.
+pub type Started<R> = Result<R, IntegratorError>;
+
+/// A run whose samples are one walk each, as its [`Steps`] say, and that keeps nothing from pass to
+/// pass: all that a path tracer or a light tracer takes.
+pub struct SingleWalk<'a, S: Scene + ?Sized, I> {
+    /// What is rendered.
+    pub stage: Stage<'a, S>,
+    /// How.
+    pub settings: I,
+    /// The techniques that draw paths.
+    pub techniques: TechniqueSet,
+    /// The path lengths that count and that the scene has light for.
+    pub depth: Depth,
+    left_out: LeftOut,
+}
+
+impl<'a, S: Scene + ?Sized, I> SingleWalk<'a, S, I> {
+    /// A run of techniques and path lengths, less what the stage does not need.
+    pub fn new(stage: Stage<'a, S>, settings: I, set: TechniqueSet, depth: Depth) -> Self {
+        let (techniques, left_out) = (set.pruned(&stage.needs), set.left_out(&stage.needs));
+        Self { stage, settings, techniques, depth: depth.within(&stage.needs), left_out }
+    }
+}
+
+impl<'a, S: Scene + ?Sized + 'a, I: Sync> Run<'a, S> for SingleWalk<'a, S, I>
+where
+    Self: Steps<'a, S>,
+{
+    type Chunk = ();
+
+    fn techniques(&self) -> TechniqueSet {
+        self.techniques
+    }
+
+    fn notes(&self) -> Notes {
+        Notes { left_out: self.left_out, ..Notes::default() }
+    }
+
+    fn draw<P: Sampler>(
+        &self,
+        samples: &mut [Sample<P>],
+        sink: &mut dyn Sink,
+        _: &mut (),
+        scratch: &mut Scratch<'a, S>,
+    ) {
+        scratch.counters.samples += samples.len() as u64;
+        advance(self.stage.scene, self, samples, sink, scratch);
+    }
+}
+
+/// What a run says of its estimate.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Notes {
+    /// What it leaves out on this stage, and why.
+    pub left_out: LeftOut,
+    /// How it chose what to run, if it had a choice.
+    pub decision: Option<Decision>,
+    /// What its mean is.
+    pub estimator: Estimator,
+    /// Whether samples depend on one another: then their variance says nothing of the image's.
+    pub is_correlated: bool,
+}
+
+/// The mean of an estimate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Estimator {
+    /// The image, after any number of passes.
+    #[default]
+    Unbiased,
+    /// Not the image, but it tends to it as passes are added.
+    Consistent,
+    /// Not the image, after any number of passes.
+    Biased,
+}
+
+/// The reason why an integrator cannot render a stage.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct IntegratorError {
+    /// The integrator's name.
+    pub integrator: &'static str,
+    /// The reason, in words.
+    pub reason: String,
+}
+
+impl fmt::Display for IntegratorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.integrator, self.reason)
+    }
+}
+
+impl Error for IntegratorError {}

@@ -1,0 +1,37 @@
+//! An integrator that is told what a scene needs.
+
+use super::{Crew, Integrator, Stage, Started};
+use crate::scene::{Needs, Scene};
+
+/// An integrator that renders a scene as if it had certain needs, in place of those that it states.
+/// With [`Needs::ALL`] nothing is left out; more is always safe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WithNeeds<I> {
+    /// The integrator.
+    pub integrator: I,
+    /// What the scene is said to need.
+    pub needs: Needs,
+}
+
+impl<I> WithNeeds<I> {
+    /// An integrator that leaves nothing out.
+    pub const fn all(integrator: I) -> Self {
+        Self { integrator, needs: Needs::ALL }
+    }
+}
+
+impl<S: Scene + ?Sized, I: Integrator<S>> Integrator<S> for WithNeeds<I> {
+    type Run<'a>
+        = I::Run<'a>
+    where
+        Self: 'a,
+        S: 'a;
+
+    fn name(&self) -> &'static str {
+        self.integrator.name()
+    }
+
+    fn start<'a>(&'a self, stage: Stage<'a, S>, crew: &dyn Crew) -> Started<I::Run<'a>> {
+        self.integrator.start(Stage { needs: self.needs, ..stage }, crew)
+    }
+}

@@ -1,0 +1,159 @@
+//! From a description to a checked material.
+
+use super::finish::{Finish, Layer, Share, is_alone};
+use super::{Material, Texture};
+use crate::bsdf::{
+    Beckmann, BsdfError, Conductor, Dielectric, Ggx, Lambert, Lobes, MetallicRoughness,
+    Microfacets, Mirror, Mixture, Model, Null, Plastic, Reflectance, RoughConductor,
+    RoughDielectric, ThinDielectric,
+};
+use crate::math::Rgb;
+use glam::DVec2;
+
+impl Material {
+    /// The models of the front at uv = (0, 0) and how they are mixed (one alone has the weight 1);
+    /// `None` for a BSDF of a user's own.
+    ///
+    /// # Errors
+    /// If a parameter is outside its range, a component of a mixture is a mixture or a BSDF of a
+    /// user's own, or a material with two different sides transmits light.
+    pub fn mixture(&self) -> Result<Option<Mixture<Model, 2>>, BsdfError> {
+        self.finish().map(|finish| finish.mixture(DVec2::ZERO, true))
+    }
+
+    /// Checks the parameters.
+    pub(crate) fn finish(&self) -> Result<Finish, BsdfError> {
+        match self {
+            Self::Custom(bsdf) => Ok(Finish::Custom(bsdf.clone())),
+            _ => Ok(Finish::of_sides(self.side(true)?, self.side(false)?)),
+        }
+    }
+
+    /// What is seen from one side.
+    fn side(&self, front: bool) -> Result<[Layer; 2], BsdfError> {
+        let alone = |layer: Layer| Ok([layer, Layer::nothing()]);
+        match self {
+            Self::Tinted { material, tint } => {
+                checked_colours(tint)?;
+                let mut layers = material.side(front)?;
+                layers.iter_mut().for_each(|layer| layer.tints.push(tint.clone()));
+                Ok(layers)
+            }
+            Self::Sided { front: outer, back: inner } => {
+                // Each shows its own front.
+                let sides = [outer.side(true)?, inner.side(true)?];
+                let transmits = |layer: &Layer| layer.lobes().intersects(Lobes::TRANSMISSION);
+                if sides.as_flattened().iter().any(transmits) {
+                    return Err(BsdfError::SidedTransmission);
+                }
+                let [outer, inner] = sides;
+                Ok(if front { outer } else { inner })
+            }
+            Self::Mixture { components, weights } => {
+                // Checks the weights.
+                Mixture::new([Model::Black; 2], *weights)?;
+                Self::two_layers(components, front, weights.map(Share::Constant))
+            }
+            Self::Blend { components, amount } => {
+                checked_colours(amount)?;
+                let shares = [Share::Rest(amount.clone()), Share::Amount(amount.clone())];
+                Self::two_layers(components, front, shares)
+            }
+            Self::Plastic { albedo, .. } if albedo.as_constant().is_none() => {
+                checked_colours(albedo)?;
+                // Of the brightest albedo, so that the lobes are those that some point has.
+                alone(Layer { textures: vec![albedo.clone()], ..Layer::alone(self.model()?) })
+            }
+            Self::MetallicRoughness { base_color, metallic_roughness: surface, relative_ior }
+                if base_color.as_constant().is_none() || surface.as_constant().is_none() =>
+            {
+                checked_colours(base_color)?;
+                for extreme in surface.range() {
+                    MetallicRoughness::new(Rgb::BLACK, extreme.b(), extreme.g(), *relative_ior)?;
+                }
+                let textures = vec![base_color.clone(), surface.clone()];
+                alone(Layer { textures, ..Layer::alone(self.model()?) })
+            }
+            _ => alone(Layer::alone(self.model()?)),
+        }
+    }
+
+    fn two_layers(
+        components: &[Self; 2],
+        front: bool,
+        shares: [Share; 2],
+    ) -> Result<[Layer; 2], BsdfError> {
+        let [first, second] = [components[0].side(front)?, components[1].side(front)?];
+        if !(is_alone(&first) && is_alone(&second)) {
+            return Err(BsdfError::NestedMixture);
+        }
+        let ([first, _], [second, _]) = (first, second);
+        let [share, other_share] = shares;
+        Ok([Layer { share, ..first }, Layer { share: other_share, ..second }])
+    }
+
+    /// The model, of the largest values that textures have.
+    fn model(&self) -> Result<Model, BsdfError> {
+        let ggx = |alpha: &DVec2| Ggx::new(alpha.x, alpha.y).map(Microfacets::Ggx);
+        match self {
+            Self::Beckmann { rough } => {
+                let beckmann =
+                    |alpha: &DVec2| Beckmann::new(alpha.x, alpha.y).map(Microfacets::Beckmann);
+                rough.rough_model(beckmann)?.ok_or(BsdfError::NotRough)
+            }
+            Self::Black => Ok(Model::Black),
+            Self::Null => Ok(Model::Null(Null)),
+            Self::Lambert { albedo } => Lambert::new(*albedo).map(Model::Lambert),
+            Self::Mirror { reflectance } => Mirror::new(*reflectance).map(Model::Mirror),
+            Self::Conductor { eta, k } => Conductor::new(*eta, *k).map(Model::Conductor),
+            Self::Dielectric { relative_ior } => {
+                Dielectric::new(*relative_ior).map(Model::Dielectric)
+            }
+            Self::ThinDielectric { relative_ior } => {
+                ThinDielectric::new(*relative_ior).map(Model::ThinDielectric)
+            }
+            Self::Plastic { albedo, specular, relative_ior, colour_shift } => {
+                Plastic::new(albedo.range()[1], *specular, *relative_ior, *colour_shift)
+                    .map(Model::Plastic)
+            }
+            Self::MetallicRoughness { base_color, metallic_roughness, relative_ior } => {
+                let [_, roughness, metalness] = metallic_roughness.range()[1].0;
+                MetallicRoughness::new(base_color.range()[1], metalness, roughness, *relative_ior)
+                    .map(Model::MetallicRoughness)
+            }
+            Self::Custom(_) => Err(BsdfError::NestedCustom),
+            // Everything else is made of others.
+            _ => self.rough_model(ggx)?.ok_or(BsdfError::NestedMixture),
+        }
+    }
+
+    /// The model of a rough material with the given distribution; `None` if it is none.
+    fn rough_model(
+        &self,
+        distribution: impl Fn(&DVec2) -> Result<Microfacets, BsdfError>,
+    ) -> Result<Option<Model>, BsdfError> {
+        Ok(Some(match self {
+            Self::RoughMirror { reflectance, alpha } => {
+                RoughConductor::new(Reflectance::constant(*reflectance)?, distribution(alpha)?)
+                    .into()
+            }
+            Self::RoughConductor { eta, k, alpha } => {
+                RoughConductor::new(Reflectance::conductor(*eta, *k)?, distribution(alpha)?).into()
+            }
+            Self::RoughDielectric { relative_ior, alpha } => {
+                RoughDielectric::new(*relative_ior, distribution(alpha)?)?.into()
+            }
+            _ => return Ok(None),
+        }))
+    }
+}
+
+/// Checks that a texture's colours are reflectances or weights.
+fn checked_colours(texture: &Texture) -> Result<(), BsdfError> {
+    let [least, greatest] = texture.range();
+    if texture.is_within(0.0, 1.0) {
+        return Ok(());
+    }
+    let outside = |colour: &Rgb| !colour.0.iter().all(|c| (0.0..=1.0).contains(c));
+    Err(BsdfError::Reflectance(if outside(&least) { least } else { greatest }))
+}

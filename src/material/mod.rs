@@ -1,0 +1,164 @@
+//! Materials: what a scene is told about how a surface scatters.
+//!
+//! A [`Material`] is a description. When it is added to a scene its parameters are checked once,
+//! and it becomes a model, a mixture of two, or layers of which a mixture is made at each point;
+//! integrators ask these through a [`SurfaceBsdf`].
+
+mod checked;
+mod custom;
+mod finish;
+mod surface_bsdf;
+#[cfg(test)]
+mod tests;
+mod texture;
+
+pub use custom::CustomBsdf;
+pub(crate) use finish::Finish;
+pub use surface_bsdf::SurfaceBsdf;
+pub use texture::{Interpolation, Texture, TextureError, Wrap};
+
+use crate::bsdf::Bsdf;
+use crate::math::Rgb;
+use glam::DVec2;
+
+/// The scattering of a surface, as it is described to a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Material {
+    /// Absorbs everything.
+    #[default]
+    Black,
+    /// Lets light pass straight through; counts as one scattering event.
+    Null,
+    /// Lambertian reflection on both sides.
+    Lambert {
+        /// Reflected fraction, 0 to 1.
+        albedo: Rgb,
+    },
+    /// Perfect mirror on both sides.
+    Mirror {
+        /// Reflected fraction, 0 to 1.
+        reflectance: Rgb,
+    },
+    /// Polished metal.
+    Conductor {
+        /// Real part of the index of refraction, relative to the outside.
+        eta: Rgb,
+        /// Imaginary part.
+        k: Rgb,
+    },
+    /// Clear glass; the inside is the back of the surface.
+    Dielectric {
+        /// Index of refraction of the inside over that of the outside.
+        relative_ior: f64,
+    },
+    /// A pane of clear glass as one surface, without refraction.
+    ThinDielectric {
+        /// Index of refraction of the pane over that of the outside.
+        relative_ior: f64,
+    },
+    /// A diffuse body under a smooth clear coat; see [`Plastic`](crate::bsdf::Plastic).
+    Plastic {
+        /// Reflected fraction of the body, 0 to 1.
+        albedo: Texture,
+        /// Scale of the coat's reflection, 0 to 1; physically 1.
+        specular: Rgb,
+        /// Index of refraction of the coat over that of the outside, at least 1.
+        relative_ior: f64,
+        /// True if light that the coat throws back to the body is coloured again.
+        colour_shift: bool,
+    },
+    /// Metal, or a diffuse body under a dielectric coat, or a mixture of both: the material of
+    /// glTF; see
+    /// [`MetallicRoughness`](crate::bsdf::MetallicRoughness).
+    MetallicRoughness {
+        /// Reflectance of the metal at normal incidence, and albedo of the body, 0 to 1.
+        base_color: Texture,
+        /// Roughness (the root of α) in green, metalness in blue, each 0 to 1. Red has no meaning.
+        metallic_roughness: Texture,
+        /// Index of refraction of the coat over that of the outside.
+        relative_ior: f64,
+    },
+    /// A rough mirror with the same reflectance at all angles: GGX.
+    RoughMirror {
+        /// Reflected fraction, 0 to 1.
+        reflectance: Rgb,
+        /// Roughness along the tangent and across it.
+        alpha: DVec2,
+    },
+    /// Rough metal: GGX.
+    RoughConductor {
+        /// Real part of the index of refraction, relative to the outside.
+        eta: Rgb,
+        /// Imaginary part.
+        k: Rgb,
+        /// Roughness along the tangent and across it.
+        alpha: DVec2,
+    },
+    /// Frosted glass: GGX.
+    RoughDielectric {
+        /// Index of refraction of the inside over that of the outside.
+        relative_ior: f64,
+        /// Roughness along the tangent and across it.
+        alpha: DVec2,
+    },
+    /// A rough mirror, rough metal or frosted glass with Beckmann's distribution in place of GGX.
+    Beckmann {
+        /// One of the three.
+        rough: Box<Material>,
+    },
+    /// A material in a colour: its BSDF is multiplied by a texture. Over a white Lambertian
+    /// reflector that is a textured one.
+    Tinted {
+        /// The material.
+        material: Box<Material>,
+        /// The factor, 0 to 1.
+        tint: Texture,
+    },
+    /// Two materials, one for the front and one for the back, each showing its own front. Neither
+    /// transmits light.
+    Sided {
+        /// Seen from the side that the normal points to.
+        front: Box<Material>,
+        /// Seen from the other side.
+        back: Box<Material>,
+    },
+    /// A blend of two of the others that may vary over the surface.
+    Blend {
+        /// The two; neither of them a mixture or a blend.
+        components: Box<[Material; 2]>,
+        /// Its luminance, 0 to 1, is the weight of the second; the rest of 1 is that of the first.
+        amount: Texture,
+    },
+    /// A weighted sum of two of the others.
+    Mixture {
+        /// The two; neither of them a mixture.
+        components: Box<[Material; 2]>,
+        /// Their weights; a sum of at most 1 conserves energy.
+        weights: [f64; 2],
+    },
+    /// A BSDF of a user's own, the same everywhere and on both sides but for what it makes of the
+    /// sign of z; see [`Material::custom`]. Tints, sides, blends and mixtures do not take it.
+    Custom(CustomBsdf),
+}
+
+impl Material {
+    /// A material of a BSDF of a user's own. What it says that it has
+    /// ([`lobes`](Bsdf::lobes)) decides what integrators do about it.
+    #[must_use]
+    pub fn custom(bsdf: impl Bsdf + 'static) -> Self {
+        Self::Custom(CustomBsdf::new(bsdf))
+    }
+
+    /// Absorbs on its back what would otherwise be scattered on both sides.
+    #[must_use]
+    pub fn one_sided(self) -> Self {
+        Self::Sided { front: Box::new(self), back: Box::new(Self::Black) }
+    }
+
+    /// The same material in a colour.
+    #[must_use]
+    pub fn tinted(self, tint: impl Into<Texture>) -> Self {
+        Self::Tinted { material: Box::new(self), tint: tint.into() }
+    }
+}

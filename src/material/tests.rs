@@ -1,0 +1,154 @@
+//! Materials that vary, by the checker and by values.
+
+use super::*;
+use crate::bsdf::check::check;
+use crate::bsdf::{Bsdf, Walk};
+use crate::sampler::{Independent, SampleSource};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+fn lambert(albedo: f64) -> Material {
+    Material::Lambert { albedo: Rgb::splat(albedo) }
+}
+
+fn board() -> Texture {
+    Texture::checkerboard(Rgb::new(0.2, 0.5, 0.8), Rgb::new(0.9, 0.1, 0.3))
+}
+
+/// Where the board has its first and its second colour.
+const PLACES: [DVec2; 2] = [DVec2::splat(0.25), DVec2::new(0.75, 0.25)];
+
+#[test]
+fn textured_and_sided_materials_agree_with_themselves() {
+    let plastic = Material::Plastic {
+        albedo: board(),
+        specular: Rgb::WHITE,
+        relative_ior: 1.5,
+        colour_shift: true,
+    };
+    let rough = Material::RoughMirror { reflectance: Rgb::splat(0.9), alpha: DVec2::new(0.3, 0.4) };
+    let beckmann = Material::Beckmann { rough: Box::new(rough.clone()) };
+    let materials = [
+        lambert(0.7).tinted(board()),
+        lambert(0.7).one_sided(),
+        Material::Sided { front: Box::new(lambert(0.3)), back: Box::new(rough.tinted(board())) },
+        Material::Blend {
+            components: Box::new([Material::Null, lambert(0.6).tinted(board()).one_sided()]),
+            amount: board(),
+        },
+        Material::Blend {
+            components: Box::new([
+                Material::Dielectric { relative_ior: 1.5 },
+                beckmann.one_sided(),
+            ]),
+            amount: board(),
+        },
+        plastic.one_sided(),
+    ];
+    let directions = [DVec3::new(0.48, 0.36, 0.8), DVec3::new(0.48, 0.36, -0.8)];
+    let cases = materials.len() * PLACES.len() * directions.len() * 2;
+    for (index, material) in materials.iter().enumerate() {
+        let finish = material.finish().expect("valid");
+        for uv in PLACES {
+            for (fixed, walk) in
+                directions.iter().flat_map(|w| [(*w, Walk::Camera), (*w, Walk::Light)])
+            {
+                let mut sampler = Independent { seed: index as u64 }.sampler(7, 0);
+                let report =
+                    check(&SurfaceBsdf::new(&finish, uv), fixed, walk, &mut sampler, 10_000);
+                assert_eq!(
+                    report.verdict(0.01, cases),
+                    Ok(()),
+                    "{material:?} at {uv} seen from {fixed} on a {walk:?} walk: {report:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn colours_are_those_of_the_place_and_the_side() {
+    let f = |material: &Material, uv: DVec2, z: f64| {
+        let finish = material.finish().expect("valid");
+        SurfaceBsdf::new(&finish, uv).eval(DVec3::Z * z, DVec3::Z * z) * PI
+    };
+    let near = |a: Rgb, b: Rgb| {
+        (0..3).for_each(|c| approx::assert_relative_eq!(a[c], b[c], max_relative = 1e-14))
+    };
+    let tinted = lambert(0.5).tinted(board());
+    near(f(&tinted, PLACES[0], 1.0), Rgb::new(0.1, 0.25, 0.4));
+    near(f(&tinted, PLACES[1], -1.0), Rgb::new(0.45, 0.05, 0.15));
+    let sided = Material::Sided { front: Box::new(lambert(0.3)), back: Box::new(lambert(0.6)) };
+    near(f(&sided, PLACES[0], 1.0), Rgb::splat(0.3));
+    near(f(&sided, PLACES[0], -1.0), Rgb::splat(0.6));
+    assert_eq!(f(&lambert(0.6).one_sided(), PLACES[0], -1.0), Rgb::BLACK);
+    let half = Texture::from(Rgb::splat(0.25));
+    let blend =
+        Material::Blend { components: Box::new([lambert(0.2), lambert(0.6)]), amount: half };
+    near(f(&blend, PLACES[0], 1.0), Rgb::splat(0.75 * 0.2 + 0.25 * 0.6));
+    assert!(
+        matches!(blend.finish(), Ok(Finish::Mixture(_)))
+            && matches!(tinted.finish(), Ok(Finish::Layers { .. }))
+    );
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    use crate::bsdf::BsdfError;
+    let glass = Material::Dielectric { relative_ior: 1.5 };
+    assert_eq!(glass.clone().one_sided().finish(), Err(BsdfError::SidedTransmission));
+    let blend = |a: Material, b: Material| Material::Blend {
+        components: Box::new([a, b]),
+        amount: board(),
+    };
+    assert_eq!(
+        blend(blend(lambert(0.1), lambert(0.2)), glass.clone()).finish(),
+        Err(BsdfError::NestedMixture)
+    );
+    assert_eq!(Material::Beckmann { rough: Box::new(glass) }.finish(), Err(BsdfError::NotRough));
+    assert!(matches!(
+        lambert(0.5).tinted(Rgb::splat(1.5)).finish(),
+        Err(BsdfError::Reflectance(_))
+    ));
+    let custom = Material::custom(crate::bsdf::Null);
+    assert!(matches!(custom.finish(), Ok(Finish::Custom(_))) && custom.mixture() == Ok(None));
+    let sided = Material::Sided { front: Box::new(lambert(0.5)), back: Box::new(custom.clone()) };
+    let mixture = Material::Mixture {
+        components: Box::new([lambert(0.5), custom.clone()]),
+        weights: [0.5, 0.5],
+    };
+    for nested in [
+        custom.clone().tinted(board()),
+        custom.clone().one_sided(),
+        sided,
+        blend(custom.clone(), lambert(0.5)),
+        mixture,
+    ] {
+        let refused = nested.finish();
+        assert!(matches!(refused, Err(BsdfError::NestedCustom)), "{nested:?}: {refused:?}");
+    }
+    let rough = Material::Beckmann { rough: Box::new(custom) };
+    assert_eq!(rough.finish(), Err(BsdfError::NotRough));
+}
+
+#[test]
+fn custom_materials_are_equal_to_their_clones_alone() {
+    let (one, other) = (Material::custom(crate::bsdf::Null), Material::custom(crate::bsdf::Null));
+    assert!(one == one.clone() && one != other);
+    assert_eq!(format!("{one:?}"), "Custom(CustomBsdf(Lobes(32)))");
+}
+
+/// Nothing is lost of a weight that stands beside nothing.
+#[test]
+fn a_material_mixed_with_black_keeps_its_weight() {
+    let mixture = |weights| Material::Mixture {
+        components: Box::new([lambert(0.8), Material::Black]),
+        weights,
+    };
+    assert!(matches!(mixture([1.0, 0.0]).finish(), Ok(Finish::Model(_))));
+    for (weights, albedo) in [([0.5, 0.0], 0.4), ([0.5, 0.5], 0.4), ([1.0, 0.0], 0.8)] {
+        let finish = mixture(weights).finish().expect("valid");
+        let value = SurfaceBsdf::new(&finish, DVec2::ZERO).eval(DVec3::Z, DVec3::Z) * PI;
+        approx::assert_relative_eq!(value.mean(), albedo, max_relative = 1e-14);
+    }
+}

@@ -1,0 +1,247 @@
+//! Colours that vary over a surface: functions of its parameters uv.
+//!
+//! A texture is looked up at `to_uv · (u, v)`, u to the right and v downwards in an image whose
+//! upper left corner is at (0, 0) and whose lower right corner is at (1, 1). Values are linear RGB;
+//! what they mean (a reflectance, a radiance, a weight) is up to the user.
+
+use crate::film::Image;
+use crate::math::Rgb;
+use glam::{DAffine2, DVec2};
+use std::sync::Arc;
+
+/// A colour as a function of uv; cheap to clone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    pattern: Pattern,
+    to_uv: DAffine2,
+    factor: Rgb,
+    /// Where no channel reaches this it is black, elsewhere white.
+    cutoff: Option<f64>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Pattern {
+    Constant(Rgb),
+    Checkerboard([Rgb; 2]),
+    Bitmap { image: Arc<Image>, interpolation: Interpolation, wrap: [Wrap; 2] },
+}
+
+/// The lookup of an image between the centres of its pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Interpolation {
+    /// The nearest pixel.
+    Nearest,
+    /// Linear along both axes.
+    #[default]
+    Bilinear,
+}
+
+/// The continuation of an image beyond its border along an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// Again and again.
+    #[default]
+    Repeat,
+    /// Again and again, every other time mirrored.
+    Mirror,
+    /// With its outermost pixels.
+    Clamp,
+}
+
+/// The reason for refusing a texture.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TextureError {
+    /// The image has no pixels.
+    #[error("the image has no pixels")]
+    Empty,
+    /// A colour is infinite or not a number.
+    #[error("a colour of the texture is infinite or not a number")]
+    NotFinite,
+    /// The transform of uv is infinite or not a number.
+    #[error("the transform of texture coordinates is infinite or not a number")]
+    Transform,
+    /// A texture that has been cut to black and white cannot be scaled.
+    #[error("a texture that has been cut to black and white cannot be scaled")]
+    Cut,
+}
+
+impl From<Rgb> for Texture {
+    fn from(colour: Rgb) -> Self {
+        Self::of(Pattern::Constant(colour))
+    }
+}
+
+impl Texture {
+    const fn of(pattern: Pattern) -> Self {
+        Self { pattern, to_uv: DAffine2::IDENTITY, factor: Rgb::WHITE, cutoff: None }
+    }
+
+    /// Two colours in the squares of a board, four squares per unit square: the first where u and v
+    /// are both in the first or both in the second half.
+    #[must_use]
+    pub fn checkerboard(first: Rgb, second: Rgb) -> Self {
+        Self::of(Pattern::Checkerboard([first, second]))
+    }
+
+    /// An image; `wrap` along u and along v.
+    ///
+    /// # Errors
+    /// If the image has no pixels, or one that is infinite or not a number.
+    pub fn bitmap(
+        image: impl Into<Arc<Image>>,
+        interpolation: Interpolation,
+        wrap: [Wrap; 2],
+    ) -> Result<Self, TextureError> {
+        let image = image.into();
+        if image.pixels().is_empty() {
+            return Err(TextureError::Empty);
+        }
+        if !image.pixels().iter().all(|pixel| pixel.is_finite()) {
+            return Err(TextureError::NotFinite);
+        }
+        Ok(Self::of(Pattern::Bitmap { image, interpolation, wrap }))
+    }
+
+    /// The same texture, with another transform applied to texture coordinates before all others.
+    ///
+    /// # Errors
+    /// If the transform is not finite.
+    pub fn with_transform(mut self, to_uv: DAffine2) -> Result<Self, TextureError> {
+        self.to_uv *= to_uv;
+        if self.to_uv.is_finite() { Ok(self) } else { Err(TextureError::Transform) }
+    }
+
+    /// The same texture with every colour multiplied.
+    ///
+    /// # Errors
+    /// If the factor is not finite.
+    pub fn scaled(mut self, factor: Rgb) -> Result<Self, TextureError> {
+        if !factor.is_finite() {
+            return Err(TextureError::NotFinite);
+        }
+        match self.cutoff {
+            // What was cut is black or white.
+            Some(_) => return Err(TextureError::Cut),
+            None => self.factor *= factor,
+        }
+        Ok(self)
+    }
+
+    /// White where a channel is at least `cutoff`, black elsewhere.
+    #[must_use]
+    pub fn cut(self, cutoff: f64) -> Self {
+        Self { cutoff: Some(cutoff), ..self }
+    }
+
+    /// The colour, if it is the same everywhere.
+    #[inline]
+    #[must_use]
+    pub fn as_constant(&self) -> Option<Rgb> {
+        if let Pattern::Constant(colour) = self.pattern { Some(self.finish(colour)) } else { None }
+    }
+
+    /// What the factor and the cutoff make of a colour of the pattern.
+    fn finish(&self, colour: Rgb) -> Rgb {
+        let colour = colour * self.factor;
+        match self.cutoff {
+            None => colour,
+            Some(cutoff) if colour.max_component() >= cutoff => Rgb::WHITE,
+            Some(_) => Rgb::BLACK,
+        }
+    }
+
+    /// The colour at a point of the surface.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, uv: DVec2) -> Rgb {
+        self.finish(self.look_up(uv))
+    }
+
+    fn look_up(&self, uv: DVec2) -> Rgb {
+        if let Pattern::Constant(colour) = self.pattern {
+            return colour;
+        }
+        let uv = self.to_uv.transform_point2(uv);
+        match &self.pattern {
+            Pattern::Constant(colour) => *colour,
+            Pattern::Checkerboard(colours) => {
+                let half = |x: f64| x - x.floor() >= 0.5;
+                colours[usize::from(half(uv.x) != half(uv.y))]
+            }
+            Pattern::Bitmap { image, interpolation, wrap } => {
+                let size = [image.width() as usize, image.height() as usize];
+                let pixel = |x: i64, y: i64| {
+                    image.pixels()[wrap[1].index(y, size[1]) * size[0] + wrap[0].index(x, size[0])]
+                };
+                let p = uv * DVec2::new(size[0] as f64, size[1] as f64);
+                match interpolation {
+                    Interpolation::Nearest => pixel(p.x.floor() as i64, p.y.floor() as i64),
+                    Interpolation::Bilinear => {
+                        let corner = (p - 0.5).floor();
+                        let f = p - 0.5 - corner;
+                        let (x, y) = (corner.x as i64, corner.y as i64);
+                        let across = |y: i64| {
+                            pixel(x, y) * (1.0 - f.x) + pixel(x.saturating_add(1), y) * f.x
+                        };
+                        across(y) * (1.0 - f.y) + across(y.saturating_add(1)) * f.y
+                    }
+                }
+            }
+        }
+    }
+
+    /// Every value is between two colours, channel by channel: these.
+    #[must_use]
+    pub fn range(&self) -> [Rgb; 2] {
+        let hull = |colours: &[Rgb]| {
+            let channel = |c: usize, f: fn(f64, f64) -> f64| {
+                colours.iter().map(|rgb| rgb[c]).reduce(f).unwrap_or(0.0)
+            };
+            let of = |f: fn(f64, f64) -> f64| Rgb::new(channel(0, f), channel(1, f), channel(2, f));
+            [of(f64::min), of(f64::max)]
+        };
+        if self.cutoff.is_some() {
+            return self.as_constant().map_or([Rgb::BLACK, Rgb::WHITE], |colour| [colour; 2]);
+        }
+        let [least, greatest] = match &self.pattern {
+            Pattern::Constant(colour) => [*colour; 2],
+            Pattern::Checkerboard(colours) => hull(colours),
+            Pattern::Bitmap { image, .. } => hull(image.pixels()),
+        };
+        // A negative factor swaps them.
+        hull(&[least * self.factor, greatest * self.factor])
+    }
+
+    /// True if all colours are finite and in a range, channel by channel.
+    #[must_use]
+    pub fn is_within(&self, least: f64, greatest: f64) -> bool {
+        let valid =
+            |colour: &Rgb| colour.0.iter().all(|c| c.is_finite() && (least..=greatest).contains(c));
+        match &self.pattern {
+            Pattern::Checkerboard(colours) => {
+                colours.iter().all(|colour| valid(&self.finish(*colour)))
+            }
+            _ => self.range().iter().all(valid),
+        }
+    }
+}
+
+impl Wrap {
+    /// The pixel that stands at an index beyond the border.
+    fn index(self, i: i64, size: usize) -> usize {
+        let n = size as i64;
+        let wrapped = match self {
+            Self::Repeat => i.rem_euclid(n),
+            Self::Clamp => i.clamp(0, n - 1),
+            Self::Mirror => {
+                let j = i.rem_euclid(2 * n);
+                if j < n { j } else { 2 * n - 1 - j }
+            }
+        };
+        wrapped as usize
+    }
+}
+
+#[cfg(test)]
+mod tests;

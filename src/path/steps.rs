@@ -1,0 +1,345 @@
+//! The one loop: subpaths of many samples that advance together, from vertex to vertex, so that a
+//! scene gets many rays at a time (Laine, Karras and Aila 2013).
+//!
+//! An integrator says what a walk does where it begins, where it arrives and when it scatters
+//! ([`Steps`]), each for a single path; [`advance`] traces the rays and tests the shadow rays of
+//! all of them. The contributions of a sample do not depend on which others it advances with.
+#![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
+
+use super::{Counters, RandomWalk, Roulette, Scattered, Scratch, Vertex};
+use crate::bsdf::Walk;
+use crate::film::{Contribution, Sample, Sink, Technique};
+use crate::geometry::SurfacePoint;
+use crate::math::Rgb;
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use std::ops::ControlFlow;
+
+/// The subpaths of a sample.
+pub struct Subpaths<'s, S: Scene + ?Sized + 's> {
+    /// Vertices of the camera subpath, in the order of the walk.
+    pub camera: Vec<Vertex<S::Bsdf<'s>>>,
+    /// Vertices of the light subpath under way, in the order of the walk.
+    pub light: Vec<Vertex<S::Bsdf<'s>>>,
+    /// Number of light subpaths that the sample draws one after the other, if it draws several.
+    pub light_walks: u32,
+}
+
+/// An end of a shadow ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// The vertex of the sample's camera subpath with this index.
+    Camera(u32),
+    /// The vertex of the sample's light subpath with this index.
+    Light(u32),
+    /// A point that was handed to [`Out::keep`].
+    Point(u32),
+}
+
+/// The way out for what a sample finds.
+pub struct Out<'v> {
+    sample: usize,
+    sink: &'v mut dyn Sink,
+    connections: &'v mut Connections,
+}
+
+/// A sample before its walk begins, or after its subpaths are complete.
+pub struct Site<'v, 's, S: Scene + ?Sized + 's, P> {
+    /// The sample.
+    pub sample: &'v mut Sample<P>,
+    /// Its subpaths. A walk that begins clears its list and may enter the vertex that it starts at.
+    pub subpaths: &'v mut Subpaths<'s, S>,
+    /// The way out for contributions.
+    pub out: Out<'v>,
+    /// Counts of what is done.
+    pub counters: &'v mut Counters,
+}
+
+/// A walk at a vertex.
+pub struct Visit<'v, 's, S: Scene + ?Sized + 's, P> {
+    /// The walk.
+    pub walk: &'v mut RandomWalk<'s, S>,
+    /// The vertex.
+    pub vertex: &'v mut Vertex<S::Bsdf<'s>>,
+    /// The vertex as an end of shadow rays.
+    pub end: End,
+    /// The sample that the walk belongs to.
+    pub sample: &'v mut Sample<P>,
+    /// The way out for contributions.
+    pub out: Out<'v>,
+    /// Counts of what is done.
+    pub counters: &'v mut Counters,
+}
+
+/// The steps of one walk.
+pub trait Steps<'s, S: Scene + ?Sized + 's> {
+    /// Whether a subpath keeps all its vertices, so that they can be connected to when it is
+    /// complete. Otherwise it has the last one alone.
+    const KEEPS: bool = false;
+
+    /// Begins the walk of a sample; `None` if it has none.
+    fn begin<P: Sampler>(&self, site: &mut Site<'_, 's, S, P>) -> Option<RandomWalk<'s, S>>;
+
+    /// Looks at the vertex where a walk has arrived, on a surface or an environment, before it
+    /// scatters: what contributes, what is connected, whether the walk goes on.
+    fn arrive<P: Sampler>(&self, _visit: &mut Visit<'_, 's, S, P>) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    /// Samples where the walk goes on, after the shadow rays from this vertex have been tested.
+    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 's, S, P>) -> ControlFlow<()>;
+}
+
+/// Draws one walk for each sample and lets all of them advance together until the steps end them or
+/// no ray meets anything. Contributions go to the sink with the numbers of their samples.
+#[inline]
+pub fn advance<'s, S: Scene + ?Sized, P: Sampler>(
+    scene: &'s S,
+    steps: &impl Steps<'s, S>,
+    samples: &mut [Sample<P>],
+    sink: &mut dyn Sink,
+    scratch: &mut Scratch<'s, S>,
+) {
+    begin(scene, steps, samples, sink, scratch);
+    while !scratch.walks.is_empty() {
+        scratch.trace(scene);
+        arrive(steps, samples, sink, scratch);
+        scratch.connections.test(scene, &scratch.subpaths, sink);
+        scatter(steps, samples, sink, scratch);
+    }
+}
+
+/// Shows `visit` each sample with its subpaths, and tests the shadow rays of all of them.
+#[inline]
+pub fn join<'s, S: Scene + ?Sized, P: Sampler>(
+    scene: &'s S,
+    samples: &mut [Sample<P>],
+    sink: &mut dyn Sink,
+    scratch: &mut Scratch<'s, S>,
+    mut visit: impl FnMut(&mut Site<'_, 's, S, P>),
+) {
+    let Scratch { counters, subpaths, connections, .. } = scratch;
+    subpaths.resize_with(subpaths.len().max(samples.len()), Subpaths::default);
+    for (number, (sample, subpaths)) in samples.iter_mut().zip(&mut *subpaths).enumerate() {
+        let out = Out { sample: number, sink: &mut *sink, connections };
+        visit(&mut Site { sample, subpaths, out, counters });
+    }
+    connections.test(scene, subpaths, sink);
+}
+
+/// A walk that advances.
+pub(super) struct Advancing<'s, S: Scene + ?Sized + 's> {
+    sample: usize,
+    walk: RandomWalk<'s, S>,
+    /// Index of the vertex that comes next in the subpath.
+    next: u32,
+    has_ended: bool,
+}
+
+#[inline]
+fn begin<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
+    scene: &'s S,
+    steps: &W,
+    samples: &mut [Sample<P>],
+    sink: &mut dyn Sink,
+    scratch: &mut Scratch<'s, S>,
+) {
+    let mut walks = std::mem::take(&mut scratch.walks);
+    walks.clear();
+    let mut sample = 0;
+    join(scene, samples, sink, scratch, |site| {
+        if let Some(walk) = steps.begin(site) {
+            let next = site.subpaths.of(walk.kind()).len() as u32;
+            walks.push(Advancing { sample, walk, next, has_ended: false });
+        }
+        sample += 1;
+    });
+    scratch.walks = walks;
+}
+
+#[inline]
+fn arrive<'s, S: Scene + ?Sized, P: Sampler>(
+    steps: &impl Steps<'s, S>,
+    samples: &mut [Sample<P>],
+    sink: &mut dyn Sink,
+    Scratch { counters, subpaths, walks, connections, .. }: &mut Scratch<'s, S>,
+) {
+    for Advancing { sample: number, walk, next, has_ended } in walks {
+        let kind = walk.kind();
+        let vertex = subpaths[*number].of(kind).get_mut(*next as usize);
+        walk.count_vertex(vertex.as_deref(), counters);
+        *has_ended = vertex.is_none_or(|vertex| {
+            let (sample, end) = (&mut samples[*number], End::of(kind, *next));
+            let out = Out { sample: *number, sink: &mut *sink, connections };
+            steps.arrive(&mut Visit { walk, vertex, end, sample, out, counters }).is_break()
+        });
+    }
+}
+
+/// Keeps the walks that go on.
+#[inline]
+fn scatter<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
+    steps: &W,
+    samples: &mut [Sample<P>],
+    sink: &mut dyn Sink,
+    Scratch { counters, subpaths, walks, connections, .. }: &mut Scratch<'s, S>,
+) {
+    for i in (0..walks.len()).rev() {
+        let Advancing { sample: number, walk, next, has_ended } = &mut walks[i];
+        let kind = walk.kind();
+        let vertices = subpaths[*number].of(kind);
+        let goes_on = !*has_ended
+            && vertices.get_mut(*next as usize).is_some_and(|vertex| {
+                let (sample, end) = (&mut samples[*number], End::of(kind, *next));
+                let out = Out { sample: *number, sink: &mut *sink, connections };
+                let visit = &mut Visit { walk, vertex, end, sample, out, counters };
+                steps.scatter(visit).is_continue()
+            });
+        match goes_on {
+            true if W::KEEPS => *next += 1,
+            true => vertices.truncate(*next as usize),
+            false => drop(walks.swap_remove(i)),
+        }
+    }
+}
+
+impl<'s, S: Scene + ?Sized + 's> Scratch<'s, S> {
+    /// Traces the next ray of each walk and appends what it meets to its subpath.
+    #[inline]
+    fn trace(&mut self, scene: &S) {
+        let Self { counters, subpaths, walks, .. } = self;
+        counters.closest_rays += walks.len() as u64;
+        scene.intersect_many(walks.iter().map(|path| path.walk.ray()), |i, point| {
+            let Advancing { sample, walk, .. } = &walks[i];
+            subpaths[*sample].of(walk.kind()).extend(walk.vertex_at(point));
+        });
+    }
+}
+
+impl<'s, S: Scene + ?Sized + 's> Subpaths<'s, S> {
+    #[inline]
+    fn of(&mut self, kind: Walk) -> &mut Vec<Vertex<S::Bsdf<'s>>> {
+        match kind {
+            Walk::Camera => &mut self.camera,
+            Walk::Light => &mut self.light,
+        }
+    }
+}
+
+impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
+    /// Samples where the walk goes on and plays Russian roulette.
+    #[inline(always)]
+    pub fn scatter(&mut self, roulette: &Roulette) -> Scattered
+    where
+        P: Sampler,
+    {
+        self.walk.scatter(self.vertex, roulette, &mut self.sample.sampler, self.counters)
+    }
+
+    /// A contribution of a camera walk by the technique that draws s vertices from the light and
+    /// those up to this one from the camera.
+    #[inline]
+    #[must_use]
+    pub fn contribution(&self, s: u16, value: Rgb, weight: f64) -> Contribution {
+        let technique = Technique::new(s, self.walk.bounces() as u16 + 2);
+        Contribution { raster: self.sample.film.raster, value, weight, technique }
+    }
+
+    /// Ends the walk where it cannot scatter, and where it has scattered as often as it may, which
+    /// is counted.
+    #[inline]
+    pub fn limit(&mut self, most_bounces: u32) -> ControlFlow<()> {
+        if self.vertex.bsdf.is_none() {
+            return ControlFlow::Break(());
+        }
+        if self.walk.bounces() >= most_bounces {
+            self.walk.truncate(self.counters);
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+impl End {
+    #[inline]
+    fn of(kind: Walk, index: u32) -> Self {
+        match kind {
+            Walk::Camera => Self::Camera(index),
+            Walk::Light => Self::Light(index),
+        }
+    }
+}
+
+impl Out<'_> {
+    /// Adds a contribution.
+    #[inline]
+    pub fn add(&mut self, contribution: &Contribution) {
+        self.sink.add(self.sample, contribution);
+    }
+
+    /// Adds a contribution if the ends of a shadow ray see each other, which is tested later. The
+    /// vertices that it ends at must stay in their places until then.
+    #[inline]
+    pub fn connect(&mut self, ends: [End; 2], contribution: Contribution) {
+        self.connections.list.push(Connection { sample: self.sample, ends, contribution });
+    }
+
+    /// Keeps a point that is no vertex as an end of shadow rays.
+    #[inline]
+    pub fn keep(&mut self, point: &SurfacePoint) -> End {
+        self.connections.points.push(*point);
+        End::Point(self.connections.points.len() as u32 - 1)
+    }
+}
+
+struct Connection {
+    sample: usize,
+    ends: [End; 2],
+    contribution: Contribution,
+}
+
+/// The shadow rays that are yet to be tested. They refer to vertices instead of copying them, which
+/// would cost more than the test in small scenes.
+#[derive(Default)]
+pub(super) struct Connections {
+    list: Vec<Connection>,
+    points: Vec<SurfacePoint>,
+    visible: Vec<bool>,
+}
+
+impl Connections {
+    /// Tests the shadow rays and gives what is visible to the sink.
+    #[inline]
+    fn test<S: Scene + ?Sized>(
+        &mut self,
+        scene: &S,
+        subpaths: &[Subpaths<'_, S>],
+        sink: &mut dyn Sink,
+    ) {
+        let Self { list, points, visible } = self;
+        let point = |sample: usize, end: End| match end {
+            End::Camera(i) => &subpaths[sample].camera[i as usize].point,
+            End::Light(i) => &subpaths[sample].light[i as usize].point,
+            End::Point(i) => &points[i as usize],
+        };
+        visible.clear();
+        visible.resize(list.len(), false);
+        let rays = list.iter().map(|Connection { sample, ends: [a, b], .. }| {
+            (point(*sample, *a), point(*sample, *b))
+        });
+        scene.visible_many(rays, |i, answer| visible[i] = answer);
+        // In their own order and not in that of the answers, which depends on the instruction set.
+        for (connection, _) in list.iter().zip(visible).filter(|(_, visible)| **visible) {
+            sink.add(connection.sample, &connection.contribution);
+        }
+        list.clear();
+        points.clear();
+    }
+}
+
+// Written by hand: derives would ask for bounds on `S`.
+impl<'s, S: Scene + ?Sized + 's> Default for Subpaths<'s, S> {
+    fn default() -> Self {
+        Self { camera: Vec::new(), light: Vec::new(), light_walks: 0 }
+    }
+}

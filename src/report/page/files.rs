@@ -1,0 +1,32 @@
+//! The files of a study: JSON, CSV, SVG plots, the page.
+
+use super::plot::{PLOTS, plot};
+use crate::report::error::{ReportError, file_error};
+use crate::report::result::Study;
+use std::path::Path;
+
+impl Study {
+    /// Writes `index.html`, `report.json`, `report.csv`, `left-out.csv`, `decisions.csv` and the
+    /// plots `time.svg`, `samples.svg`, `rays.svg` and `smape.svg`.
+    ///
+    /// # Errors
+    /// If the directory or a file cannot be written.
+    pub fn save(&self, directory: impl AsRef<Path>) -> Result<(), ReportError> {
+        let (directory, report) = (directory.as_ref(), &self.report);
+        std::fs::create_dir_all(directory).map_err(file_error(directory))?;
+        let texts = [
+            ("index.html", self.page()),
+            ("report.json", report.to_json()),
+            ("report.csv", report.to_csv()),
+            ("left-out.csv", report.left_out_to_csv()),
+            ("decisions.csv", report.decisions_to_csv()),
+        ];
+        let plots =
+            PLOTS.map(|(name, axis, measure)| (name, plot(report, axis, measure).into_string()));
+        for (name, text) in texts.into_iter().chain(plots) {
+            let path = directory.join(name);
+            std::fs::write(&path, text).map_err(file_error(&path))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,193 @@
+//! The tables of all integrators: key figures, what they see, where their light went, whether they
+//! agree.
+
+use super::table::{interval, number, row, scientific, table};
+use crate::report::result::{MethodReport, Report};
+use crate::report::stats::{Checkpoint, Interval};
+use maud::{Markup, Render, html};
+
+/// Rows are measures, columns integrators.
+pub(super) fn summary(report: &Report) -> Markup {
+    let baseline = report.setup.baseline.as_deref().unwrap_or("the baseline");
+    let speed_up = |cost: &str| format!("speed-up over {baseline}, {cost}");
+    let target = format!("time to relMSE {} [s]", number(report.setup.target));
+    let rows = [
+        measure(report, "sees every path", |m| if m.complete { "yes" } else { "no" }),
+        measure(report, "runs × samples per pixel", |m| {
+            format!("{} × {}", m.runs, m.samples_per_pixel)
+        }),
+        measure(report, "wall time, all runs", |m| number(m.total.wall) + " s"),
+        measure(report, "processor time, all runs", |m| number(m.total.cpu) + " s"),
+        measure(report, "rays per sample", |m| number(m.rays_per_sample)),
+        measure(report, "million rays per second", |m| number(m.total.rays / m.total.wall * 1e-6)),
+        measure(report, "mean luminance ± SE", |m| {
+            format!("{:.5} ± {}", m.mean, number(m.mean_standard_error))
+        }),
+        measure(report, "bias ± SE", bias),
+        measure(
+            report,
+            "relMSE of a run",
+            |m| html! { (last(m, |c| c.relative_mse)) (limited(m)) },
+        ),
+        measure(report, "MSE of a run", |m| html! { (last(m, |c| c.mse)) (limited(m)) }),
+        measure(report, "MAPE of a run", |m| last(m, |c| c.mape)),
+        measure(report, "SMAPE of a run", |m| last(m, |c| c.smape)),
+        measure(report, "MedSE of a run", |m| last(m, |c| c.median_squared)),
+        measure(report, "relMSE of all runs, mean", |m| number(m.mean_image.relative_mse)),
+        measure(report, "relMSE of all runs, median of means", |m| {
+            number(m.median_of_means.relative_mse)
+        }),
+        measure(report, "variance of a sample", |m| settled(m, &m.variance_per_sample)),
+        measure(report, "variance × wall time [s]", |m| settled(m, &m.variance_times_wall)),
+        measure(report, "variance × processor time [s]", |m| settled(m, &m.variance_times_cpu)),
+        measure(report, &speed_up("wall time"), |m| known(m.speed_up, |s| interval(&s.wall))),
+        measure(report, &speed_up("processor time"), |m| known(m.speed_up, |s| interval(&s.cpu))),
+        measure(report, &speed_up("rays"), |m| known(m.speed_up, |s| interval(&s.rays))),
+        measure(report, &target, |m| {
+            known(m.time_to_target, |t| {
+                html! {
+                    (interval(&t.seconds)) @if t.extrapolated { " ‡" }
+                    br; small { (t.reached) " of " (m.runs) " runs" }
+                }
+            })
+        }),
+        measure(report, "slope of the error", |m| {
+            known(m.slope.as_ref(), |s| {
+                html! {
+                    (format!("{:.3} ± {:.3}", s.value.value, s.standard_error))
+                    br; small { (s.measure) ", " (s.from) "–" (s.to) " samples" }
+                }
+            })
+        }),
+        measure(report, "tail index ± SE", |m| {
+            let tail = known(m.tail, |t| {
+                html! {
+                    @if t.index.is_infinite() { "none" }
+                    @else { (format!("{:.2} ± {:.2}", t.index, t.standard_error)) }
+                }
+            });
+            html! { (tail) (heavy(m)) }
+        }),
+        measure(report, "non-finite contributions", |m| count(m.non_finite_contributions)),
+        measure(report, "non-finite pixels", |m| count(m.non_finite_pixels)),
+    ];
+    table("", names(report), rows)
+}
+
+fn names(report: &Report) -> impl Iterator<Item = &str> {
+    report.methods.iter().map(|m| m.name.as_str())
+}
+
+/// A row with a cell for each integrator.
+fn measure<R: Render>(report: &Report, name: &str, cell: impl Fn(&MethodReport) -> R) -> Markup {
+    row(name, report.methods.iter().map(cell))
+}
+
+fn bias(m: &MethodReport) -> Markup {
+    let b = &m.bias;
+    html! {
+        (format!("{:+.3} % ± {:.3} %", 100.0 * b.relative, 100.0 * b.relative_standard_error))
+        @if b.flagged { " " span.bad { "BIASED" } } @else if !m.complete { " *" }
+    }
+}
+
+/// An error at the last checkpoint, from which the reference's own was subtracted; nothing may be
+/// left.
+fn last(m: &MethodReport, measure: fn(&Checkpoint) -> Interval) -> Markup {
+    known(m.last().map(measure), |error| {
+        html! {
+            @if error.value > 0.0 { (interval(&error)) } @else { "below the reference's" }
+        }
+    })
+}
+
+fn known<T>(value: Option<T>, text: impl Fn(T) -> Markup) -> Markup {
+    value.map_or_else(|| html! { "–" }, text)
+}
+
+fn limited(m: &MethodReport) -> &'static str {
+    if m.last().is_some_and(|c| c.reference_limited) { " †" } else { "" }
+}
+
+fn heavy(m: &MethodReport) -> &'static str {
+    if m.infinite_variance { " ∗∗" } else { "" }
+}
+
+/// A number that does not settle if the variance is infinite.
+fn settled(m: &MethodReport, value: &Interval) -> Markup {
+    html! { (interval(value)) (heavy(m)) }
+}
+
+fn count(n: u64) -> Markup {
+    html! { @if n == 0 { "0" } @else { span.bad { (n) } } }
+}
+
+/// Energy by number of scattering events, and the techniques of each integrator.
+pub(super) fn claims(report: &Report) -> Markup {
+    let lengths = report.methods.iter().map(|m| m.energy_by_bounces.len()).max().unwrap_or(0);
+    let seen = (0..lengths).map(|bounces| {
+        let more = if bounces + 1 == lengths { " and more" } else { "" };
+        measure(report, &format!("{bounces}{more}"), |m| {
+            m.energy_by_bounces.get(bounces).map_or_else(|| "–".to_owned(), |e| number(*e))
+        })
+    });
+    let texts = |name: &str, text: fn(&MethodReport) -> &str| {
+        html! {
+            tr { th scope="row" { (name) } @for m in &report.methods { td.text { (text(m)) } } }
+        }
+    };
+    let claim = |m: &MethodReport| match m.complete {
+        true => "every path of this scene",
+        false => "some paths only",
+    };
+    let claims =
+        [texts("techniques that it runs here", |m| &m.techniques), texts("can draw", claim)];
+    table("scattering events", names(report), seen.chain(claims))
+}
+
+/// The ends of the flux of the light walks.
+pub(super) fn ledger(report: &Report) -> Markup {
+    let walkers = || report.methods.iter().filter(|m| m.ledger.emitted > 0.0);
+    if walkers().next().is_none() {
+        return html! { p { "No integrator walks from the lights." } };
+    }
+    let rows = walkers().map(|m| {
+        let l = &m.ledger;
+        let rest = l.emitted - l.absorbed - l.escaped - l.truncated - l.rejected;
+        let [emitted, absorbed, escaped, truncated, rejected] =
+            [l.emitted, l.absorbed, l.escaped, l.truncated, l.rejected].map(number);
+        let rest = format!("{:+.2} %", 100.0 * rest / l.emitted);
+        row(&m.name, [emitted, absorbed, escaped, truncated, rejected, rest])
+    });
+    let columns = ["emitted", "absorbed", "escaped", "truncated", "rejected", "unaccounted"];
+    table("luminance of flux per sample", columns, rows)
+}
+
+/// Tests of agreement.
+pub(super) fn pairs(report: &Report) -> Markup {
+    if report.pairs.is_empty() {
+        return html! { p { "Fewer than two integrators see every path: nothing to test." } };
+    }
+    let columns = [
+        "t of the means",
+        "worst block: t",
+        "p",
+        "limit",
+        "where",
+        "all blocks: mean t²",
+        "verdict",
+    ];
+    let rows = report.pairs.iter().map(|pair| {
+        let figures = [
+            format!("{:+.2}", pair.mean.t),
+            format!("{:+.2}", pair.worst.t),
+            scientific(pair.worst.p_value, 1),
+            scientific(pair.worst_limit, 1),
+            pair.place(),
+            format!("{:.2} ± {:.2}", pair.mean_square, pair.mean_square_error),
+        ];
+        let verdict = html! { @if pair.agrees() { "agree" } @else { span.bad { "DISAGREE" } } };
+        row(pair.names.join(" – "), figures.iter().map(Render::render).chain([verdict]))
+    });
+    table("pair", columns, rows)
+}

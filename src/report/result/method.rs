@@ -1,0 +1,103 @@
+//! The findings on one integrator.
+
+use super::left_out::{DecisionReport, Omission};
+use crate::report::stats::{
+    Bias, Checkpoint, Cost, Errors, Interval, Slope, SpeedUp, Tail, TimeToTarget,
+};
+use serde::{Deserialize, Serialize};
+
+/// The energy ledger of the light walks, as luminance of flux per sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LedgerReport {
+    /// Flux that walks started with.
+    pub emitted: f64,
+    /// Absorbed by surfaces.
+    pub absorbed: f64,
+    /// Left the scene.
+    pub escaped: f64,
+    /// Cut off by the limit on bounces.
+    pub truncated: f64,
+    /// Lost in non-finite samples.
+    pub rejected: f64,
+}
+
+/// The findings on one integrator.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MethodReport {
+    /// Its name.
+    pub name: String,
+    /// The techniques that it ran; if it adapts itself, in the discarded run.
+    pub techniques: String,
+    /// Omissions: what the scene rules out, with reasons.
+    pub left_out: Vec<Omission>,
+    /// The decision before each run, in the order of seeds; empty if it does not adapt itself.
+    pub decisions: Vec<DecisionReport>,
+    /// True if it claims to draw every path of the scene.
+    pub complete: bool,
+    /// Runs that were finished.
+    pub runs: u32,
+    /// Samples per pixel of each run.
+    pub samples_per_pixel: u32,
+    /// Cost of all runs together.
+    pub total: Cost,
+    /// Rays per sample.
+    pub rays_per_sample: f64,
+    /// Seconds of processor time per sample.
+    pub cpu_per_sample: f64,
+    /// Curves of error.
+    pub checkpoints: Vec<Checkpoint>,
+    /// Mean squared error and so on of the mean of all runs.
+    pub mean_image: Errors,
+    /// Errors of the median of means over the runs: robust against outliers.
+    pub median_of_means: Errors,
+    /// Mean luminance, with its standard error from batches.
+    pub mean: f64,
+    /// Standard error of `mean`.
+    #[serde(with = "crate::report::stats::number")]
+    pub mean_standard_error: f64,
+    /// Tests of the mean.
+    pub bias: Bias,
+    /// Variance of one sample per pixel, mean over pixels and channels.
+    pub variance_per_sample: Interval,
+    /// Variance × wall-clock time: the seconds that an image of variance 1 takes.
+    pub variance_times_wall: Interval,
+    /// Variance × processor time.
+    pub variance_times_cpu: Interval,
+    /// Variance × rays per pixel.
+    pub variance_times_rays: Interval,
+    /// Over the baseline; `None` for integrators that do not see everything and for infinite
+    /// variance.
+    pub speed_up: Option<SpeedUp>,
+    /// Time until the target relMSE is reached; `None` for integrators that do not see everything,
+    /// and if the variance is infinite and not all runs reached it.
+    pub time_to_target: Option<TimeToTarget>,
+    /// Slope of the error, which is MSE, or MedSE if the variance is infinite.
+    pub slope: Option<Slope>,
+    /// Tail of the contributions.
+    pub tail: Option<Tail>,
+    /// True if the tail says that the variance is infinite. Then MSE, variance and all that is made
+    /// of them do not settle, and SMAPE, MedSE and median of means are the numbers to read.
+    pub infinite_variance: bool,
+    /// True if rare, bright contributions make up so much of the relative variance that the runs do
+    /// not know it to 5 %: blocks of pixels that are too dark are then no evidence.
+    pub long_tails: bool,
+    /// Contributions that were infinite or not a number.
+    pub non_finite_contributions: u64,
+    /// The first of them, for people.
+    pub first_non_finite: Option<String>,
+    /// Pixels of run images that are not finite.
+    pub non_finite_pixels: u64,
+    /// Energy ledger of the light walks; all zero without any.
+    pub ledger: LedgerReport,
+    /// Mean luminance by number of scattering events; the last entry has all longer paths. What an
+    /// integrator cannot see is missing.
+    pub energy_by_bounces: Vec<f64>,
+}
+
+impl MethodReport {
+    /// The last checkpoint: whole runs.
+    #[must_use]
+    pub fn last(&self) -> Option<&Checkpoint> {
+        self.checkpoints.last()
+    }
+}

@@ -1,0 +1,198 @@
+//! The finished runs of one integrator: images, costs, errors, and its efficiency.
+
+use super::batches::Batch;
+use super::interval::Interval;
+use super::metrics::{Errors, mean_image};
+use super::reference::Reference;
+use super::tail::Tail;
+use crate::film::Image;
+use crate::math::Rgb;
+use crate::math::statistics::Estimate;
+use serde::{Deserialize, Serialize};
+use std::ops::AddAssign;
+
+/// The relative standard error of the mean squared error above which the noise of an image is
+/// dominated by a handful of contributions.
+const LARGEST_RELATIVE_ERROR: f64 = 0.2;
+/// Tails are long if the relative mean squared error is known no better than this.
+const LONG_TAILS: f64 = 0.05;
+
+/// Time and work of a rendering up to a checkpoint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Cost {
+    /// Wall-clock seconds.
+    pub wall: f64,
+    /// Processor seconds of the process, all threads together.
+    pub cpu: f64,
+    /// Rays.
+    pub rays: f64,
+    /// Scattering vertices sampled.
+    pub scattered: f64,
+}
+
+impl AddAssign for Cost {
+    fn add_assign(&mut self, other: Self) {
+        self.wall += other.wall;
+        self.cpu += other.cpu;
+        self.rays += other.rays;
+        self.scattered += other.scattered;
+    }
+}
+
+/// Efficiency over that of the baseline: ratios of variance × cost with runs paired by seed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpeedUp {
+    /// In wall-clock time.
+    pub wall: Interval,
+    /// In processor time.
+    pub cpu: Interval,
+    /// In rays: does not depend on the machine.
+    pub rays: Interval,
+}
+
+/// The finished runs of one integrator.
+pub(in crate::report) struct Measured {
+    pub name: String,
+    /// True if it claims to draw every path.
+    pub complete: bool,
+    /// Samples per pixel of each run.
+    pub samples: u32,
+    pub marks: Vec<Mark>,
+    /// The image of each run.
+    pub finals: Vec<Image>,
+    pub batches: Vec<Batch>,
+    pub tail: Option<Tail>,
+}
+
+/// All runs at one checkpoint.
+pub(in crate::report) struct Mark {
+    pub samples: u32,
+    pub costs: Vec<Cost>,
+    pub errors: Vec<Errors>,
+    /// Sum over runs of I - R.
+    pub deviation: Image,
+    /// Sum over runs of the mean of (I - R)².
+    pub squares: f64,
+}
+
+impl Mark {
+    fn new(samples: u32, reference: &Image) -> Self {
+        let deviation = Image::from_fn(reference.width(), reference.height(), |_, _| Rgb::BLACK);
+        Self { samples, costs: Vec::new(), errors: Vec::new(), deviation, squares: 0.0 }
+    }
+
+    fn add(&mut self, cost: Cost, image: &Image, reference: &Reference) {
+        self.costs.push(cost);
+        self.errors.push(Errors::of(image, reference));
+        let mut squares = 0.0;
+        let pixels = image.pixels().iter().zip(reference.image().pixels());
+        for (sum, (i, r)) in self.deviation.pixels_mut().iter_mut().zip(pixels) {
+            let deviation = *i - *r;
+            *sum += deviation;
+            squares += (deviation * deviation).mean();
+        }
+        self.squares += squares / image.pixels().len().max(1) as f64;
+    }
+}
+
+impl Measured {
+    /// Adds a run as samples per pixel, cost and image at each checkpoint; the last is the whole.
+    pub fn add(&mut self, run: Vec<(u32, Cost, Image)>, reference: &Reference) {
+        for (index, (samples, cost, image)) in run.into_iter().enumerate() {
+            if self.marks.len() == index {
+                self.marks.push(Mark::new(samples, reference.image()));
+            }
+            self.marks[index].add(cost, &image, reference);
+            if samples == self.samples {
+                self.finals.push(image);
+            }
+        }
+    }
+
+    /// Mean of all runs; without any, an image without pixels.
+    pub fn mean(&self) -> Image {
+        mean_image(&self.finals).unwrap_or_else(|| Image::from_fn(0, 0, |_, _| Rgb::BLACK))
+    }
+
+    /// Costs of the runs, in the order of seeds.
+    pub fn costs(&self) -> &[Cost] {
+        self.marks.last().map_or(&[], |mark| &mark.costs)
+    }
+
+    /// Errors of the runs, in the order of seeds.
+    pub fn errors(&self) -> &[Errors] {
+        self.marks.last().map_or(&[], |mark| &mark.errors)
+    }
+
+    /// Samples of all runs and pixels.
+    pub fn all_samples(&self) -> f64 {
+        f64::from(self.samples)
+            * self.finals.iter().map(|image| image.pixels().len() as f64).sum::<f64>()
+    }
+
+    /// Variance of one sample per pixel as each run shows it, mean over pixels and channels.
+    pub fn variances(&self) -> Vec<f64> {
+        let (runs, mean) = (self.finals.len() as f64, self.mean());
+        let correction = if runs > 1.0 { runs / (runs - 1.0) } else { f64::NAN };
+        let spread = |image: &Image| {
+            let squares = image
+                .pixels()
+                .iter()
+                .zip(mean.pixels())
+                .map(|(i, m)| ((*i - *m) * (*i - *m)).mean());
+            squares.sum::<f64>() / image.pixels().len().max(1) as f64
+        };
+        self.finals
+            .iter()
+            .map(|image| spread(image) * correction * f64::from(self.samples))
+            .collect()
+    }
+
+    /// A sample's variance times what a sample costs, for each run.
+    pub fn products(&self, cost: fn(&Cost) -> f64) -> Vec<f64> {
+        let variances = self.variances();
+        variances
+            .iter()
+            .zip(self.costs())
+            .map(|(v, c)| v * cost(c) / f64::from(self.samples))
+            .collect()
+    }
+
+    /// Efficiency over that of another, with runs paired by seed.
+    pub fn speed_up(&self, over: &Self) -> Option<SpeedUp> {
+        let ratio = |cost: fn(&Cost) -> f64| {
+            let (base, own) = (over.products(cost), self.products(cost));
+            Interval::of_ratios(&base.iter().zip(own).map(|(b, m)| b / m).collect::<Vec<_>>())
+        };
+        let wall = ratio(|c| c.wall)?;
+        Some(SpeedUp { wall, cpu: ratio(|c| c.cpu).unwrap_or(wall), rays: ratio(|c| c.rays)? })
+    }
+
+    /// Relative standard error of an error over the runs; 0 if there is no error, infinite for a
+    /// single run.
+    fn uncertainty(&self, measure: fn(&Errors) -> f64) -> f64 {
+        let runs: Estimate = self.errors().iter().map(measure).collect();
+        if runs.count() < 2 {
+            return f64::INFINITY;
+        }
+        if runs.mean() > 0.0 { runs.standard_error() / runs.mean() } else { 0.0 }
+    }
+
+    /// True if not even its mean squared error is known, so that a mean that is too dark says
+    /// nothing.
+    pub fn has_open_mean(&self) -> bool {
+        self.uncertainty(|e| e.mse) > LARGEST_RELATIVE_ERROR
+    }
+
+    /// True if rare, large contributions make up much of the relative variance, so that even all
+    /// runs together do not know it well. Then whoever missed them in a block has too small a mean
+    /// *and* too small a variance there, and no test can tell that from missing light.
+    pub fn has_long_tails(&self) -> bool {
+        self.uncertainty(|e| e.relative_mse) > LONG_TAILS
+    }
+
+    /// True if the tail says that the variance is infinite.
+    pub fn has_infinite_variance(&self) -> bool {
+        self.tail.is_some_and(|tail| tail.is_infinite_variance())
+    }
+}

@@ -1,0 +1,181 @@
+//! References on disk, so that a scene's is rendered once.
+//!
+//! A file is a line of JSON and then 64-bit floats: the image, its variance, and the blocks of each
+//! batch. Its name has a hash of everything that the reference depends on, the image of one sample
+//! per pixel included: a scene or a renderer that has changed is noticed.
+
+use super::method::Contestant;
+use super::plan::{ReferencePlan, Step};
+use crate::endpoint::Camera;
+use crate::film::Image;
+use crate::math::Rgb;
+use crate::render::{Budget, Settings, unattended};
+use crate::report::error::{ReportError, file_error};
+use crate::report::stats::{Batch, Layout, Reference};
+use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    width: u32,
+    height: u32,
+    origin: String,
+    /// Weight and samples of each batch, for each half.
+    halves: Vec<(f64, Vec<f64>)>,
+}
+
+/// The reference of this plan from `directory`, or rendered and put there. `key` names the scene
+/// and its depth; film, plan, integrators and an image of one sample per pixel become part of the
+/// file's name. A file that cannot be read is rendered anew.
+///
+/// # Errors
+/// As [`Reference::render`], or if the directory or the file cannot be written.
+pub fn cached_reference<S: Scene + ?Sized>(
+    directory: &Path,
+    key: &str,
+    scene: &S,
+    camera: &dyn Camera,
+    halves: [&Contestant<'_, S>; 2],
+    plan: &ReferencePlan,
+    progress: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
+) -> Result<Reference, ReportError> {
+    let path = path_of(directory, key, scene, camera, halves, plan)?;
+    if let Some(reference) = std::fs::read(&path).ok().and_then(|bytes| decode(&bytes)) {
+        return Ok(reference);
+    }
+    let mut stopped = false;
+    let reference = Reference::render(scene, camera, halves, plan, &mut |step| {
+        let flow = progress(step);
+        stopped |= flow.is_break();
+        flow
+    })?;
+    if !stopped {
+        std::fs::create_dir_all(directory).map_err(file_error(directory))?;
+        std::fs::write(&path, encode(&reference)).map_err(file_error(&path))?;
+    }
+    Ok(reference)
+}
+
+fn path_of<S: Scene + ?Sized>(
+    directory: &Path,
+    key: &str,
+    scene: &S,
+    camera: &dyn Camera,
+    halves: [&Contestant<'_, S>; 2],
+    plan: &ReferencePlan,
+) -> Result<PathBuf, ReportError> {
+    let mut hash = Fnv::default();
+    let Settings { seed, filter, sampler, .. } = plan.settings;
+    hash.add(
+        format!(
+            "{key} {:?} {:?} {} {seed} {filter:?} {sampler:?}",
+            camera.film(),
+            plan.budget,
+            plan.runs
+        )
+        .as_bytes(),
+    );
+    for half in halves {
+        hash.add(half.name.as_bytes());
+        let settings = Settings { budget: Budget::Samples(1), ..plan.settings };
+        let rendering = half.method.render(scene, camera, &settings, &mut unattended);
+        let image = rendering
+            .map_err(|source| ReportError::Render { name: half.name.clone(), source })?
+            .image;
+        image.pixels().iter().flat_map(|p| p.0).for_each(|c| hash.add(&c.to_le_bytes()));
+    }
+    let name: String =
+        key.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(64).collect();
+    Ok(directory.join(format!("{name}-{:016x}.reference", hash.0)))
+}
+
+/// Fowler, Noll and Vo's hash, 64 bits (FNV-1a): the same on every platform and version of the
+/// compiler.
+struct Fnv(u64);
+
+impl Default for Fnv {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Fnv {
+    fn add(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|b| self.0 = (self.0 ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3));
+    }
+}
+
+fn encode(reference: &Reference) -> Vec<u8> {
+    let (image, halves) = (reference.image(), reference.halves());
+    let header = Header {
+        width: image.width(),
+        height: image.height(),
+        origin: reference.origin().to_owned(),
+        halves: halves
+            .iter()
+            .map(|(w, batches)| (*w, batches.iter().map(|b| b.samples).collect()))
+            .collect(),
+    };
+    let mut bytes = serde_json::to_vec(&header).unwrap_or_default();
+    bytes.push(b'\n');
+    let images =
+        [image, reference.variance()].into_iter().flat_map(|i| i.pixels().iter().flat_map(|p| p.0));
+    let blocks = halves
+        .iter()
+        .flat_map(|(_, batches)| batches.iter().flat_map(|b| b.blocks.iter().copied()));
+    images.chain(blocks).for_each(|x| bytes.extend(x.to_le_bytes()));
+    bytes
+}
+
+fn decode(bytes: &[u8]) -> Option<Reference> {
+    let end = bytes.iter().position(|b| *b == b'\n')?;
+    let header: Header = serde_json::from_slice(&bytes[..end]).ok()?;
+    let (floats, rest) = bytes[end + 1..].as_chunks::<8>();
+    let mut numbers = floats.iter().map(|b| f64::from_le_bytes(*b));
+    let pixels = (u64::from(header.width) * u64::from(header.height)) as usize;
+    let layout = Layout { width: header.width, height: header.height };
+    let batches: usize = header.halves.iter().map(|(_, samples)| samples.len()).sum();
+    let expected = pixels.checked_mul(6)?.checked_add(batches.checked_mul(layout.blocks())?)?;
+    if !rest.is_empty() || floats.len() != expected {
+        return None;
+    }
+    let mut image = || {
+        let pixels =
+            (0..pixels).map(|_| Some(Rgb([numbers.next()?, numbers.next()?, numbers.next()?])));
+        Image::new(header.width, header.height, pixels.collect::<Option<_>>()?)
+    };
+    let (mean, variance) = (image()?, image()?);
+    let mut half = |(weight, samples): &(f64, Vec<f64>)| {
+        let batch = |n: &f64| Batch {
+            samples: *n,
+            blocks: numbers.by_ref().take(layout.blocks()).collect(),
+        };
+        (*weight, samples.iter().map(batch).collect())
+    };
+    Reference::new(mean, variance, header.origin, header.halves.iter().map(&mut half).collect())
+        .ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reference_survives_its_file() {
+        let image =
+            Image::from_fn(9, 5, |x, y| Rgb::new(f64::from(x) / 3.0, f64::from(y) * 0.1, 1e-300));
+        let batch = |n: f64| Batch { samples: n, blocks: vec![n / 7.0, 0.1] };
+        let halves = vec![(0.25, vec![batch(1.0), batch(2.0)]), (0.75, vec![batch(3.0)])];
+        let reference =
+            Reference::new(image.clone(), image, "two\nlines".to_owned(), halves).unwrap();
+        let bytes = encode(&reference);
+        assert_eq!(decode(&bytes), Some(reference));
+        assert!(
+            decode(&bytes[..bytes.len() - 1]).is_none()
+                && decode(b"").is_none()
+                && decode(b"{}\n").is_none()
+        );
+    }
+}

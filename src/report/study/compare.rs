@@ -1,0 +1,143 @@
+//! The study: renders with every integrator under several seeds and watches error and cost on the
+//! way.
+//!
+//! Runs alternate (all integrators with the first seed, then all with the second …, each time
+//! beginning with another one), so that a machine that slows down slows all alike. A run before the
+//! first is discarded: it warms up and tells how many samples a budget of time makes. All runs of
+//! an integrator have the same number of samples, and checkpoints at powers of two.
+
+use super::machine::setup;
+use super::method::Contestant;
+use super::plan::{Plan, Step, run_seed};
+use super::pyramid::measure_pyramid;
+use super::runs::{Runs, Task};
+use super::summary::{baseline, methods};
+use crate::endpoint::Camera;
+use crate::path::TechniqueSet;
+use crate::render::{Budget, RenderError, Settings};
+use crate::report::error::ReportError;
+use crate::report::result::{
+    MethodImages, Pyramid, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, Study, WithoutTechnique,
+};
+use crate::report::stats::{Layout, Measured, Reference, test_pairs};
+use crate::scene::Scene;
+use std::cell::Cell;
+use std::ops::ControlFlow;
+
+/// Measures integrators on a scene against a reference.
+///
+/// `info` names the scene; its size is taken from the camera. `progress` is called after each pass;
+/// if it stops, the report has the runs that were finished.
+///
+/// # Errors
+/// If the plan has fewer than two seeds or a target that is no positive number, two contestants
+/// have the same name, the reference has another size than the film, or a rendering fails.
+pub fn study<S: Scene + ?Sized>(
+    scene: &S,
+    camera: &dyn Camera,
+    info: &SceneInfo,
+    contestants: &[Contestant<'_, S>],
+    reference: Reference,
+    plan: &Plan,
+    progress: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
+) -> Result<Study, ReportError> {
+    if plan.seeds < 2 {
+        return Err(ReportError::TooFewSeeds(plan.seeds));
+    }
+    for (i, contestant) in contestants.iter().enumerate() {
+        if contestants[..i].iter().any(|other| other.name == contestant.name) {
+            return Err(ReportError::DuplicateName(contestant.name.clone()));
+        }
+    }
+    if !(plan.target > 0.0 && plan.target.is_finite()) {
+        return Err(ReportError::Target(plan.target));
+    }
+    let (layout, size) = (Layout::of(reference.image()), camera.film().window_size());
+    if [layout.width, layout.height] != size.to_array() {
+        return Err(ReportError::ReferenceSize([layout.width, layout.height], size.to_array()));
+    }
+    let setup = setup(plan);
+    let stopped = Cell::new(false);
+    let total = contestants.len() * (1 + plan.seeds as usize);
+    let mut report = |label: &str, done: usize, part: f64| {
+        let flow = progress(&Step { label, fraction: (done as f64 + part) / total as f64 });
+        stopped.set(stopped.get() | flow.is_break());
+        flow
+    };
+    let (mut runs, mut left_out) = (Vec::new(), Vec::new());
+    for (stream, contestant) in contestants.iter().enumerate().take_while(|_| !stopped.get()) {
+        let task = Task { scene, camera, contestant, plan, reference: &reference };
+        let label = format!("{}, warm-up", contestant.name);
+        let run = Runs::prepare(&task, stream as u64, &mut |part| report(&label, stream, part))
+            .map_err(naming(contestant))?;
+        if run.techniques == TechniqueSet::NONE {
+            left_out.push(WithoutTechnique::new(&contestant.name, &run.left_out));
+            continue;
+        }
+        runs.push((task, run));
+    }
+    let turns = (0..plan.seeds)
+        .flat_map(|seed| (0..runs.len()).map(move |turn| (seed, turn)))
+        .collect::<Vec<_>>();
+    for (seed, turn) in turns.into_iter().take_while(|_| !stopped.get()) {
+        let index = (turn + seed as usize) % runs.len();
+        let (task, run) = &mut runs[index];
+        let done = contestants.len() * (1 + seed as usize) + turn;
+        run.render(task, seed, &mut |part| report(&task.contestant.name, done, part))
+            .map_err(naming(task.contestant))?;
+    }
+    let stopped = stopped.get();
+    runs.retain(|(_, run)| !run.measured.finals.is_empty());
+    for (task, run) in runs.iter_mut().filter(|_| !stopped) {
+        run.probe(task).map_err(naming(task.contestant))?;
+    }
+    let runs: Vec<Runs> = runs.into_iter().map(|(_, run)| run).collect();
+    let pyramid = match &plan.pyramid {
+        Some(integrator) if !stopped => {
+            let step = Step { label: "techniques", fraction: 1.0 };
+            let mut ask = || progress(&step);
+            measure_pyramid(scene, camera, integrator, &pyramid_settings(plan), &mut ask)
+                .map_err(|source| ReportError::Render { name: "pyramid".to_owned(), source })?
+        }
+        _ => None,
+    };
+    let baseline = baseline(&runs, plan);
+    let measured: Vec<&Measured> = runs.iter().map(|run| &run.measured).collect();
+    let report = Report {
+        schema: SCHEMA,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        scene: SceneInfo { width: layout.width, height: layout.height, ..info.clone() },
+        setup: Setup { baseline: baseline.map(|m| m.name.clone()), ..setup },
+        reference: ReferenceInfo::of(&reference),
+        methods: methods(&runs, baseline, &reference, plan.target),
+        pairs: test_pairs(&measured, layout),
+        pyramid: pyramid.as_ref().map(Pyramid::report),
+        left_out,
+        stopped,
+    };
+    let images = runs
+        .into_iter()
+        .map(|run| MethodImages { mean: run.measured.mean(), snapshots: run.snapshots })
+        .collect();
+    Ok(Study { report, images, reference, pyramid })
+}
+
+fn naming<S: Scene + ?Sized>(
+    contestant: &Contestant<'_, S>,
+) -> impl FnOnce(RenderError) -> ReportError {
+    let name = contestant.name.clone();
+    |source| ReportError::Render { name, source }
+}
+
+fn pyramid_settings(plan: &Plan) -> Settings {
+    let budget = match plan.budget {
+        Budget::Samples(samples) => Budget::Samples((samples / 8).clamp(2, 64)),
+        Budget::Time(time) => Budget::Time(time / 4),
+    };
+    Settings {
+        budget,
+        seed: run_seed(plan.settings.seed, 2000, 0),
+        target_error: None,
+        ..plan.settings
+    }
+}

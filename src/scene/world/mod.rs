@@ -1,0 +1,166 @@
+//! The ready-made scene: meshes, spheres, quads and disks, named materials, and lights of any kind.
+
+mod needs;
+mod rays;
+#[cfg(test)]
+mod tests;
+
+use super::lights::{BoxedLight, Choice};
+use super::surface::{MaterialId, Surface, SurfaceId};
+use super::{Needs, Warning};
+use crate::endpoint::LightId;
+use crate::geometry::{Bounds, Shape, SurfacePoint};
+use crate::material::{Finish, SurfaceBsdf};
+use crate::tree::{Bvh, TreeStatistics};
+
+/// A scene made by a [`WorldBuilder`](super::WorldBuilder). Immutable; share it between threads.
+///
+/// Primitives are numbered surface by surface in the order in which surfaces were added. Of
+/// surfaces at the same distance, a ray sees that of the lowest number.
+pub struct World {
+    bvh: Bvh,
+    bounds: Bounds,
+    materials: Vec<Finish>,
+    surfaces: Vec<Surface>,
+    /// The surface of each primitive.
+    surface_of: Vec<u32>,
+    lights: Vec<(String, BoxedLight)>,
+    environment: Option<LightId>,
+    light_choice: Choice,
+    area_choice: Choice,
+    total_area: f64,
+    needs: Needs,
+    warnings: Vec<Warning>,
+}
+
+impl World {
+    #[allow(clippy::too_many_arguments)]
+    pub(in crate::scene) fn assemble(
+        bvh: Bvh,
+        bounds: Bounds,
+        materials: Vec<Finish>,
+        surfaces: Vec<Surface>,
+        lights: Vec<(String, BoxedLight)>,
+        environment: Option<LightId>,
+        light_choice: Choice,
+        areas: &[f64],
+        warnings: Vec<Warning>,
+    ) -> Self {
+        let mut surface_of = Vec::with_capacity(areas.len());
+        for (id, surface) in surfaces.iter().enumerate() {
+            surface_of.resize(surface_of.len() + surface.primitives as usize, id as u32);
+        }
+        let needs = needs::needs(&materials, &surfaces, &lights, environment, &bvh, &bounds);
+        let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
+        Self {
+            bvh,
+            bounds,
+            materials,
+            surfaces,
+            surface_of,
+            lights,
+            environment,
+            light_choice,
+            area_choice,
+            total_area,
+            needs,
+            warnings,
+        }
+    }
+
+    /// The box around all surfaces; empty if there is none.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// Number of triangles, spheres, quads and disks.
+    #[must_use]
+    pub fn primitive_count(&self) -> usize {
+        self.surface_of.len()
+    }
+
+    /// Number of surfaces: what was added by one call.
+    #[must_use]
+    pub fn surface_count(&self) -> usize {
+        self.surfaces.len()
+    }
+
+    /// Number of lights, emissive surfaces and the environment included.
+    #[must_use]
+    pub fn light_count(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// Number of triangles that were left out because they have no area.
+    #[must_use]
+    pub fn dropped_triangles(&self) -> usize {
+        let dropped = |warning: &Warning| {
+            if let Warning::DroppedTriangles { dropped, .. } = warning { *dropped } else { 0 }
+        };
+        self.warnings.iter().map(dropped).sum()
+    }
+
+    /// Demands of this scene on the arithmetic beyond its limits. The scene renders all the same.
+    #[must_use]
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// The light of a name; an emissive surface's light has the name of the surface.
+    #[must_use]
+    pub fn light_by_name(&self, name: &str) -> Option<LightId> {
+        self.lights.iter().position(|(n, _)| n == name).map(|index| LightId(index as u32))
+    }
+
+    /// The name of a light.
+    #[must_use]
+    pub fn light_name(&self, id: LightId) -> Option<&str> {
+        self.lights.get(id.0 as usize).map(|(name, _)| name.as_str())
+    }
+
+    /// The surface of a name.
+    #[must_use]
+    pub fn surface_by_name(&self, name: &str) -> Option<SurfaceId> {
+        self.surfaces.iter().position(|s| s.name == name).map(|index| SurfaceId(index as u32))
+    }
+
+    /// The name of the surface that a point lies on.
+    #[must_use]
+    pub fn surface_name(&self, x: &SurfacePoint) -> Option<&str> {
+        self.surfaces.get(x.surface as usize).map(|s| s.name.as_str())
+    }
+
+    /// The material of the surface that a point lies on, and how it scatters there.
+    #[must_use]
+    pub fn material_at(&self, x: &SurfacePoint) -> Option<(MaterialId, SurfaceBsdf<'_>)> {
+        let id = self.surfaces.get(x.surface as usize)?.material;
+        self.materials.get(id.0 as usize).map(|material| (id, SurfaceBsdf::new(material, x.uv)))
+    }
+
+    /// The shape of a primitive.
+    #[must_use]
+    pub fn shape(&self, primitive: u32) -> Option<&Shape> {
+        self.bvh.shape(primitive)
+    }
+
+    /// The parts of the acceleration structure.
+    #[must_use]
+    pub fn tree_statistics(&self) -> TreeStatistics {
+        self.bvh.statistics()
+    }
+}
+
+impl std::fmt::Debug for World {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let lights: Vec<&str> = self.lights.iter().map(|(name, _)| name.as_str()).collect();
+        f.debug_struct("World")
+            .field("bvh", &self.bvh)
+            .field("bounds", &self.bounds)
+            .field("surfaces", &self.surfaces.len())
+            .field("materials", &self.materials)
+            .field("lights", &lights)
+            .field("needs", &self.needs)
+            .finish_non_exhaustive()
+    }
+}

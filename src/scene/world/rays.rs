@@ -1,0 +1,198 @@
+//! The answers of a world: the rays and segments of the [`Scene`] trait, and plain ones.
+
+use super::World;
+use crate::endpoint::{Light, LightId};
+use crate::geometry::{Ray, SurfacePoint, Triangle};
+use crate::material::{Finish, SurfaceBsdf};
+use crate::scene::mesh::Shading;
+use crate::scene::{Needs, Scene, SurfaceArea};
+use crate::tree::{Hit, Query, Segment};
+use glam::{DVec2, DVec3};
+
+impl World {
+    /// The primitive that a ray meets first and its distance: [`Scene::intersect`] without the
+    /// surface point, for whoever needs no more, from an origin that lies on no surface. A
+    /// direction that is not of unit length is made so; a ray that is none hits nothing.
+    #[must_use]
+    pub fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
+        self.bvh.closest(Query::free(origin, direction), primitive_and_distance)
+    }
+
+    /// [`first_hit`](Self::first_hit) of many rays, given by origin and direction. `found` gets
+    /// each answer once, with the ray's place in the iterator, in any order.
+    pub fn first_hits(
+        &self,
+        rays: impl Iterator<Item = (DVec3, DVec3)>,
+        mut found: impl FnMut(usize, Option<(u32, f64)>),
+    ) {
+        let queries = rays.map(|(origin, direction)| Query::free(origin, direction));
+        self.bvh.closest_many(queries, |index, hit| found(index, hit.map(primitive_and_distance)));
+    }
+
+    /// True if a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an
+    /// end that lie on no surface.
+    #[must_use]
+    pub fn is_clear(&self, origin: DVec3, direction: DVec3, length: f64) -> bool {
+        self.bvh.is_free(&Segment::free(origin, direction, length))
+    }
+
+    /// [`is_clear`](Self::is_clear) of many rays, given by origin, direction and length. `answer`
+    /// gets each answer once, with the ray's place in the iterator, in any order.
+    pub fn are_clear(
+        &self,
+        rays: impl Iterator<Item = (DVec3, DVec3, f64)>,
+        answer: impl FnMut(usize, bool),
+    ) {
+        self.bvh.are_free(
+            rays.map(|(origin, direction, length)| Ok(Segment::free(origin, direction, length))),
+            answer,
+        );
+    }
+
+    /// The surface point of a hit.
+    #[inline(always)]
+    fn point_of(&self, hit: &Hit<'_>) -> Option<SurfacePoint> {
+        let Some(triangle) = self.bvh.triangle_of(hit) else { return self.point_of_other(hit) };
+        let x = triangle.point_at(hit.intersection.u, hit.intersection.v);
+        Some(self.complete(hit.primitive, Some(triangle), x))
+    }
+
+    /// The same for a shape that is no triangle. Apart, so that points of triangles need not be
+    /// where it leaves its own.
+    #[inline(never)]
+    fn point_of_other(&self, hit: &Hit<'_>) -> Option<SurfacePoint> {
+        let x = self
+            .bvh
+            .shape(hit.primitive)?
+            .point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection);
+        Some(self.complete(hit.primitive, None, x))
+    }
+
+    /// Gives a point of a shape, perhaps of a triangle, what the scene knows about it.
+    #[inline(always)]
+    fn complete(
+        &self,
+        primitive: u32,
+        triangle: Option<Triangle>,
+        x: SurfacePoint,
+    ) -> SurfacePoint {
+        let id = self.surface_of[primitive as usize];
+        let surface = &self.surfaces[id as usize];
+        let mut shading = Shading::of(&x);
+        if let (Some(attributes), Some(triangle)) = (&surface.attributes, triangle) {
+            shading =
+                attributes.at((primitive - surface.first_primitive) as usize, triangle, shading);
+        }
+        // All fields at once, so that the point is made where it is needed.
+        SurfacePoint {
+            primitive,
+            surface: id,
+            shading_normal: shading.normal,
+            tangent: shading.tangent,
+            uv: shading.uv,
+            ..x
+        }
+    }
+}
+
+impl Scene for World {
+    type Bsdf<'a> = SurfaceBsdf<'a>;
+    type Light = dyn Light;
+
+    #[inline]
+    fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
+        // The point is made where it is needed.
+        self.bvh
+            .closest(Query::leaving(from, direction), |hit| hit)
+            .and_then(|hit| self.point_of(&hit))
+    }
+
+    /// Coincident points, two points at infinity and points that are not finite do not see each
+    /// other: they have no geometry term.
+    #[inline]
+    fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
+        Segment::between(a, b, self.bvh.center())
+            .map_or_else(|visible| visible, |segment| self.bvh.is_free(&segment))
+    }
+
+    #[inline]
+    fn intersect_many<'a>(
+        &self,
+        rays: impl Iterator<Item = (&'a SurfacePoint, DVec3)>,
+        mut found: impl FnMut(usize, Option<SurfacePoint>),
+    ) {
+        let queries = rays.map(|(from, direction)| Query::leaving(from, direction));
+        self.bvh.closest_many(queries, |index, hit| {
+            found(index, hit.and_then(|hit| self.point_of(&hit)))
+        });
+    }
+
+    #[inline]
+    fn visible_many<'a>(
+        &self,
+        segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>,
+        answer: impl FnMut(usize, bool),
+    ) {
+        self.bvh.are_free(segments.map(|(a, b)| Segment::between(a, b, self.bvh.center())), answer);
+    }
+
+    #[inline]
+    fn bsdf(&self, x: &SurfacePoint) -> SurfaceBsdf<'_> {
+        self.material_at(x).map_or(SurfaceBsdf::new(&Finish::BLACK, DVec2::ZERO), |(_, bsdf)| bsdf)
+    }
+
+    #[inline]
+    fn light_at(&self, x: &SurfacePoint) -> Option<LightId> {
+        self.surfaces.get(x.surface as usize)?.light
+    }
+
+    #[inline]
+    fn environment(&self) -> Option<LightId> {
+        self.environment
+    }
+
+    /// # Panics
+    /// The id is not one of this world.
+    fn light(&self, id: LightId) -> &Self::Light {
+        &*self.lights[id.0 as usize].1
+    }
+
+    #[inline]
+    fn pick_light(&self, u: f64) -> Option<(LightId, f64)> {
+        self.light_choice.sample_light(u)
+    }
+
+    #[inline]
+    fn pick_pmf(&self, id: LightId) -> f64 {
+        self.light_choice.pmf(id.0)
+    }
+
+    #[inline]
+    fn needs(&self) -> Needs {
+        self.needs
+    }
+}
+
+impl SurfaceArea for World {
+    fn total_area(&self) -> f64 {
+        self.total_area
+    }
+
+    fn sample_surface(&self, u1: f64, u2: DVec2) -> SurfacePoint {
+        let chosen = self.area_choice.sample(u1).map(|(index, _)| index);
+        match chosen.and_then(|primitive| Some((primitive, self.bvh.shape(primitive)?))) {
+            Some((primitive, shape)) => {
+                self.complete(primitive, shape.as_triangle(), shape.sample_area(u2))
+            }
+            // A world without surfaces: a point that nothing is known about and that scatters
+            // nothing.
+            None => SurfacePoint::dirac(DVec3::ZERO),
+        }
+    }
+}
+
+/// A hit without its surface point.
+#[inline(always)]
+fn primitive_and_distance(hit: Hit<'_>) -> (u32, f64) {
+    (hit.primitive, hit.moved + hit.intersection.t)
+}

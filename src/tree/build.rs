@@ -1,0 +1,104 @@
+//! Puts the tree together: places shapes in the space of the boxes, takes them apart into facets,
+//! and gives each facet a padded box.
+
+use super::binary;
+use super::bvh::Bvh;
+use super::layout::{self, FEW, Facet, Wide};
+use super::rounding::PADDING;
+use super::space::Space;
+use crate::geometry::{Bounds, Shape};
+use fearless_simd::Level;
+use glam::{DVec3, Vec3A};
+use obvhs::aabb::Aabb;
+use std::time::Instant;
+
+/// The second half of a quad; the first one and everything else are referred to by the primitive's
+/// number.
+const SECOND_HALF: u32 = 1 << 31;
+
+impl Bvh {
+    /// Builds the tree; primitives are numbered in the given order.
+    pub fn new(shapes: Vec<Shape>, bounds: &Bounds) -> Self {
+        let start = Instant::now();
+        let (center, extent) = if shapes.is_empty() {
+            (DVec3::ZERO, 1.0)
+        } else {
+            (bounds.center(), 0.5 * (bounds.max - bounds.min).max_element())
+        };
+        let inverse_extent = 1.0 / extent;
+        let space = Space::new(center, extent);
+        let place = |p| space.place(p);
+        let facet = |reference: u32| {
+            let primitive = reference & !SECOND_HALF;
+            let facet = match &shapes[primitive as usize] {
+                Shape::Triangle(t) => {
+                    let [a, b, c] = t.vertices;
+                    let exact = [a, b, c]
+                        .into_iter()
+                        .all(|corner| space.world(place(corner), [0, 1, 2]) == corner);
+                    Facet::Triangle { corners: [place(a), place(b), place(c)], exact }
+                }
+                Shape::Quad(q) => {
+                    let [a, b, c, d] = q.corners();
+                    let [second, third] = if reference == primitive { [b, c] } else { [c, d] };
+                    Facet::Triangle {
+                        corners: [place(a), place(second), place(third)],
+                        exact: false,
+                    }
+                }
+                Shape::Sphere(_) | Shape::Disk(_) => Facet::Opaque,
+            };
+            (primitive, facet)
+        };
+        let mut references: Vec<u32> = Vec::with_capacity(shapes.len());
+        for (primitive, shape) in shapes.iter().enumerate() {
+            references.push(primitive as u32);
+            if matches!(shape, Shape::Quad(_)) {
+                references.push(primitive as u32 | SECOND_HALF);
+            }
+        }
+        // Every ray would test what is opaque exactly.
+        let is_flat = |&reference: &u32| matches!(facet(reference).1, Facet::Triangle { .. });
+        let has_few = references.len() <= FEW && references.iter().all(is_flat);
+        let few = if has_few { layout::blocks(&references, facet) } else { Vec::new() };
+        let mut boxes: Vec<Aabb> = references
+            .iter()
+            .map(|&reference| {
+                let bounds = match facet(reference) {
+                    (_, Facet::Triangle { corners, .. }) => Bounds::of_points(corners),
+                    (primitive, Facet::Opaque) => {
+                        let b = shapes[primitive as usize].bounds();
+                        Bounds { min: place(b.min), max: place(b.max) }
+                    }
+                };
+                let down = |x: f64| (x as f32).next_down();
+                let up = |x: f64| (x as f32).next_up();
+                let (min, max) = (bounds.min, bounds.max);
+                Aabb::new(
+                    Vec3A::new(down(min.x), down(min.y), down(min.z)),
+                    Vec3A::new(up(max.x), up(max.y), up(max.z)),
+                )
+            })
+            .collect();
+        binary::split_large(&mut boxes, &mut references, facet);
+        for b in &mut boxes {
+            *b = Aabb::new(b.min - PADDING, b.max + PADDING);
+        }
+        let tree = binary::build(&boxes);
+        drop(boxes);
+        let references: Vec<u32> =
+            tree.primitive_indices.iter().map(|&i| references[i as usize]).collect();
+        let wide = Wide::collapse(&tree.nodes, &references, facet);
+        Self {
+            wide,
+            few,
+            shapes,
+            space,
+            center,
+            extent,
+            inverse_extent,
+            level: Level::new(),
+            build_time: start.elapsed(),
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! What is asked of the tree, and what it answers: rays and segments that start and end where the
+//! primitives that they lie on are not in the way.
+
+use super::layout::Candidate;
+use crate::geometry::{Intersection, Place, Ray, SurfacePoint, gamma};
+use glam::DVec3;
+
+/// What a ray knows about its ends: the primitives that they lie on, `SurfacePoint::NONE` for none.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ends {
+    /// The primitive that the origin lies on.
+    pub origin: u32,
+    /// The primitive that the end of the segment lies on.
+    pub end: u32,
+}
+
+impl Ends {
+    /// No primitives.
+    pub const FREE: Self = Self { origin: SurfacePoint::NONE, end: SurfacePoint::NONE };
+}
+
+/// A ray to find the nearest hit of.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Query {
+    /// Where it starts.
+    pub origin: DVec3,
+    /// Where to.
+    pub direction: DVec3,
+    /// The primitive that the origin lies on.
+    pub origin_primitive: u32,
+}
+
+impl Query {
+    /// A ray from an origin that lies on no surface.
+    #[inline]
+    pub fn free(origin: DVec3, direction: DVec3) -> Self {
+        Self { origin, direction, origin_primitive: SurfacePoint::NONE }
+    }
+
+    /// A ray from a surface point.
+    #[inline(always)]
+    pub fn leaving(from: &SurfacePoint, direction: DVec3) -> Self {
+        Self { origin: from.origin_towards(direction), direction, origin_primitive: contact(from) }
+    }
+}
+
+/// A ray up to a distance, to find out whether anything is in its way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Segment {
+    /// Where it starts.
+    pub origin: DVec3,
+    /// Where to.
+    pub direction: DVec3,
+    /// How far.
+    pub length: f64,
+    /// What its ends lie on.
+    pub ends: Ends,
+}
+
+impl Segment {
+    /// Up to a length, from and to points that lie on no surface.
+    #[inline]
+    pub fn free(origin: DVec3, direction: DVec3, length: f64) -> Self {
+        Self { origin, direction, length, ends: Ends::FREE }
+    }
+
+    /// What to ask of the tree to find out whether two points of a scene around `center` see each
+    /// other, or whether they do if that is clear without.
+    #[inline(always)]
+    pub fn between(a: &SurfacePoint, b: &SurfacePoint, center: DVec3) -> Result<Self, bool> {
+        let (a, b) = match (a.place, b.place) {
+            (Place::Infinite, Place::Infinite) => return Err(false),
+            (Place::Infinite, _) => (b, a),
+            (_, Place::Infinite) => (a, b),
+            _ if starts_segment(a, b, center) => (a, b),
+            _ => (b, a),
+        };
+        let (origin, direction, length) = if b.place == Place::Infinite {
+            let direction = unit(-b.geometric_normal).unwrap_or_default();
+            let origin = a.origin_towards(direction);
+            (origin, direction, (b.position - origin).dot(direction))
+        } else {
+            let between = b.position - a.position;
+            if between == DVec3::ZERO {
+                return Err(false);
+            }
+            // Each end is moved towards the other, so that neither end's own surface is in the way.
+            let (origin, end) = (a.origin_towards(between), b.origin_towards(-between));
+            let segment = end - origin;
+            if segment.dot(between) <= 0.0 {
+                // Closer to each other than their error bounds: nothing can be in between.
+                return Err(true);
+            }
+            let length = segment.length();
+            (origin, segment / length, length)
+        };
+        if !(origin.is_finite()
+            && direction.is_finite()
+            && direction != DVec3::ZERO
+            && length.is_finite())
+        {
+            return Err(false);
+        }
+        // Hits within the rounding of the distance itself belong to the end.
+        let length = length * (1.0 - gamma(8));
+        Ok(Self { origin, direction, length, ends: Ends { origin: contact(a), end: contact(b) } })
+    }
+}
+
+/// The nearest hit of a ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hit<'a> {
+    /// The primitive that was hit.
+    pub primitive: u32,
+    /// Where it is in the tree.
+    pub(super) candidate: Candidate<'a>,
+    /// Where the ray starts that the intersection refers to, which may be further on than where the
+    /// one that was asked for does.
+    pub origin: DVec3,
+    /// Its direction, of unit length.
+    pub direction: DVec3,
+    /// How much further on.
+    pub moved: f64,
+    /// Where it was hit.
+    pub intersection: Intersection,
+}
+
+/// What the exact test says.
+pub(super) struct Found<'a> {
+    pub candidate: Candidate<'a>,
+    pub intersection: Intersection,
+}
+
+impl<'a> Found<'a> {
+    /// Of equally near ones that with the lower primitive is nearer.
+    #[inline(always)]
+    pub fn is_nearer(&self, other: &Self) -> bool {
+        let (t, other_t) = (self.intersection.t, other.intersection.t);
+        t < other_t || (t == other_t && self.candidate.primitive() < other.candidate.primitive())
+    }
+
+    /// The hit of a ray that was moved by so much.
+    #[inline(always)]
+    pub fn hit(self, ray: &Ray, moved: f64) -> Hit<'a> {
+        let Found { candidate, intersection } = self;
+        Hit {
+            primitive: candidate.primitive(),
+            candidate,
+            origin: ray.origin,
+            direction: ray.direction,
+            moved,
+            intersection,
+        }
+    }
+}
+
+/// The end of a segment at which to start the ray: the one closer to the scene's centre, whose
+/// rounding is the smaller one. So the answer does not depend on the order of the ends.
+#[inline]
+fn starts_segment(a: &SurfacePoint, b: &SurfacePoint, center: DVec3) -> bool {
+    let distance = |x: &SurfacePoint| x.position.distance_squared(center);
+    let key = |x: &SurfacePoint| (x.position.to_array(), x.primitive);
+    let (to_a, to_b) = (distance(a), distance(b));
+    to_a < to_b || (to_a == to_b && key(a) <= key(b))
+}
+
+/// The primitive that a ray from a point must not hit again.
+#[inline]
+fn contact(x: &SurfacePoint) -> u32 {
+    if x.place == Place::Area { x.primitive } else { SurfacePoint::NONE }
+}
+
+/// The length of a direction may be off by rounding, and by a little more where a user computed it;
+/// anything else is made unit length. `None` if it has no length.
+#[inline(always)]
+pub(super) fn unit(direction: DVec3) -> Option<DVec3> {
+    let length_squared = direction.length_squared();
+    if (length_squared - 1.0).abs() <= 1e-9 { Some(direction) } else { direction.try_normalize() }
+}
