@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use pathspace::bsdf::fresnel::Reflectance;
 use pathspace::bsdf::{
     Bsdf, BsdfError, Conductor, Dielectric, Ggx, Lambert, Mixture, Model, Null, RoughConductor,
-    RoughDielectric, Walk,
+    RoughDielectric, TransportMode,
 };
 use pathspace::math::Rgb;
 use rand::{RngExt, SeedableRng};
@@ -55,11 +55,11 @@ fn bsdfs(criterion: &mut Criterion) {
         group.bench_function("sample", |bencher| {
             bencher.iter(|| {
                 let &(fixed, u1, u2) = cycle.next()?;
-                black_box(&model).sample(fixed, Walk::Camera, u1, u2)
+                black_box(&model).sample(fixed, TransportMode::Radiance, u1, u2)
             });
         });
         let sampled = |&(fixed, u1, u2): &(DVec3, f64, DVec2)| {
-            model.sample(fixed, Walk::Camera, u1, u2).map(|sample| (fixed, sample.next))
+            model.sample(fixed, TransportMode::Radiance, u1, u2).map(|sample| (fixed, sample.next))
         };
         let pairs: Vec<(DVec3, DVec3)> = events.iter().filter_map(sampled).collect();
         let mut cycle = pairs.iter().cycle();
@@ -68,7 +68,9 @@ fn bsdfs(criterion: &mut Criterion) {
         });
         group.bench_function("pdf", |bencher| {
             bencher.iter(|| {
-                cycle.next().map(|&(fixed, next)| black_box(&model).pdf(fixed, next, Walk::Camera))
+                cycle.next().map(|&(fixed, next)| {
+                    black_box(&model).pdf(fixed, next, TransportMode::Radiance)
+                })
             });
         });
         group.finish();

@@ -45,7 +45,7 @@ fn pass<I: Integrator<World>>(scene: &GalleryScene, integrator: &I, batch: u32) 
 fn integrators(criterion: &mut Criterion) {
     let scene = gallery::build("cornell-box", UVec2::splat(SIDE)).expect("a scene of the gallery");
     let depth = Depth::up_to(MAX_BOUNCES);
-    let s01 = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+    let s01 = TechniqueSet { bsdf_sampling: true, next_event: true, ..TechniqueSet::NONE };
     let mut group = criterion.benchmark_group("cornell-box");
     group
         .throughput(Throughput::Elements(u64::from(SAMPLES)))

@@ -13,7 +13,7 @@
 mod common;
 
 use clap::{Parser, ValueEnum};
-use pathspace::bsdf::{Bsdf, BsdfSample, Lobes, Walk};
+use pathspace::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use pathspace::endpoint::{
     AreaLight, DirectionSample, Endpoint, Light, LightId, PinholeCamera, PointSample,
 };
@@ -69,7 +69,7 @@ impl Bsdf for RetroReflector {
         self.diffuse * FRAC_1_PI + self.retro * lobe
     }
 
-    fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
+    fn pdf(&self, fixed: DVec3, next: DVec3, _mode: TransportMode) -> PerProjected {
         if fixed.z * next.z <= 0.0 {
             return PerProjected(0.0);
         }
@@ -79,22 +79,22 @@ impl Bsdf for RetroReflector {
         PerProjected((1.0 - p) * FRAC_1_PI + p * lobe / next.z.abs())
     }
 
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         let next = if u1 < self.retro_probability() {
             Frame::from_normal(fixed).to_world(power_cosine(self.exponent, u2))
         } else {
             square_to_cosine_hemisphere(u2) * fixed.z.signum()
         };
-        let pdf = self.pdf(fixed, next, walk);
+        let pdf = self.pdf(fixed, next, mode);
         // Below the horizon the lobe is cut off: that light is absorbed.
         (pdf.value() > 0.0).then(|| {
-            let (to_light, to_camera) = walk.label(fixed, next);
+            let (to_light, to_camera) = mode.label(fixed, next);
             let weight = self.eval(to_light, to_camera) / pdf.value();
             BsdfSample {
                 next,
                 weight,
                 pdf,
-                pdf_reverse: self.pdf(next, fixed, walk.reversed()),
+                pdf_reverse: self.pdf(next, fixed, mode.reversed()),
                 dirac: false,
                 relative_ior: 1.0,
             }

@@ -207,7 +207,7 @@ fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene
             share(ledger.rejected)
         );
     }
-    println!("truncated   {} walks", counters.truncated_walks);
+    println!("truncated   {} walks", counters.truncated_subpaths);
     println!("non-finite  {}", counters.non_finite);
     for (technique, count) in rendering.non_finite().by_technique() {
         println!("            {count} by (s, t) = ({}, {})", technique.s, technique.t);

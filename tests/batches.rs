@@ -11,7 +11,7 @@ use pathspace::integrator::{
     UniformArea,
 };
 use pathspace::math::Rgb;
-use pathspace::path::{Counters, LightWalks, Roulette, Scratch, TechniqueSet};
+use pathspace::path::{Counters, LightSubpaths, Roulette, Scratch, TechniqueSet};
 use pathspace::sampler::{AnySampler, SampleSource, SamplerKind};
 use pathspace::scene::World;
 use worlds::{Result, TestScene};
@@ -104,11 +104,11 @@ fn light_tracing() -> Result {
 #[test]
 fn bidirectional() -> Result {
     let all = TechniqueSet::BIDIRECTIONAL;
-    let walks = |power| LightWalks::power_of_two(power).expect("few");
+    let walks = |power| LightSubpaths::power_of_two(power).expect("few");
     let sets = [
         all,
-        TechniqueSet { light_walks: walks(2), ..all },
-        TechniqueSet { light_walks: walks(-2), connections: false, ..all },
+        TechniqueSet { light_subpaths: walks(2), ..all },
+        TechniqueSet { light_subpaths: walks(-2), connections: false, ..all },
     ];
     for scene in worlds::all()? {
         for (kind, techniques) in [SamplerKind::Independent, SamplerKind::Sobol]

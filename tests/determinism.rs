@@ -34,13 +34,13 @@ fn integrators() -> Vec<Box<dyn Render<World>>> {
 fn bits(rendering: &Rendering) -> Vec<u64> {
     let Counters {
         samples,
-        light_walks,
+        light_subpaths,
         closest_rays,
         shadow_rays,
         scattered,
         connections,
         non_finite,
-        truncated_walks,
+        truncated_subpaths,
         ledger,
     } = rendering.counters;
     let flux = [ledger.emitted, ledger.absorbed, ledger.escaped, ledger.truncated, ledger.rejected];
@@ -48,13 +48,13 @@ fn bits(rendering: &Rendering) -> Vec<u64> {
     pixels
         .chain([
             samples,
-            light_walks,
+            light_subpaths,
             closest_rays,
             shadow_rays,
             scattered,
             connections,
             non_finite,
-            truncated_walks,
+            truncated_subpaths,
         ])
         .collect()
 }

@@ -1,4 +1,4 @@
-//! Lights and cameras against exact answers: emitter sampling, emission, importance. Seeds are
+//! Lights and cameras against exact answers: next event estimation, emission, importance. Seeds are
 //! fixed; a mean must lie within four of its standard errors, and the standard error must be below
 //! the stated fraction of the value.
 

@@ -11,7 +11,7 @@ use pathspace::gallery;
 use pathspace::integrator::{
     Adaptive, Bidirectional, Depth, LightTracer, PathTracer, PathTracing, UniformArea,
 };
-use pathspace::path::{LightWalks, TechniqueSet};
+use pathspace::path::{LightSubpaths, TechniqueSet};
 use pathspace::render::{Budget, Render, Settings, unattended};
 use pathspace::sampler::SamplerKind;
 use pathspace::scene::World;
@@ -28,9 +28,9 @@ fn integrators(depth: Depth) -> Vec<(&'static str, Box<dyn Render<World>>)> {
     let path = PathTracer { depth, ..PathTracer::default() };
     let both = Bidirectional { depth, ..Bidirectional::default() };
     let walks = |exponent| {
-        let light_walks = LightWalks::power_of_two(exponent).unwrap_or_default();
+        let light_subpaths = LightSubpaths::power_of_two(exponent).unwrap_or_default();
         Bidirectional {
-            techniques: TechniqueSet { light_walks, ..TechniqueSet::BIDIRECTIONAL },
+            techniques: TechniqueSet { light_subpaths, ..TechniqueSet::BIDIRECTIONAL },
             ..both
         }
     };

@@ -108,7 +108,8 @@ fn energy_is_conserved_in_every_scene() -> Result {
                     }
                     assert_mean(&name, gap, 0.0, emitted);
                 }
-                let truncated: u64 = batches.iter().map(|counters| counters.truncated_walks).sum();
+                let truncated: u64 =
+                    batches.iter().map(|counters| counters.truncated_subpaths).sum();
                 assert_eq!(truncated > 0, max_bounces.is_some(), "{name}");
             }
         }

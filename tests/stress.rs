@@ -134,7 +134,7 @@ fn stress_s06_endless_walks_are_cut_off_and_counted() {
     let eye = camera(DVec3::ZERO, DVec3::X, 60.0);
     for method in [Method::Emission, Method::Path, Method::Light] {
         let measured = Probe::new(&world, &eye, Depth::default()).sample(method, 10, 1);
-        assert_eq!(measured.truncated_walks, 10, "{method:?}");
+        assert_eq!(measured.truncated_subpaths, 10, "{method:?}");
         assert!(
             measured.agrees([f64::from(MAX_BOUNCES) + 1.0; 3], 0.05),
             "{method:?}: {measured:?}"

@@ -17,7 +17,7 @@ use pathspace::film::{Sample, Technique};
 use pathspace::geometry::Place;
 use pathspace::integrator::{Bidirectional, Depth, Stage};
 use pathspace::path::{
-    Excluded, Heuristic, LightWalks, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet,
+    Excluded, Heuristic, LightSubpaths, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet,
 };
 use pathspace::scene::Scene;
 use std::collections::BTreeSet;
@@ -197,14 +197,14 @@ fn long_paths_verify_at_every_scale() -> Result {
 #[test]
 fn weights_in_constant_time_are_those_of_sweeps() -> Result {
     let all = TechniqueSet::BIDIRECTIONAL;
-    let walks = |exponent| LightWalks::power_of_two(exponent).unwrap_or_default();
+    let walks = |exponent| LightSubpaths::power_of_two(exponent).unwrap_or_default();
     let sets = [
-        TechniqueSet { light_walks: walks(2), ..all },
-        TechniqueSet { light_walks: walks(-1), ..all },
-        TechniqueSet { emitter_hits: false, light_walks: walks(1), ..all },
-        TechniqueSet { emitter_sampling: false, light_walks: walks(1), ..all },
-        TechniqueSet { connections: false, light_walks: walks(1), ..all },
-        TechniqueSet { lens_sampling: false, light_walks: walks(1), ..all },
+        TechniqueSet { light_subpaths: walks(2), ..all },
+        TechniqueSet { light_subpaths: walks(-1), ..all },
+        TechniqueSet { bsdf_sampling: false, light_subpaths: walks(1), ..all },
+        TechniqueSet { next_event: false, light_subpaths: walks(1), ..all },
+        TechniqueSet { connections: false, light_subpaths: walks(1), ..all },
+        TechniqueSet { lens_sampling: false, light_subpaths: walks(1), ..all },
         TechniqueSet {
             excluded: Excluded::NONE.with(Technique::new(2, 2)).expect("a short path"),
             ..all

@@ -17,7 +17,7 @@ use pathspace::scene::World;
 pub enum Method {
     /// Path tracing that samples no light.
     Emission,
-    /// Path tracing with emitter sampling.
+    /// Path tracing with next event estimation.
     Path,
     /// Uniform-area path sampling.
     UniformArea,
@@ -61,7 +61,7 @@ pub struct Measured {
     /// Contributions that were infinite or not a number.
     pub non_finite: u64,
     pub rays: u64,
-    pub truncated_walks: u64,
+    pub truncated_subpaths: u64,
     pub ledger: Ledger,
 }
 
@@ -151,7 +151,7 @@ impl<'a> Probe<'a> {
         let counters = scratch.counters;
         measured.non_finite += counters.non_finite;
         measured.rays = counters.rays();
-        measured.truncated_walks = counters.truncated_walks;
+        measured.truncated_subpaths = counters.truncated_subpaths;
         measured.ledger = counters.ledger;
         measured
     }

@@ -12,7 +12,7 @@
 //! - the weights' mean, with refraction's n² taken out, is at most 1: no more light leaves than
 //!   came.
 
-use super::{Bsdf, BsdfSample, Walk};
+use super::{Bsdf, BsdfSample, TransportMode};
 use crate::math::Rgb;
 use crate::math::statistics::{ChiSquare, Estimate, chi_square, sidak, two_sided_p_value};
 use crate::sampler::Sampler;
@@ -152,7 +152,7 @@ impl Report {
 pub fn check<B: Bsdf + ?Sized>(
     bsdf: &B,
     fixed: DVec3,
-    walk: Walk,
+    mode: TransportMode,
     sampler: &mut dyn Sampler,
     samples: u32,
 ) -> Report {
@@ -163,14 +163,14 @@ pub fn check<B: Bsdf + ?Sized>(
     let mut finite_share = Estimate::default();
     let mut albedo = [Estimate::default(); 3];
     for _ in 0..samples {
-        let sample = bsdf.sample(fixed, walk, sampler.next_1d(), sampler.next_2d());
-        let power = sample.as_ref().map_or(Rgb::BLACK, |sample| power(sample, walk));
+        let sample = bsdf.sample(fixed, mode, sampler.next_1d(), sampler.next_2d());
+        let power = sample.as_ref().map_or(Rgb::BLACK, |sample| power(sample, mode));
         albedo.iter_mut().zip(power.0).for_each(|(estimate, channel)| estimate.push(channel));
         let finite = sample.filter(|sample| !sample.dirac);
         finite_share.push(if finite.is_some() { 1.0 } else { 0.0 });
         observed[finite.map_or(rows * columns, |sample| cell(sample.next))] += 1.0;
         if let Some(sample) = sample {
-            comparison.add(bsdf, fixed, walk, &sample);
+            comparison.add(bsdf, fixed, mode, &sample);
         }
     }
     for row in 0..rows {
@@ -179,7 +179,7 @@ pub fn check<B: Bsdf + ?Sized>(
             let phi =
                 (TAU * column as f64 / columns as f64, TAU * (column + 1) as f64 / columns as f64);
             expected[row * columns + column] = integrate(
-                &|theta: f64, phi: f64| density(bsdf, fixed, walk, theta, phi),
+                &|theta: f64, phi: f64| density(bsdf, fixed, mode, theta, phi),
                 theta,
                 phi,
             );
@@ -211,24 +211,24 @@ pub fn check<B: Bsdf + ?Sized>(
 pub fn directional_albedo<B: Bsdf + ?Sized>(
     bsdf: &B,
     fixed: DVec3,
-    walk: Walk,
+    mode: TransportMode,
     sampler: &mut dyn Sampler,
     samples: u32,
 ) -> [Estimate; 3] {
     let mut albedo = [Estimate::default(); 3];
     for _ in 0..samples {
-        let sample = bsdf.sample(fixed, walk, sampler.next_1d(), sampler.next_2d());
-        let power = sample.map_or(Rgb::BLACK, |sample| power(&sample, walk));
+        let sample = bsdf.sample(fixed, mode, sampler.next_1d(), sampler.next_2d());
+        let power = sample.map_or(Rgb::BLACK, |sample| power(&sample, mode));
         albedo.iter_mut().zip(power.0).for_each(|(estimate, channel)| estimate.push(channel));
     }
     albedo
 }
 
 /// The weight of a light walk, in which radiance is not squeezed by refraction.
-fn power(sample: &BsdfSample, walk: Walk) -> Rgb {
-    match walk {
-        Walk::Camera => sample.weight * (sample.relative_ior * sample.relative_ior),
-        Walk::Light => sample.weight,
+fn power(sample: &BsdfSample, mode: TransportMode) -> Rgb {
+    match mode {
+        TransportMode::Radiance => sample.weight * (sample.relative_ior * sample.relative_ior),
+        TransportMode::Importance => sample.weight,
     }
 }
 
@@ -244,11 +244,17 @@ struct Comparison {
 }
 
 impl Comparison {
-    fn add<B: Bsdf + ?Sized>(&mut self, bsdf: &B, fixed: DVec3, walk: Walk, sample: &BsdfSample) {
-        let (to_light, to_camera) = walk.label(fixed, sample.next);
+    fn add<B: Bsdf + ?Sized>(
+        &mut self,
+        bsdf: &B,
+        fixed: DVec3,
+        mode: TransportMode,
+        sample: &BsdfSample,
+    ) {
+        let (to_light, to_camera) = mode.label(fixed, sample.next);
         let (value, swapped, pdf, pdf_reverse) = if sample.dirac {
             let mut distance = f64::INFINITY;
-            bsdf.dirac_images(fixed, walk, &mut |image| {
+            bsdf.dirac_images(fixed, mode, &mut |image| {
                 distance = distance.min(image.next.distance(sample.next));
             });
             self.image = self.image.max(distance);
@@ -256,18 +262,18 @@ impl Comparison {
             let back = bsdf.eval_dirac(to_camera, to_light);
             // these are coefficients of δ⊥(to_light); those of the swapped pair refer to the other
             // side's δ⊥
-            let (pdf, pdf_reverse) = match walk {
-                Walk::Camera => (there.pdf_to_light, there.pdf_to_camera),
-                Walk::Light => (there.pdf_to_camera, there.pdf_to_light),
+            let (pdf, pdf_reverse) = match mode {
+                TransportMode::Radiance => (there.pdf_to_light, there.pdf_to_camera),
+                TransportMode::Importance => (there.pdf_to_camera, there.pdf_to_light),
             };
-            (there.value, back.value * squeeze(sample, walk), pdf, pdf_reverse)
+            (there.value, back.value * squeeze(sample, mode), pdf, pdf_reverse)
         } else {
-            let pdf = bsdf.pdf(fixed, sample.next, walk);
+            let pdf = bsdf.pdf(fixed, sample.next, mode);
             (
                 bsdf.eval(to_light, to_camera),
                 bsdf.eval(to_camera, to_light),
                 pdf,
-                bsdf.pdf(sample.next, fixed, walk.reversed()),
+                bsdf.pdf(sample.next, fixed, mode.reversed()),
             )
         };
         let finite = sample.weight.is_finite()
@@ -290,17 +296,17 @@ impl Comparison {
         raise(&mut self.pdf_reverse, sample.pdf_reverse.value(), pdf_reverse.value());
         for channel in 0..3 {
             raise(&mut self.weight, sample.weight[channel] * sample.pdf.value(), value[channel]);
-            raise(&mut self.asymmetry, value[channel], swapped[channel] * squeeze(sample, walk));
+            raise(&mut self.asymmetry, value[channel], swapped[channel] * squeeze(sample, mode));
         }
     }
 }
 
 /// n_camera² / n_light² of a sample.
-fn squeeze(sample: &BsdfSample, walk: Walk) -> f64 {
+fn squeeze(sample: &BsdfSample, mode: TransportMode) -> f64 {
     let squared = sample.relative_ior * sample.relative_ior;
-    match walk {
-        Walk::Camera => 1.0 / squared,
-        Walk::Light => squared,
+    match mode {
+        TransportMode::Radiance => 1.0 / squared,
+        TransportMode::Importance => squared,
     }
 }
 
@@ -319,10 +325,16 @@ fn cell(direction: DVec3) -> usize {
 }
 
 /// Density per dθ dφ: `p⊥ |cos θ| sin θ`.
-fn density<B: Bsdf + ?Sized>(bsdf: &B, fixed: DVec3, walk: Walk, theta: f64, phi: f64) -> f64 {
+fn density<B: Bsdf + ?Sized>(
+    bsdf: &B,
+    fixed: DVec3,
+    mode: TransportMode,
+    theta: f64,
+    phi: f64,
+) -> f64 {
     let (sin, cos) = theta.sin_cos();
     let next = DVec3::new(sin * phi.cos(), sin * phi.sin(), cos);
-    bsdf.pdf(fixed, next, walk).per_solid_angle(cos).value() * sin
+    bsdf.pdf(fixed, next, mode).per_solid_angle(cos).value() * sin
 }
 
 /// Adaptive integral over a rectangle: a 3 × 3-point Gauss rule, compared with its sum over the

@@ -2,7 +2,7 @@
 
 use super::fresnel::Reflectance;
 use super::mirror::mirror_image;
-use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk};
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, TransportMode};
 use crate::math::Rgb;
 use glam::DVec3;
 
@@ -29,7 +29,7 @@ impl Bsdf for Conductor {
     }
 
     #[inline]
-    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    fn dirac_images(&self, fixed: DVec3, _walk: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         mirror_image(self.reflectance, fixed).into_iter().for_each(image);
     }
 }

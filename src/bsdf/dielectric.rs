@@ -3,7 +3,7 @@
 
 use super::fresnel::{self, checked_relative_ior};
 use super::mirror::mirrored;
-use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk, opposite_sides, same_side, sine};
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, TransportMode, opposite_sides, same_side, sine};
 use crate::math::{PerProjected, Rgb};
 use glam::DVec3;
 
@@ -43,7 +43,7 @@ impl Bsdf for Dielectric {
     }
 
     #[inline]
-    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    fn dirac_images(&self, fixed: DVec3, mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         if !same_side(fixed, fixed) {
             return;
         }
@@ -62,13 +62,13 @@ impl Bsdf for Dielectric {
         }
         let probability = PerProjected(interface.transmittance);
         // n_camera² / n_light² of this pair of directions
-        let squeeze = match walk {
-            Walk::Camera => 1.0 / (eta * eta),
-            Walk::Light => eta * eta,
+        let squeeze = match mode {
+            TransportMode::Radiance => 1.0 / (eta * eta),
+            TransportMode::Importance => eta * eta,
         };
-        let (weight, pdf, pdf_reverse) = match walk {
-            Walk::Camera => (Rgb::splat(squeeze), probability, probability * squeeze),
-            Walk::Light => (Rgb::WHITE, probability * squeeze, probability),
+        let (weight, pdf, pdf_reverse) = match mode {
+            TransportMode::Radiance => (Rgb::splat(squeeze), probability, probability * squeeze),
+            TransportMode::Importance => (Rgb::WHITE, probability * squeeze, probability),
         };
         image(BsdfSample { next, weight, pdf, pdf_reverse, dirac: true, relative_ior: eta });
     }

@@ -1,7 +1,7 @@
 //! The ideally diffuse reflector (Lambert 1760): `f = albedo / π`.
 
 use super::error::checked_reflectance;
-use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk, same_side};
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, TransportMode, same_side};
 use crate::math::warp::square_to_cosine_hemisphere;
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -41,12 +41,18 @@ impl Bsdf for Lambert {
     }
 
     #[inline]
-    fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
+    fn pdf(&self, fixed: DVec3, next: DVec3, _walk: TransportMode) -> PerProjected {
         if same_side(fixed, next) { PerProjected(FRAC_1_PI) } else { PerProjected::ZERO }
     }
 
     #[inline]
-    fn sample(&self, fixed: DVec3, _walk: Walk, _u1: f64, u2: DVec2) -> Option<BsdfSample> {
+    fn sample(
+        &self,
+        fixed: DVec3,
+        _walk: TransportMode,
+        _u1: f64,
+        u2: DVec2,
+    ) -> Option<BsdfSample> {
         let mut next = square_to_cosine_hemisphere(u2);
         next.z = next.z.copysign(fixed.z);
         same_side(fixed, next).then_some(BsdfSample {

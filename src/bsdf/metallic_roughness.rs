@@ -23,7 +23,7 @@ use super::error::checked_reflectance;
 use super::fresnel::checked_relative_ior;
 use super::mirror::mirrored;
 use super::rough_conductor::{Pair, sample_reflection};
-use super::{Bsdf, BsdfError, BsdfSample, Ggx, Lobes, Microfacets, Walk, same_side};
+use super::{Bsdf, BsdfError, BsdfSample, Ggx, Lobes, Microfacets, TransportMode, same_side};
 use crate::math::warp::square_to_cosine_hemisphere;
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -146,7 +146,7 @@ impl Bsdf for MetallicRoughness {
         glossy + self.diffuse(to_light, to_camera)
     }
 
-    fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
+    fn pdf(&self, fixed: DVec3, next: DVec3, _mode: TransportMode) -> PerProjected {
         if !same_side(fixed, next) {
             return PerProjected::ZERO;
         }
@@ -156,7 +156,7 @@ impl Bsdf for MetallicRoughness {
         PerProjected(coat * glossy + (1.0 - coat) * FRAC_1_PI)
     }
 
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         if !same_side(fixed, fixed) {
             return None;
         }
@@ -170,19 +170,19 @@ impl Bsdf for MetallicRoughness {
             let next = square_to_cosine_hemisphere(u2);
             DVec3::new(next.x, next.y, next.z.copysign(fixed.z))
         };
-        let (to_light, to_camera) = walk.label(fixed, next);
-        let pdf = self.pdf(fixed, next, walk);
+        let (to_light, to_camera) = mode.label(fixed, next);
+        let pdf = self.pdf(fixed, next, mode);
         (pdf.value() > 0.0).then(|| BsdfSample {
             next,
             weight: self.eval(to_light, to_camera) / pdf.value(),
             pdf,
-            pdf_reverse: self.pdf(next, fixed, walk.reversed()),
+            pdf_reverse: self.pdf(next, fixed, mode.reversed()),
             dirac: false,
             relative_ior: 1.0,
         })
     }
 
-    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    fn dirac_images(&self, fixed: DVec3, _mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         if self.distribution.is_smooth() && same_side(fixed, fixed) {
             let coat = self.coat_probability(fixed);
             if coat > 0.0 {

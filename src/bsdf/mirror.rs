@@ -1,7 +1,7 @@
 //! The perfect mirror: `f = reflectance · δ⊥(to_light - mirrored(to_camera))`.
 
 use super::fresnel::Reflectance;
-use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk, same_side, sine};
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, TransportMode, same_side, sine};
 use crate::math::Rgb;
 use glam::DVec3;
 
@@ -28,7 +28,7 @@ impl Bsdf for Mirror {
     }
 
     #[inline]
-    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    fn dirac_images(&self, fixed: DVec3, _walk: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         mirror_image(self.reflectance, fixed).into_iter().for_each(image);
     }
 }

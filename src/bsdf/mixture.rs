@@ -1,7 +1,7 @@
 //! A weighted sum of models: `f = Σ w_k f_k`, sampled by choosing one of them with its probability.
 //! Weights may be coloured.
 
-use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk};
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, TransportMode};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -119,13 +119,13 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
         k: usize,
         sample: BsdfSample,
         fixed: DVec3,
-        walk: Walk,
+        mode: TransportMode,
     ) -> Option<BsdfSample> {
         if self.probabilities[k] == 1.0 {
             return Some(BsdfSample { weight: sample.weight * self.weights[k], ..sample });
         }
         let next = sample.next;
-        let (to_light, to_camera) = walk.label(fixed, next);
+        let (to_light, to_camera) = mode.label(fixed, next);
         let of_sample = |own: BsdfSample| (own.weight * own.pdf.value(), own.pdf, own.pdf_reverse);
         // Value and both densities of each component.
         let terms: [_; N] = std::array::from_fn(|j| {
@@ -133,10 +133,10 @@ impl<B: Bsdf, const N: usize> Mixture<B, N> {
             if j == k {
                 of_sample(sample)
             } else if sample.dirac {
-                image_at(component, fixed, next, walk).map_or_else(Default::default, of_sample)
+                image_at(component, fixed, next, mode).map_or_else(Default::default, of_sample)
             } else {
-                let pdf = component.pdf(fixed, next, walk);
-                let pdf_reverse = component.pdf(next, fixed, walk.reversed());
+                let pdf = component.pdf(fixed, next, mode);
+                let pdf_reverse = component.pdf(next, fixed, mode.reversed());
                 (component.eval(to_light, to_camera), pdf, pdf_reverse)
             }
         });
@@ -173,25 +173,25 @@ impl<B: Bsdf, const N: usize> Bsdf for Mixture<B, N> {
     }
 
     #[inline]
-    fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
-        self.mean(|k| self.components[k].pdf(fixed, next, walk))
+    fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
+        self.mean(|k| self.components[k].pdf(fixed, next, mode))
     }
 
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         let (k, u1) = self.choose(u1)?;
-        let sample = self.components[k].sample(fixed, walk, u1, u2)?;
-        self.with_others(k, sample, fixed, walk)
+        let sample = self.components[k].sample(fixed, mode, u1, u2)?;
+        self.with_others(k, sample, fixed, mode)
     }
 
-    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    fn dirac_images(&self, fixed: DVec3, mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         for k in (0..N).filter(|&k| self.probabilities[k] > 0.0) {
-            self.components[k].dirac_images(fixed, walk, &mut |own| {
+            self.components[k].dirac_images(fixed, mode, &mut |own| {
                 let is_listed = (0..k).any(|j| {
                     self.probabilities[j] > 0.0
-                        && image_at(&self.components[j], fixed, own.next, walk).is_some()
+                        && image_at(&self.components[j], fixed, own.next, mode).is_some()
                 });
                 if !is_listed {
-                    self.with_others(k, own, fixed, walk).into_iter().for_each(&mut *image);
+                    self.with_others(k, own, fixed, mode).into_iter().for_each(&mut *image);
                 }
             });
         }
@@ -199,9 +199,14 @@ impl<B: Bsdf, const N: usize> Bsdf for Mixture<B, N> {
 }
 
 /// The image of a direction that is exactly `next`.
-fn image_at<B: Bsdf>(bsdf: &B, fixed: DVec3, next: DVec3, walk: Walk) -> Option<BsdfSample> {
+fn image_at<B: Bsdf>(
+    bsdf: &B,
+    fixed: DVec3,
+    next: DVec3,
+    mode: TransportMode,
+) -> Option<BsdfSample> {
     let mut found = None;
-    bsdf.dirac_images(fixed, walk, &mut |image| {
+    bsdf.dirac_images(fixed, mode, &mut |image| {
         if image.next == next {
             found = Some(image);
         }

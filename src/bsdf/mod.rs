@@ -56,25 +56,25 @@ pub(crate) use rough_dielectric::INDEX_MATCHED;
 pub use rough_dielectric::RoughDielectric;
 pub use thin_dielectric::ThinDielectric;
 
-/// The direction of a walk, named by its start.
+/// The quantity that a walk estimates, and so the end that it starts at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Walk {
-    /// From the camera towards the lights: samples `to_light` with `to_camera` fixed, transports
-    /// importance.
-    Camera,
-    /// From a light towards the camera: samples `to_camera` with `to_light` fixed, transports
-    /// radiance.
-    Light,
+pub enum TransportMode {
+    /// Radiance that arrives at the camera: a walk from the camera towards the lights, which samples
+    /// `to_light` with `to_camera` fixed.
+    Radiance,
+    /// Importance of what a light sends out: a walk from a light towards the camera, which samples
+    /// `to_camera` with `to_light` fixed.
+    Importance,
 }
 
-impl Walk {
+impl TransportMode {
     /// The walk in the opposite direction.
     #[inline]
     #[must_use]
     pub const fn reversed(self) -> Self {
         match self {
-            Self::Camera => Self::Light,
-            Self::Light => Self::Camera,
+            Self::Radiance => Self::Importance,
+            Self::Importance => Self::Radiance,
         }
     }
 
@@ -84,8 +84,8 @@ impl Walk {
     #[must_use]
     pub fn label(self, fixed: DVec3, next: DVec3) -> (DVec3, DVec3) {
         match self {
-            Self::Camera => (next, fixed),
-            Self::Light => (fixed, next),
+            Self::Radiance => (next, fixed),
+            Self::Importance => (fixed, next),
         }
     }
 }
@@ -175,20 +175,20 @@ impl BsdfSample {
     /// refraction's n².
     #[inline]
     #[must_use]
-    pub fn dirac_probability(&self, walk: Walk) -> f64 {
-        match walk {
-            Walk::Camera => self.pdf.value(),
-            Walk::Light => self.pdf.value() / (self.relative_ior * self.relative_ior),
+    pub fn dirac_probability(&self, mode: TransportMode) -> f64 {
+        match mode {
+            TransportMode::Radiance => self.pdf.value(),
+            TransportMode::Importance => self.pdf.value() / (self.relative_ior * self.relative_ior),
         }
     }
 
     /// The coefficients of the Dirac lobe that was sampled.
     #[inline]
     #[must_use]
-    pub fn dirac_value(&self, walk: Walk) -> DiracValue {
-        let (pdf_to_light, pdf_to_camera) = match walk {
-            Walk::Camera => (self.pdf, self.pdf_reverse),
-            Walk::Light => (self.pdf_reverse, self.pdf),
+    pub fn dirac_value(&self, mode: TransportMode) -> DiracValue {
+        let (pdf_to_light, pdf_to_camera) = match mode {
+            TransportMode::Radiance => (self.pdf, self.pdf_reverse),
+            TransportMode::Importance => (self.pdf_reverse, self.pdf),
         };
         DiracValue { value: self.weight * self.pdf.value(), pdf_to_light, pdf_to_camera }
     }
@@ -231,43 +231,53 @@ pub trait Bsdf: Send + Sync {
 
     /// Density with which `sample` chooses `next`, per projected solid angle (local cosine),
     /// without Dirac lobes but with the probability of not choosing one.
-    fn pdf(&self, _fixed: DVec3, _next: DVec3, _walk: Walk) -> PerProjected {
+    fn pdf(&self, _fixed: DVec3, _next: DVec3, _mode: TransportMode) -> PerProjected {
         PerProjected::ZERO
     }
 
     /// A sampled direction given the one back to the walk's previous vertex; `None` if the light is
     /// absorbed. Provided for models without finite lobes: one of the Dirac images, whose
     /// probabilities then sum to 1 up to rounding; what is absorbed is in their weights.
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, _u2: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, _u2: DVec2) -> Option<BsdfSample> {
         let (mut chosen, mut below) = (None, 0.0);
-        self.dirac_images(fixed, walk, &mut |image| {
+        self.dirac_images(fixed, mode, &mut |image| {
             if u1 >= below {
                 chosen = Some(image);
             }
-            below += image.dirac_probability(walk);
+            below += image.dirac_probability(mode);
         });
         chosen
     }
 
     /// The images of a direction under the Dirac lobes, two or three at most: what `sample` may
     /// return with `dirac` set, each once and with a probability above 0.
-    fn dirac_images(&self, _fixed: DVec3, _walk: Walk, _image: &mut dyn FnMut(BsdfSample)) {}
+    fn dirac_images(
+        &self,
+        _fixed: DVec3,
+        _mode: TransportMode,
+        _image: &mut dyn FnMut(BsdfSample),
+    ) {
+    }
 
     /// The Dirac lobe of a pair of directions that is known to be one of a Dirac lobe up to
     /// rounding, as in a recorded path: that of the nearest image on the same side of the surface;
     /// all zero if there is none.
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         // From the more grazing end the other one follows without loss of digits.
-        let walk = if to_camera.z.abs() <= to_light.z.abs() { Walk::Camera } else { Walk::Light };
-        let (fixed, next) = match walk {
-            Walk::Camera => (to_camera, to_light),
-            Walk::Light => (to_light, to_camera),
+        let mode = if to_camera.z.abs() <= to_light.z.abs() {
+            TransportMode::Radiance
+        } else {
+            TransportMode::Importance
+        };
+        let (fixed, next) = match mode {
+            TransportMode::Radiance => (to_camera, to_light),
+            TransportMode::Importance => (to_light, to_camera),
         };
         let (mut value, mut least) = (DiracValue::default(), f64::INFINITY);
-        self.dirac_images(fixed, walk, &mut |image| {
+        self.dirac_images(fixed, mode, &mut |image| {
             let distance = image.next.distance_squared(next);
             if same_side(image.next, next) && distance < least {
-                (value, least) = (image.dirac_value(walk), distance);
+                (value, least) = (image.dirac_value(mode), distance);
             }
         });
         value
@@ -287,14 +297,14 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
         (**self).eval(to_light, to_camera)
     }
-    fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
-        (**self).pdf(fixed, next, walk)
+    fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
+        (**self).pdf(fixed, next, mode)
     }
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
-        (**self).sample(fixed, walk, u1, u2)
+    fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+        (**self).sample(fixed, mode, u1, u2)
     }
-    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
-        (**self).dirac_images(fixed, walk, image);
+    fn dirac_images(&self, fixed: DVec3, mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
+        (**self).dirac_images(fixed, mode, image);
     }
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         (**self).eval_dirac(to_light, to_camera)

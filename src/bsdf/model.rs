@@ -2,7 +2,7 @@
 
 use super::{
     Bsdf, BsdfSample, Conductor, Dielectric, Lambert, Lobes, MetallicRoughness, Mirror, Null,
-    Plastic, RoughConductor, RoughDielectric, ThinDielectric, Walk,
+    Plastic, RoughConductor, RoughDielectric, ThinDielectric, TransportMode,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -66,18 +66,18 @@ impl Bsdf for Model {
     }
 
     #[inline]
-    fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
-        dispatch!(self, bsdf => bsdf.pdf(fixed, next, walk), black => PerProjected::ZERO)
+    fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
+        dispatch!(self, bsdf => bsdf.pdf(fixed, next, mode), black => PerProjected::ZERO)
     }
 
     #[inline]
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
-        dispatch!(self, bsdf => bsdf.sample(fixed, walk, u1, u2), black => None)
+    fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+        dispatch!(self, bsdf => bsdf.sample(fixed, mode, u1, u2), black => None)
     }
 
     #[inline]
-    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
-        dispatch!(self, bsdf => bsdf.dirac_images(fixed, walk, image), black => {});
+    fn dirac_images(&self, fixed: DVec3, mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
+        dispatch!(self, bsdf => bsdf.dirac_images(fixed, mode, image), black => {});
     }
 }
 

@@ -1,6 +1,6 @@
 //! The surface that is not there: `f = δ⊥(to_light + to_camera)`.
 
-use super::{Bsdf, BsdfSample, Lobes, Walk, same_side};
+use super::{Bsdf, BsdfSample, Lobes, TransportMode, same_side};
 use crate::math::Rgb;
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ impl Bsdf for Null {
     }
 
     #[inline]
-    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    fn dirac_images(&self, fixed: DVec3, _walk: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         if same_side(fixed, fixed) {
             image(BsdfSample::of_dirac(-fixed, Rgb::WHITE, 1.0));
         }

@@ -15,7 +15,7 @@
 use super::error::checked_reflectance;
 use super::fresnel::{self, checked_relative_ior};
 use super::mirror::mirrored;
-use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk, same_side, sine};
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, TransportMode, same_side, sine};
 use crate::math::warp::square_to_cosine_hemisphere;
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -125,7 +125,7 @@ impl Bsdf for Plastic {
                 * self.interface(to_camera).transmittance)
     }
 
-    fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
+    fn pdf(&self, fixed: DVec3, next: DVec3, _walk: TransportMode) -> PerProjected {
         if same_side(fixed, next) {
             self.body_pdf(&self.interface(fixed))
         } else {
@@ -133,7 +133,7 @@ impl Bsdf for Plastic {
         }
     }
 
-    fn sample(&self, fixed: DVec3, _walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, fixed: DVec3, _walk: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         if !same_side(fixed, fixed) {
             return None;
         }
@@ -155,7 +155,7 @@ impl Bsdf for Plastic {
         })
     }
 
-    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    fn dirac_images(&self, fixed: DVec3, _walk: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         if same_side(fixed, fixed) {
             self.coat_image(fixed, &self.interface(fixed)).into_iter().for_each(image);
         }

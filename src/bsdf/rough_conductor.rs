@@ -4,7 +4,7 @@
 use super::fresnel::Reflectance;
 use super::ggx::LEAST_COSINE;
 use super::mirror::mirror_image;
-use super::{Bsdf, BsdfSample, Lobes, Microfacets, Walk};
+use super::{Bsdf, BsdfSample, Lobes, Microfacets, TransportMode};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -54,11 +54,17 @@ impl Bsdf for RoughConductor {
     }
 
     #[inline]
-    fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
+    fn pdf(&self, fixed: DVec3, next: DVec3, _walk: TransportMode) -> PerProjected {
         self.pair(fixed, next).map_or(PerProjected::ZERO, |pair| pair.pdf(&self.distribution))
     }
 
-    fn sample(&self, fixed: DVec3, _walk: Walk, _u1: f64, u2: DVec2) -> Option<BsdfSample> {
+    fn sample(
+        &self,
+        fixed: DVec3,
+        _walk: TransportMode,
+        _u1: f64,
+        u2: DVec2,
+    ) -> Option<BsdfSample> {
         if self.distribution.is_smooth() {
             return mirror_image(self.reflectance, fixed);
         }
@@ -74,7 +80,7 @@ impl Bsdf for RoughConductor {
         })
     }
 
-    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    fn dirac_images(&self, fixed: DVec3, _walk: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         if self.distribution.is_smooth() {
             mirror_image(self.reflectance, fixed).into_iter().for_each(image);
         }

@@ -12,7 +12,7 @@
 //! / |m|²` of the refracted direction.
 
 use super::rough_conductor::{Pair, is_above, reflect, upwards};
-use super::{Bsdf, BsdfError, BsdfSample, Dielectric, Lobes, Microfacets, Walk, fresnel};
+use super::{Bsdf, BsdfError, BsdfSample, Dielectric, Lobes, Microfacets, TransportMode, fresnel};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -73,14 +73,14 @@ impl Bsdf for RoughDielectric {
     }
 
     #[inline]
-    fn pdf(&self, fixed: DVec3, next: DVec3, _walk: Walk) -> PerProjected {
+    fn pdf(&self, fixed: DVec3, next: DVec3, _mode: TransportMode) -> PerProjected {
         self.pair(fixed, next)
             .map_or(PerProjected::ZERO, |scattering| scattering.pdf(&self.distribution))
     }
 
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         if self.dirac {
-            return self.interface.sample(fixed, walk, u1, u2);
+            return self.interface.sample(fixed, mode, u1, u2);
         }
         let o = upwards(fixed, fixed);
         if !is_above(o) {
@@ -95,7 +95,8 @@ impl Bsdf for RoughDielectric {
         let next = upwards(i, fixed);
         let scattering = self.pair(fixed, next)?;
         let pdf = scattering.pdf(&self.distribution);
-        let squeeze = if reflects || walk == Walk::Light { 1.0 } else { 1.0 / (eta * eta) };
+        let squeeze =
+            if reflects || mode == TransportMode::Importance { 1.0 } else { 1.0 / (eta * eta) };
         // R or T is in the value and in the density alike, and a T of 0 only occurs where rounding
         // met total reflection
         (pdf.value() > 0.0).then(|| BsdfSample {
@@ -110,9 +111,9 @@ impl Bsdf for RoughDielectric {
         })
     }
 
-    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    fn dirac_images(&self, fixed: DVec3, mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         if self.dirac {
-            self.interface.dirac_images(fixed, walk, image);
+            self.interface.dirac_images(fixed, mode, image);
         }
     }
 }

@@ -17,7 +17,7 @@
 //! A direction that is on different sides of the two normals is in neither hemisphere: f' and the
 //! densities are 0 there.
 
-use super::{Bsdf, BsdfSample, DiracValue, Lobes, Walk};
+use super::{Bsdf, BsdfSample, DiracValue, Lobes, TransportMode};
 use crate::geometry::{Frame, SurfacePoint};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -72,10 +72,10 @@ impl<B: Bsdf> ShadedBsdf<B> {
     /// without Dirac lobes.
     #[inline]
     #[must_use]
-    pub fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
+    pub fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
         let (local_fixed, local_next) = (self.frame.to_local(fixed), self.frame.to_local(next));
         match (self.ratio(fixed, local_fixed), self.ratio(next, local_next)) {
-            (Some(_), Some(ratio)) => self.bsdf.pdf(local_fixed, local_next, walk) * ratio,
+            (Some(_), Some(ratio)) => self.bsdf.pdf(local_fixed, local_next, mode) * ratio,
             _ => PerProjected::ZERO,
         }
     }
@@ -83,19 +83,30 @@ impl<B: Bsdf> ShadedBsdf<B> {
     /// Samples the next direction of a walk; `None` if the walk ends here.
     #[inline(always)]
     #[must_use]
-    pub fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+    pub fn sample(
+        &self,
+        fixed: DVec3,
+        mode: TransportMode,
+        u1: f64,
+        u2: DVec2,
+    ) -> Option<BsdfSample> {
         let local_fixed = self.frame.to_local(fixed);
         let ratio_fixed = self.ratio(fixed, local_fixed)?;
-        let sample = self.bsdf.sample(local_fixed, walk, u1, u2)?;
-        self.placed(sample, fixed, local_fixed, ratio_fixed, walk)
+        let sample = self.bsdf.sample(local_fixed, mode, u1, u2)?;
+        self.placed(sample, fixed, local_fixed, ratio_fixed, mode)
     }
 
     /// The images of a direction under the Dirac lobes: what `sample` may return with `dirac` set.
-    pub fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    pub fn dirac_images(
+        &self,
+        fixed: DVec3,
+        mode: TransportMode,
+        image: &mut dyn FnMut(BsdfSample),
+    ) {
         let local_fixed = self.frame.to_local(fixed);
         if let Some(ratio) = self.ratio(fixed, local_fixed) {
-            self.bsdf.dirac_images(local_fixed, walk, &mut |local| {
-                self.placed(local, fixed, local_fixed, ratio, walk)
+            self.bsdf.dirac_images(local_fixed, mode, &mut |local| {
+                self.placed(local, fixed, local_fixed, ratio, mode)
                     .into_iter()
                     .for_each(&mut *image);
             });
@@ -110,7 +121,7 @@ impl<B: Bsdf> ShadedBsdf<B> {
         fixed: DVec3,
         local_fixed: DVec3,
         ratio_fixed: f64,
-        walk: Walk,
+        mode: TransportMode,
     ) -> Option<BsdfSample> {
         let local_next = sample.next;
         // Through a null interface the direction must stay the same to the last bit, so that it
@@ -122,22 +133,22 @@ impl<B: Bsdf> ShadedBsdf<B> {
         };
         if self.geometric_normal.is_some() {
             let ratio_next = self.ratio(sample.next, local_next)?;
-            let (ratio_light, ratio_camera) = match walk {
-                Walk::Camera => (ratio_next, ratio_fixed),
-                Walk::Light => (ratio_fixed, ratio_next),
+            let (ratio_light, ratio_camera) = match mode {
+                TransportMode::Radiance => (ratio_next, ratio_fixed),
+                TransportMode::Importance => (ratio_fixed, ratio_next),
             };
             let (scale_to_light, scale_to_camera) = if sample.dirac {
                 (1.0, ratio_camera / ratio_light)
             } else {
                 (ratio_light, ratio_camera)
             };
-            let (scale, scale_reverse) = match walk {
-                Walk::Camera => (scale_to_light, scale_to_camera),
-                Walk::Light => (scale_to_camera, scale_to_light),
+            let (scale, scale_reverse) = match mode {
+                TransportMode::Radiance => (scale_to_light, scale_to_camera),
+                TransportMode::Importance => (scale_to_camera, scale_to_light),
             };
             sample.pdf = sample.pdf * scale;
             sample.pdf_reverse = sample.pdf_reverse * scale_reverse;
-            if walk == Walk::Light {
+            if mode == TransportMode::Importance {
                 sample.weight *= ratio_light / ratio_camera;
             }
         }

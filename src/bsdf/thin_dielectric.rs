@@ -7,7 +7,7 @@
 
 use super::fresnel::{self, checked_relative_ior};
 use super::mirror::mirrored;
-use super::{Bsdf, BsdfError, BsdfSample, Lobes, Walk, same_side, sine};
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, TransportMode, same_side, sine};
 use crate::math::Rgb;
 use glam::DVec3;
 
@@ -43,7 +43,7 @@ impl Bsdf for ThinDielectric {
     }
 
     #[inline]
-    fn dirac_images(&self, fixed: DVec3, _walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    fn dirac_images(&self, fixed: DVec3, _walk: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         if !same_side(fixed, fixed) {
             return;
         }

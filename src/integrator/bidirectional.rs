@@ -103,7 +103,7 @@ pub struct Pairs<'a, S: Scene + ?Sized> {
 struct CameraWalks<'r, 'a, S: Scene + ?Sized>(&'r Pairs<'a, S>);
 
 /// Walks from the light of the samples that have more than this number.
-struct LightWalks<'r, 'a, S: Scene + ?Sized>(&'r Pairs<'a, S>, u32);
+struct LightSubpaths<'r, 'a, S: Scene + ?Sized>(&'r Pairs<'a, S>, u32);
 
 impl<'a, S: Scene + ?Sized> Run<'a, S> for Pairs<'a, S> {
     type Chunk = ();
@@ -140,24 +140,24 @@ impl<'a, S: Scene + ?Sized> Steps<'a, S> for CameraWalks<'_, 'a, S> {
     #[inline]
     fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
         site.subpaths.camera.clear();
-        if !self.0.set.has_camera_walk() {
+        if !self.0.set.has_camera_subpath() {
             return None;
         }
         let (walk, lens) = self.0.stage.camera_walk(site.sample)?;
         site.subpaths.camera.push(lens);
-        (self.0.set.emitter_hits || self.0.depth.limit() > 0).then_some(walk)
+        (self.0.set.bsdf_sampling || self.0.depth.limit() > 0).then_some(walk)
     }
 
     #[inline]
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         // The last vertex can only be hit: a connection needs one scattering event more.
-        let connected = u32::from(!self.0.set.emitter_hits);
+        let connected = u32::from(!self.0.set.bsdf_sampling);
         visit.limit(self.0.depth.limit().saturating_sub(connected))?;
         visit.scatter(&self.0.roulette).flow()
     }
 }
 
-impl<'a, S: Scene + ?Sized> Steps<'a, S> for LightWalks<'_, 'a, S> {
+impl<'a, S: Scene + ?Sized> Steps<'a, S> for LightSubpaths<'_, 'a, S> {
     const KEEPS: bool = true;
 
     #[inline]
@@ -165,7 +165,7 @@ impl<'a, S: Scene + ?Sized> Steps<'a, S> for LightWalks<'_, 'a, S> {
         let Self(Pairs { stage, depth, .. }, number) = self;
         let Site { sample, subpaths, counters, .. } = site;
         subpaths.light.clear();
-        if *number >= subpaths.light_walks {
+        if *number >= subpaths.light_subpaths {
             return None;
         }
         let (walk, start) = RandomWalk::from_light(stage.scene, &mut sample.sampler, counters)?;
@@ -182,7 +182,7 @@ impl<'a, S: Scene + ?Sized> Steps<'a, S> for LightWalks<'_, 'a, S> {
     }
 }
 
-impl<S: Scene + ?Sized> LightWalks<'_, '_, S> {
+impl<S: Scene + ?Sized> LightSubpaths<'_, '_, S> {
     /// Number of scattering events of the shortest connection: one to the lens, two to a camera
     /// subpath.
     fn connection(&self) -> u32 {
@@ -210,11 +210,11 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
             for t in 2..=site.subpaths.camera.len() {
                 (0..2).for_each(|s| self.draw_technique((s, t), site, offer));
             }
-            site.subpaths.light_walks = self.draw_light_walks(&mut site.sample.sampler);
-            rounds = rounds.max(site.subpaths.light_walks);
+            site.subpaths.light_subpaths = self.draw_light_walks(&mut site.sample.sampler);
+            rounds = rounds.max(site.subpaths.light_subpaths);
         });
         for number in 0..rounds {
-            advance(scene, &LightWalks(self, number), samples, sink, scratch);
+            advance(scene, &LightSubpaths(self, number), samples, sink, scratch);
             join(scene, samples, sink, scratch, |site| {
                 self.finish_light_subpath(site.subpaths);
                 for t in 1..=site.subpaths.camera.len().max(1) {
@@ -227,10 +227,10 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
     }
 
     fn draw_light_walks<P: Sampler>(&self, sampler: &mut P) -> u32 {
-        if !self.set.has_light_walk() {
+        if !self.set.has_light_subpath() {
             return 0;
         }
-        self.set.light_walks.draw(|| {
+        self.set.light_subpaths.draw(|| {
             sampler.stream(Stream::Emission);
             sampler.next_1d()
         })
@@ -265,7 +265,7 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
                 (&sampled, &from_light[..s])
             }
             (1, _) => {
-                sampler.stream(Stream::EmitterSampling(t as u32 - 1));
+                sampler.stream(Stream::NextEvent(t as u32 - 1));
                 let emitter = sample_emitter(scene, &from_camera[t - 1].point, sampler);
                 let Some(emitter) = emitter else { return };
                 sampled = [emitter.vertex(scene, camera)];
@@ -290,7 +290,7 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
         if let [lens, first, ..] = &mut camera[..] {
             lens.start.connection = self.stage.camera.pdf_from(&first.point, &lens.point);
         }
-        self.weighting.complete_camera_walk(camera);
+        self.weighting.complete_camera_subpath(camera);
     }
 
     /// Completes a light subpath with what is known only now.
@@ -301,7 +301,7 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
         {
             let connection = scene.light(id).pdf_from(&first.point, &start.point);
             start.start.connection = connection * scene.pick_pmf_for(&first.point, id);
-            self.weighting.complete_light_walk(light, scene.light(id));
+            self.weighting.complete_light_subpath(light, scene.light(id));
         }
     }
 }

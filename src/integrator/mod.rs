@@ -3,7 +3,7 @@
 //! | integrator | techniques |
 //! |---|---|
 //! | [`UniformArea`] | every vertex behind the first surface uniform on the scene's area |
-//! | [`PathTracer`] | s = 0 (hit a light) and s = 1 (emitter sampling), or either alone |
+//! | [`PathTracer`] | s = 0 (BSDF sampling) and s = 1 (next event estimation), or either alone |
 //! | [`LightTracer`] | t = 1 (connect to the lens) |
 //! | [`Bidirectional`] | all (s, t), or any set of them |
 //! | [`Adaptive`] | the most efficient set, from path tracing to all (s, t), as a pilot finds it |

@@ -9,7 +9,7 @@
 //! with the walk's throughput T = Π f/p⊥ (Kajiya 1986; Veach 1997, section 10.2 for the weights).
 
 use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
-use crate::bsdf::Walk;
+use crate::bsdf::TransportMode;
 use crate::endpoint::{Endpoint, Light};
 use crate::path::{
     Heuristic, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit, sample_next_event,
@@ -51,9 +51,9 @@ impl PathTracer {
     }
 
     pub(super) fn run<S: Scene + ?Sized>(self, stage: Stage<'_, S>) -> SingleWalk<'_, S, Self> {
-        let emitter_hits = self.mode != PathTracing::NextEventOnly;
-        let emitter_sampling = self.mode != PathTracing::EmissionOnly;
-        let techniques = TechniqueSet { emitter_hits, emitter_sampling, ..TechniqueSet::NONE };
+        let bsdf_sampling = self.mode != PathTracing::NextEventOnly;
+        let next_event = self.mode != PathTracing::EmissionOnly;
+        let techniques = TechniqueSet { bsdf_sampling, next_event, ..TechniqueSet::NONE };
         SingleWalk::new(stage, self, techniques, self.depth)
     }
 }
@@ -90,7 +90,7 @@ impl<'a, S: Scene + ?Sized> Steps<'a, S> for SingleWalk<'a, S, PathTracer> {
 
     #[inline(always)]
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        if !self.techniques.emitter_hits {
+        if !self.techniques.bsdf_sampling {
             // The last vertex could only count by being hit.
             visit.limit(self.depth.limit().saturating_sub(1))?;
         }
@@ -107,12 +107,12 @@ impl<S: Scene + ?Sized> SingleWalk<'_, S, PathTracer> {
     #[inline(always)]
     fn hit<P>(&self, visit: &mut Visit<'_, '_, S, P>) {
         let (scene, walk, vertex) = (self.stage.scene, &*visit.walk, &*visit.vertex);
-        if !(self.techniques.emitter_hits && self.depth.contains(walk.bounces())) {
+        if !(self.techniques.bsdf_sampling && self.depth.contains(walk.bounces())) {
             return;
         }
         let Some((id, radiance)) = vertex.emission(scene) else { return };
         let light = scene.light(id);
-        let competes = self.techniques.emitter_sampling && walk.is_from_connectible();
+        let competes = self.techniques.next_event && walk.is_from_connectible();
         let mut weight = 1.0;
         if competes && light.can_be_connected() {
             let point = light.pdf_from(walk.from(), &vertex.point);
@@ -129,16 +129,17 @@ impl<S: Scene + ?Sized> SingleWalk<'_, S, PathTracer> {
     fn connect<P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
         let Visit { walk, vertex, sample, counters, .. } = visit;
         let (scene, bounces) = (self.stage.scene, walk.bounces() + 1);
-        if !(self.techniques.emitter_sampling && self.depth.contains(bounces)) {
+        if !(self.techniques.next_event && self.depth.contains(bounces)) {
             return;
         }
         let Some(bsdf) = vertex.bsdf.as_ref().filter(|_| vertex.is_connectible()) else { return };
-        sample.sampler.stream(Stream::EmitterSampling(bounces));
+        sample.sampler.stream(Stream::NextEvent(bounces));
         let next = sample_next_event(scene, vertex, &mut sample.sampler, counters);
         let Some(next) = next else { return };
         let mut weight = 1.0;
-        if self.techniques.emitter_hits && scene.light(next.light).can_be_hit() {
-            let direction = bsdf.pdf(vertex.to_previous, next.edge.direction, Walk::Camera);
+        if self.techniques.bsdf_sampling && scene.light(next.light).can_be_hit() {
+            let direction =
+                bsdf.pdf(vertex.to_previous, next.edge.direction, TransportMode::Radiance);
             let hit = direction.value() * next.edge.geometry;
             weight = self.settings.heuristic.weight([hit / next.emitter.pdf.value()]);
         }

@@ -11,7 +11,7 @@
 //! lights or anything at infinity behind the first vertex.
 
 use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
-use crate::bsdf::Walk;
+use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
 use crate::endpoint::Endpoint;
 use crate::film::{Contribution, Sample, Technique};
@@ -105,7 +105,7 @@ impl<'a, S: SurfaceArea + ?Sized> Steps<'a, S> for SingleWalk<'a, S, UniformArea
             }
             let relative = throughput.max_component() / reference;
             let xi = || sampler.next_1d();
-            let on = roulette.play(Walk::Camera, bounces, relative, &mut throughput, xi);
+            let on = roulette.play(TransportMode::Radiance, bounces, relative, &mut throughput, xi);
             add(bounces + 1, on.constant);
             if !on.goes_on {
                 break;

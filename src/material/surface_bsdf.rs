@@ -2,7 +2,7 @@
 //! that is seen.
 
 use super::finish::{Finish, Layer, mixed};
-use crate::bsdf::{Bsdf, BsdfSample, DiracValue, Lobes, Mixture, Model, Walk};
+use crate::bsdf::{Bsdf, BsdfSample, DiracValue, Lobes, Mixture, Model, TransportMode};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -59,17 +59,17 @@ impl Bsdf for SurfaceBsdf<'_> {
     }
 
     #[inline]
-    fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
-        ask!(self, fixed, bsdf => bsdf.pdf(fixed, next, walk))
+    fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
+        ask!(self, fixed, bsdf => bsdf.pdf(fixed, next, mode))
     }
 
     #[inline]
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
-        ask!(self, fixed, bsdf => bsdf.sample(fixed, walk, u1, u2))
+    fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+        ask!(self, fixed, bsdf => bsdf.sample(fixed, mode, u1, u2))
     }
 
-    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
-        ask!(self, fixed, bsdf => bsdf.dirac_images(fixed, walk, image));
+    fn dirac_images(&self, fixed: DVec3, mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
+        ask!(self, fixed, bsdf => bsdf.dirac_images(fixed, mode, image));
     }
 
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {

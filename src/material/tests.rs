@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::bsdf::check::check;
-use crate::bsdf::{Bsdf, Walk};
+use crate::bsdf::{Bsdf, TransportMode};
 use crate::sampler::{Independent, SampleSource};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -50,8 +50,9 @@ fn textured_and_sided_materials_agree_with_themselves() {
     for (index, material) in materials.iter().enumerate() {
         let finish = material.finish().expect("valid");
         for uv in PLACES {
-            for (fixed, walk) in
-                directions.iter().flat_map(|w| [(*w, Walk::Camera), (*w, Walk::Light)])
+            for (fixed, walk) in directions
+                .iter()
+                .flat_map(|w| [(*w, TransportMode::Radiance), (*w, TransportMode::Importance)])
             {
                 let mut sampler = Independent { seed: index as u64 }.sampler(7, 0);
                 let report =

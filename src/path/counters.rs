@@ -35,7 +35,7 @@ pub struct Counters {
     /// Samples: camera paths, light paths or pairs of them.
     pub samples: u64,
     /// Walks started at a light.
-    pub light_walks: u64,
+    pub light_subpaths: u64,
     /// Rays traced for the nearest hit.
     pub closest_rays: u64,
     /// Segments tested for visibility.
@@ -48,7 +48,7 @@ pub struct Counters {
     /// Contributions that were infinite or not a number; they were not added to the film.
     pub non_finite: u64,
     /// Walks that the limit on bounces cut off.
-    pub truncated_walks: u64,
+    pub truncated_subpaths: u64,
     /// Energy ledger of the light walks.
     pub ledger: Ledger,
 }
@@ -60,7 +60,7 @@ impl Counters {
     #[must_use]
     pub fn cost(&self) -> f64 {
         (self.closest_rays + self.shadow_rays + self.connections + self.scattered) as f64
-            + 1.5 * self.light_walks as f64
+            + 1.5 * self.light_subpaths as f64
     }
 
     /// All rays.
@@ -73,13 +73,13 @@ impl Counters {
 impl AddAssign for Counters {
     fn add_assign(&mut self, other: Self) {
         self.samples += other.samples;
-        self.light_walks += other.light_walks;
+        self.light_subpaths += other.light_subpaths;
         self.closest_rays += other.closest_rays;
         self.shadow_rays += other.shadow_rays;
         self.scattered += other.scattered;
         self.connections += other.connections;
         self.non_finite += other.non_finite;
-        self.truncated_walks += other.truncated_walks;
+        self.truncated_subpaths += other.truncated_subpaths;
         self.ledger += other.ledger;
     }
 }

@@ -16,10 +16,10 @@
 
 mod connect;
 mod counters;
-mod geometry_term;
-mod light_walks;
-mod record;
-mod rivals;
+mod edge;
+mod light_subpaths;
+mod mis;
+mod path_record;
 pub mod roulette;
 mod scratch;
 mod steps;
@@ -27,17 +27,16 @@ mod technique;
 mod vertex;
 mod view;
 mod walk;
-mod weight;
 
 pub use connect::{
     LensConnection, NextEvent, SampledEndpoint, sample_emitter, sample_lens,
     sample_lens_connection, sample_next_event,
 };
 pub use counters::{Counters, Ledger};
-pub use geometry_term::Edge;
-pub use light_walks::LightWalks;
-pub use record::{PathRecord, Verification};
-pub(crate) use rivals::Weighting;
+pub use edge::Edge;
+pub use light_subpaths::LightSubpaths;
+pub use mis::{Ends, Heuristic, PathDensities, Weighting};
+pub use path_record::{PathRecord, Verification};
 pub use roulette::{Roulette, Scattered, Survival, Termination};
 pub use scratch::Scratch;
 pub use steps::{End, Out, Site, Steps, Subpaths, Visit, advance, join};
@@ -45,4 +44,3 @@ pub use technique::{Excluded, Family, LeftOut, Reason, TechniqueSet};
 pub use vertex::{StartDensity, Vertex};
 pub use view::Path;
 pub use walk::{MAX_BOUNCES, RandomWalk};
-pub use weight::{Ends, Heuristic, PathDensities};

@@ -12,7 +12,7 @@
 //! There is no cap on survival below 1: a walk that loses 1 % of its energy per bounce but is
 //! killed with 5 % has infinite variance.
 
-use crate::bsdf::Walk;
+use crate::bsdf::TransportMode;
 use crate::math::Rgb;
 use std::ops::ControlFlow;
 
@@ -115,13 +115,13 @@ impl Roulette {
     #[inline(always)]
     pub fn play(
         &self,
-        walk: Walk,
+        mode: TransportMode,
         bounces: u32,
         relative: f64,
         throughput: &mut Rgb,
         xi: impl FnOnce() -> f64,
     ) -> Scattered {
-        let constant = self.constant(walk) * *throughput;
+        let constant = self.constant(mode) * *throughput;
         match self.decide(bounces, relative, xi) {
             Termination::Continue => Scattered::ON,
             Termination::Survived { q } => {
@@ -136,10 +136,10 @@ impl Roulette {
     /// The constant for a walk.
     #[inline]
     #[must_use]
-    pub fn constant(&self, walk: Walk) -> Rgb {
-        match walk {
-            Walk::Camera => self.constant,
-            Walk::Light => Rgb::BLACK,
+    pub fn constant(&self, mode: TransportMode) -> Rgb {
+        match mode {
+            TransportMode::Radiance => self.constant,
+            TransportMode::Importance => Rgb::BLACK,
         }
     }
 

@@ -7,7 +7,7 @@
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
 use super::{Counters, RandomWalk, Roulette, Scattered, Scratch, Vertex};
-use crate::bsdf::Walk;
+use crate::bsdf::TransportMode;
 use crate::film::{Contribution, Sample, Sink, Technique};
 use crate::geometry::SurfacePoint;
 use crate::math::Rgb;
@@ -22,7 +22,7 @@ pub struct Subpaths<'s, S: Scene + ?Sized + 's> {
     /// Vertices of the light subpath under way, in the order of the walk.
     pub light: Vec<Vertex<S::Bsdf<'s>>>,
     /// Number of light subpaths that the sample draws one after the other, if it draws several.
-    pub light_walks: u32,
+    pub light_subpaths: u32,
 }
 
 /// An end of a shadow ray.
@@ -149,7 +149,7 @@ fn begin<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
     let mut sample = 0;
     join(scene, samples, sink, scratch, |site| {
         if let Some(walk) = steps.begin(site) {
-            let next = site.subpaths.of(walk.kind()).len() as u32;
+            let next = site.subpaths.of(walk.mode()).len() as u32;
             walks.push(Advancing { sample, walk, next, has_ended: false });
         }
         sample += 1;
@@ -165,11 +165,11 @@ fn arrive<'s, S: Scene + ?Sized, P: Sampler>(
     Scratch { counters, subpaths, walks, connections, .. }: &mut Scratch<'s, S>,
 ) {
     for Advancing { sample: number, walk, next, has_ended } in walks {
-        let kind = walk.kind();
-        let vertex = subpaths[*number].of(kind).get_mut(*next as usize);
+        let mode = walk.mode();
+        let vertex = subpaths[*number].of(mode).get_mut(*next as usize);
         walk.count_vertex(vertex.as_deref(), counters);
         *has_ended = vertex.is_none_or(|vertex| {
-            let (sample, end) = (&mut samples[*number], End::of(kind, *next));
+            let (sample, end) = (&mut samples[*number], End::of(mode, *next));
             let out = Out { sample: *number, sink: &mut *sink, connections };
             steps.arrive(&mut Visit { walk, vertex, end, sample, out, counters }).is_break()
         });
@@ -186,11 +186,11 @@ fn scatter<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
 ) {
     for i in (0..walks.len()).rev() {
         let Advancing { sample: number, walk, next, has_ended } = &mut walks[i];
-        let kind = walk.kind();
-        let vertices = subpaths[*number].of(kind);
+        let mode = walk.mode();
+        let vertices = subpaths[*number].of(mode);
         let goes_on = !*has_ended
             && vertices.get_mut(*next as usize).is_some_and(|vertex| {
-                let (sample, end) = (&mut samples[*number], End::of(kind, *next));
+                let (sample, end) = (&mut samples[*number], End::of(mode, *next));
                 let out = Out { sample: *number, sink: &mut *sink, connections };
                 let visit = &mut Visit { walk, vertex, end, sample, out, counters };
                 steps.scatter(visit).is_continue()
@@ -211,17 +211,17 @@ impl<'s, S: Scene + ?Sized + 's> Scratch<'s, S> {
         counters.closest_rays += walks.len() as u64;
         scene.intersect_many(walks.iter().map(|path| path.walk.ray()), |i, point| {
             let Advancing { sample, walk, .. } = &walks[i];
-            subpaths[*sample].of(walk.kind()).extend(walk.vertex_at(point));
+            subpaths[*sample].of(walk.mode()).extend(walk.vertex_at(point));
         });
     }
 }
 
 impl<'s, S: Scene + ?Sized + 's> Subpaths<'s, S> {
     #[inline]
-    fn of(&mut self, kind: Walk) -> &mut Vec<Vertex<S::Bsdf<'s>>> {
-        match kind {
-            Walk::Camera => &mut self.camera,
-            Walk::Light => &mut self.light,
+    fn of(&mut self, mode: TransportMode) -> &mut Vec<Vertex<S::Bsdf<'s>>> {
+        match mode {
+            TransportMode::Radiance => &mut self.camera,
+            TransportMode::Importance => &mut self.light,
         }
     }
 }
@@ -262,10 +262,10 @@ impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
 
 impl End {
     #[inline]
-    fn of(kind: Walk, index: u32) -> Self {
-        match kind {
-            Walk::Camera => Self::Camera(index),
-            Walk::Light => Self::Light(index),
+    fn of(mode: TransportMode, index: u32) -> Self {
+        match mode {
+            TransportMode::Radiance => Self::Camera(index),
+            TransportMode::Importance => Self::Light(index),
         }
     }
 }
@@ -340,6 +340,6 @@ impl Connections {
 // Written by hand: derives would ask for bounds on `S`.
 impl<'s, S: Scene + ?Sized + 's> Default for Subpaths<'s, S> {
     fn default() -> Self {
-        Self { camera: Vec::new(), light: Vec::new(), light_walks: 0 }
+        Self { camera: Vec::new(), light: Vec::new(), light_subpaths: 0 }
     }
 }

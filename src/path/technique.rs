@@ -1,6 +1,6 @@
 //! Which ways of drawing paths an integrator runs, and why not the others.
 
-use super::LightWalks;
+use super::LightSubpaths;
 use crate::film::Technique;
 use crate::geometry::Place;
 use crate::scene::Needs;
@@ -15,10 +15,10 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct TechniqueSet {
     /// s = 0: a camera walk hits a light.
-    pub emitter_hits: bool,
+    pub bsdf_sampling: bool,
     /// s = 1, t ≥ 2: a vertex of a camera walk connects to a point sampled on a light (next event
     /// estimation).
-    pub emitter_sampling: bool,
+    pub next_event: bool,
     /// s ≥ 2, t ≥ 2: a vertex of a camera walk connects to one of a light walk.
     pub connections: bool,
     /// t = 1, s ≥ 1: a vertex of a light walk connects to the lens.
@@ -27,7 +27,7 @@ pub struct TechniqueSet {
     /// estimator, no (s, t) technique.
     pub uniform_area: bool,
     /// How many samples connections and lens sampling have; the others have one.
-    pub light_walks: LightWalks,
+    pub light_subpaths: LightSubpaths,
     /// Single techniques that are left out although their families are in the set.
     pub excluded: Excluded,
 }
@@ -79,9 +79,9 @@ impl Excluded {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Family {
     /// s = 0.
-    EmitterHits,
+    BsdfSampling,
     /// s = 1, t ≥ 2.
-    EmitterSampling,
+    NextEventEstimation,
     /// s ≥ 2, t ≥ 2.
     Connections,
     /// t = 1, s ≥ 1.
@@ -94,8 +94,8 @@ impl Family {
     /// All of them.
     pub const ALL: [Self; 5] = [
         Self::UniformArea,
-        Self::EmitterHits,
-        Self::EmitterSampling,
+        Self::BsdfSampling,
+        Self::NextEventEstimation,
         Self::Connections,
         Self::LensSampling,
     ];
@@ -105,9 +105,9 @@ impl Family {
     #[must_use]
     pub const fn of(technique: Technique) -> Self {
         match (technique.s, technique.t) {
-            (0, _) => Self::EmitterHits,
+            (0, _) => Self::BsdfSampling,
             (_, 1) => Self::LensSampling,
-            (1, _) => Self::EmitterSampling,
+            (1, _) => Self::NextEventEstimation,
             _ => Self::Connections,
         }
     }
@@ -116,8 +116,8 @@ impl Family {
 impl fmt::Display for Family {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::EmitterHits => "s = 0 (hit a light)",
-            Self::EmitterSampling => "s = 1 (emitter sampling)",
+            Self::BsdfSampling => "s = 0 (BSDF sampling)",
+            Self::NextEventEstimation => "s = 1 (next event estimation)",
             Self::Connections => "s ≥ 2, t ≥ 2 (connections)",
             Self::LensSampling => "t = 1 (lens sampling)",
             Self::UniformArea => "vertices uniform by area",
@@ -218,18 +218,18 @@ impl fmt::Display for LeftOut {
 impl TechniqueSet {
     /// No technique.
     pub const NONE: Self = Self {
-        emitter_hits: false,
-        emitter_sampling: false,
+        bsdf_sampling: false,
+        next_event: false,
         connections: false,
         lens_sampling: false,
         uniform_area: false,
-        light_walks: LightWalks::ONE,
+        light_subpaths: LightSubpaths::ONE,
         excluded: Excluded::NONE,
     };
     /// Every technique (s, t) with t ≥ 1.
     pub const BIDIRECTIONAL: Self = Self {
-        emitter_hits: true,
-        emitter_sampling: true,
+        bsdf_sampling: true,
+        next_event: true,
         connections: true,
         lens_sampling: true,
         ..Self::NONE
@@ -255,9 +255,9 @@ impl TechniqueSet {
     pub fn pruned(mut self, needs: &Needs) -> Self {
         let full = self;
         let keep = |family| full.reason(family, needs).is_none();
-        self.emitter_hits &= keep(Family::EmitterHits);
+        self.bsdf_sampling &= keep(Family::BsdfSampling);
         self.uniform_area &= keep(Family::UniformArea);
-        self.emitter_sampling &= keep(Family::EmitterSampling);
+        self.next_event &= keep(Family::NextEventEstimation);
         self.connections &= keep(Family::Connections);
         self.lens_sampling &= keep(Family::LensSampling);
         self
@@ -287,18 +287,18 @@ impl TechniqueSet {
             None
         };
         match family {
-            Family::EmitterHits | Family::UniformArea => {
+            Family::BsdfSampling | Family::UniformArea => {
                 (!hittable).then_some(Reason::NoHittableLight)
             }
-            Family::EmitterSampling if !needs.contains(Needs::CONNECTIBLE_LIGHTS) => {
+            Family::NextEventEstimation if !needs.contains(Needs::CONNECTIBLE_LIGHTS) => {
                 Some(Reason::NoConnectibleLight)
             }
-            Family::EmitterSampling | Family::Connections => no_scattering,
+            Family::NextEventEstimation | Family::Connections => no_scattering,
             Family::LensSampling if !hittable && !needs.contains(Needs::DIRAC_LIGHTS) => {
                 Some(Reason::NoLight)
             }
             Family::LensSampling => {
-                let direct = self.emitter_hits && !needs.contains(Needs::DIRAC_LIGHTS);
+                let direct = self.bsdf_sampling && !needs.contains(Needs::DIRAC_LIGHTS);
                 (no_scattering.is_some() && direct && self.excluded.is_empty())
                     .then_some(Reason::Redundant)
             }
@@ -310,8 +310,8 @@ impl TechniqueSet {
     #[must_use]
     pub fn has(&self, family: Family) -> bool {
         match family {
-            Family::EmitterHits => self.emitter_hits,
-            Family::EmitterSampling => self.emitter_sampling,
+            Family::BsdfSampling => self.bsdf_sampling,
+            Family::NextEventEstimation => self.next_event,
             Family::Connections => self.connections,
             Family::LensSampling => self.lens_sampling,
             Family::UniformArea => self.uniform_area,
@@ -331,7 +331,7 @@ impl TechniqueSet {
     #[must_use]
     pub fn count(&self, technique: Technique) -> f64 {
         match Family::of(technique) {
-            Family::Connections | Family::LensSampling => self.light_walks.count(),
+            Family::Connections | Family::LensSampling => self.light_subpaths.count(),
             _ => 1.0,
         }
     }
@@ -351,14 +351,14 @@ impl TechniqueSet {
             self.lens_sampling && !may_have(Needs::DIRAC_LOBES) && may_have(Needs::ILLUMINATION);
         let both_infinite = lens == Place::Infinite && may_have(Needs::ENVIRONMENT);
         let hittable = !may_have(Needs::HITTABLE_LIGHTS)
-            || self.emitter_hits
+            || self.bsdf_sampling
             || (lens_alone && !both_infinite);
         // A Dirac light that a lens of finite area sees directly is drawn by (1, 1) alone.
-        let sampled = self.emitter_sampling
+        let sampled = self.next_event
             && !may_have(Needs::DIRAC_LOBES)
             && !may_have(Needs::UNCONNECTIBLE_LIGHTS)
             && lens != Place::Area;
-        let all = self.emitter_sampling && self.connections && self.lens_sampling;
+        let all = self.next_event && self.connections && self.lens_sampling;
         hittable && (!may_have(Needs::DIRAC_LIGHTS) || all || lens_alone || sampled)
     }
 
@@ -367,22 +367,22 @@ impl TechniqueSet {
     /// like the constants there.
     #[must_use]
     pub fn kernel_cost(&self) -> f64 {
-        let dedicated = !(self.has_camera_walk() && self.has_light_walk());
+        let dedicated = !(self.has_camera_subpath() && self.has_light_subpath());
         if dedicated { 0.9 } else { 1.0 }
     }
 
     /// Whether walks from the light are needed.
     #[inline]
     #[must_use]
-    pub fn has_light_walk(&self) -> bool {
+    pub fn has_light_subpath(&self) -> bool {
         self.connections || self.lens_sampling
     }
 
     /// Whether walks from the camera are needed.
     #[inline]
     #[must_use]
-    pub fn has_camera_walk(&self) -> bool {
-        self.emitter_hits || self.emitter_sampling || self.connections || self.uniform_area
+    pub fn has_camera_subpath(&self) -> bool {
+        self.bsdf_sampling || self.next_event || self.connections || self.uniform_area
     }
 }
 
@@ -397,8 +397,8 @@ impl fmt::Display for TechniqueSet {
             return f.write_str("none");
         }
         f.write_str(&names.join(", "))?;
-        if self.has_light_walk() && self.light_walks != LightWalks::ONE {
-            write!(f, ", {} light walks per camera walk", self.light_walks.count())?;
+        if self.has_light_subpath() && self.light_subpaths != LightSubpaths::ONE {
+            write!(f, ", {} light walks per camera walk", self.light_subpaths.count())?;
         }
         for technique in self.excluded.techniques() {
             write!(f, ", without {technique}")?;
@@ -418,7 +418,7 @@ mod tests {
         .without(Needs::UNCONNECTIBLE_LIGHTS)
         .without(Needs::ENVIRONMENT);
     const PATH: TechniqueSet =
-        TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+        TechniqueSet { bsdf_sampling: true, next_event: true, ..TechniqueSet::NONE };
     const LIGHT: TechniqueSet = TechniqueSet { lens_sampling: true, ..TechniqueSet::NONE };
 
     #[test]
@@ -452,10 +452,13 @@ mod tests {
             | Needs::ILLUMINATION
             | Needs::INTERREFLECTION;
         let set = TechniqueSet::BIDIRECTIONAL;
-        assert_eq!(set.pruned(&mirrors), TechniqueSet { emitter_hits: true, ..TechniqueSet::NONE });
+        assert_eq!(
+            set.pruned(&mirrors),
+            TechniqueSet { bsdf_sampling: true, ..TechniqueSet::NONE }
+        );
         let text = set.left_out(&mirrors).to_string();
         assert!(
-            text.contains("s = 1 (emitter sampling): no surface has a lobe")
+            text.contains("s = 1 (next event estimation): no surface has a lobe")
                 && text.contains("t = 1 (lens sampling): only"),
             "{text}"
         );

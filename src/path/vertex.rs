@@ -37,8 +37,8 @@ pub struct Vertex<B> {
     pub dirac: bool,
     /// Densities of an endpoint as a starting point; zero elsewhere.
     pub start: StartDensity,
-    /// R of [`super::rivals`], if the walk is used with weights.
-    pub(super) rivals: f64,
+    /// R, the partial sum of [`Weighting`](super::Weighting), once the subpath is complete.
+    pub(super) partial: f64,
 }
 
 /// The two densities of an endpoint's position.
@@ -76,7 +76,7 @@ impl<B: Bsdf> Vertex<B> {
             geometry: 0.0,
             dirac: false,
             start,
-            rivals: 0.0,
+            partial: 0.0,
         }
     }
 

@@ -1,10 +1,10 @@
 //! A path as a view of the camera part and the light part that it was drawn from.
 
 use super::connect::are_joinable;
+use super::mis::{Ends, PathDensities};
 use super::walk::emission_density;
-use super::weight::{Ends, PathDensities};
 use super::{Counters, Edge, Heuristic, PathRecord, StartDensity, TechniqueSet, Vertex};
-use crate::bsdf::Walk;
+use crate::bsdf::TransportMode;
 use crate::endpoint::{Camera, Endpoint, Light, LightId};
 use crate::film::Technique;
 use crate::geometry::SurfacePoint;
@@ -183,7 +183,8 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
 
     /// The point of a light that the lens connects to, if the light walk was not placed for it.
     #[inline]
-    pub(crate) fn facing(&self) -> Option<SurfacePoint> {
+    #[must_use]
+    pub fn facing(&self) -> Option<SurfacePoint> {
         let (y, z) = (self.camera_part.last()?, self.light_part.last()?);
         (y.bsdf.is_none() && z.bsdf.is_none())
             .then(|| self.scene.light(self.light).facing(&z.point, &y.point))
@@ -271,8 +272,10 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
                 joint.towards_light = self.camera.direction_pdf(&y.point, edge.direction).value()
             }
             Some(bsdf) => {
-                joint.towards_light = bsdf.pdf(y.to_previous, edge.direction, Walk::Camera).value();
-                joint.before = bsdf.pdf(edge.direction, y.to_previous, Walk::Light).value();
+                joint.towards_light =
+                    bsdf.pdf(y.to_previous, edge.direction, TransportMode::Radiance).value();
+                joint.before =
+                    bsdf.pdf(edge.direction, y.to_previous, TransportMode::Importance).value();
             }
         }
         match &z.bsdf {
@@ -282,8 +285,9 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
             }
             Some(bsdf) => {
                 joint.towards_camera =
-                    bsdf.pdf(z.to_previous, -edge.direction, Walk::Light).value();
-                joint.behind = bsdf.pdf(-edge.direction, z.to_previous, Walk::Camera).value();
+                    bsdf.pdf(z.to_previous, -edge.direction, TransportMode::Importance).value();
+                joint.behind =
+                    bsdf.pdf(-edge.direction, z.to_previous, TransportMode::Radiance).value();
             }
         }
         joint

@@ -6,7 +6,7 @@
 
 use super::connect::lens_numbers;
 use super::{Counters, Edge, Roulette, Scattered, StartDensity, Vertex};
-use crate::bsdf::Walk;
+use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
 use crate::endpoint::{Camera, Endpoint, LightId};
 use crate::geometry::SurfacePoint;
@@ -24,7 +24,7 @@ pub const MAX_BOUNCES: u32 = 32_000;
 #[derive(Debug)]
 pub struct RandomWalk<'s, S: Scene + ?Sized + 's> {
     scene: &'s S,
-    walk: Walk,
+    mode: TransportMode,
     from: SurfacePoint,
     direction: DVec3,
     /// Density of the direction.
@@ -57,7 +57,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         let lens = camera.sample_point(u1, u2)?;
         let start = StartDensity { walk: lens.pdf, connection: lens.pdf };
         let mut vertex = Vertex::endpoint(lens.point, None, start);
-        Some((Self::start(scene, camera, Walk::Camera, &mut vertex, u)?, vertex))
+        Some((Self::start(scene, camera, TransportMode::Radiance, &mut vertex, u)?, vertex))
     }
 
     /// Starts a walk at a light chosen by the scene. The vertex on the light is returned even if no
@@ -70,14 +70,14 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         sampler.stream(Stream::Emission);
         let (u0, u1, u2, u3) =
             (sampler.next_1d(), sampler.next_1d(), sampler.next_2d(), sampler.next_2d());
-        counters.light_walks += 1;
+        counters.light_subpaths += 1;
         let (id, pmf) = scene.pick_light(u0)?;
         let light = scene.light(id);
         let sample = light.sample_point(u1, u2)?;
         let pdf = sample.pdf * pmf;
         let mut vertex =
             Vertex::endpoint(sample.point, Some(id), StartDensity { walk: pdf, connection: pdf });
-        let walk = Self::start(scene, light, Walk::Light, &mut vertex, u3);
+        let walk = Self::start(scene, light, TransportMode::Importance, &mut vertex, u3);
         if let Some(walk) = &walk {
             counters.ledger.emitted += walk.throughput;
         }
@@ -88,7 +88,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     fn start<E: Endpoint + ?Sized>(
         scene: &'s S,
         endpoint: &E,
-        walk: Walk,
+        mode: TransportMode,
         vertex: &mut Vertex<S::Bsdf<'s>>,
         u: DVec2,
     ) -> Option<Self> {
@@ -99,7 +99,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         let throughput = ray.weight * vertex.throughput;
         Some(Self {
             scene,
-            walk,
+            mode,
             from: ray.from,
             direction: ray.direction,
             pdf: ray.pdf,
@@ -111,11 +111,11 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         })
     }
 
-    /// From which end it comes.
+    /// The quantity that it estimates, and so the end that it comes from.
     #[inline]
     #[must_use]
-    pub fn kind(&self) -> Walk {
-        self.walk
+    pub fn mode(&self) -> TransportMode {
+        self.mode
     }
 
     /// Number of scattering events so far.
@@ -176,8 +176,11 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     #[inline(always)]
     pub(super) fn vertex_at(&self, point: Option<SurfacePoint>) -> Option<Vertex<S::Bsdf<'s>>> {
         let Some(point) = point else {
-            let id =
-                if self.walk == Walk::Camera { self.scene.environment()? } else { return None };
+            let id = if self.mode == TransportMode::Radiance {
+                self.scene.environment()?
+            } else {
+                return None;
+            };
             let point =
                 SurfacePoint::infinite(self.from.position + self.direction, -self.direction);
             return Some(self.vertex(point, None, Some(id)));
@@ -193,7 +196,9 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         vertex: Option<&Vertex<S::Bsdf<'s>>>,
         counters: &mut Counters,
     ) {
-        if vertex.is_none_or(|vertex| vertex.bsdf.is_none()) && self.walk == Walk::Light {
+        if vertex.is_none_or(|vertex| vertex.bsdf.is_none())
+            && self.mode == TransportMode::Importance
+        {
             counters.ledger.escaped += self.throughput;
         }
     }
@@ -217,7 +222,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
             geometry: Edge::along(&self.from, &point, self.direction).geometry,
             dirac: false,
             start: StartDensity::default(),
-            rivals: 0.0,
+            partial: 0.0,
             point,
         }
     }
@@ -238,15 +243,15 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
             return Scattered::ENDED;
         }
         self.bounces += 1;
-        sampler.stream(match self.walk {
-            Walk::Camera => Stream::CameraVertex(self.bounces),
-            Walk::Light => Stream::LightVertex(self.bounces),
+        sampler.stream(match self.mode {
+            TransportMode::Radiance => Stream::CameraVertex(self.bounces),
+            TransportMode::Importance => Stream::LightVertex(self.bounces),
         });
         counters.scattered += 1;
-        let sample = bsdf.sample(-self.direction, self.walk, sampler.next_1d(), sampler.next_2d());
+        let sample = bsdf.sample(-self.direction, self.mode, sampler.next_1d(), sampler.next_2d());
         let before = self.throughput;
         let Some(sample) = sample else {
-            if self.walk == Walk::Light {
+            if self.mode == TransportMode::Importance {
                 counters.ledger.absorbed += before;
             }
             return Scattered::ENDED;
@@ -256,12 +261,12 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         self.throughput = before * sample.weight;
         if !self.throughput.is_finite() {
             counters.non_finite += 1;
-            if self.walk == Walk::Light {
+            if self.mode == TransportMode::Importance {
                 counters.ledger.rejected += before;
             }
             return Scattered::ENDED;
         }
-        if self.walk == Walk::Light {
+        if self.mode == TransportMode::Importance {
             counters.ledger.absorbed += before - self.throughput;
         } else {
             // Radiance grows by n² on entering a medium; only what is left beside that says how
@@ -275,7 +280,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         (self.pdf, self.dirac) = (sample.pdf, sample.dirac);
         let relative = self.throughput.max_component() / self.reference;
         let xi = || sampler.next_1d();
-        let scattered = roulette.play(self.walk, self.bounces, relative, &mut self.throughput, xi);
+        let scattered = roulette.play(self.mode, self.bounces, relative, &mut self.throughput, xi);
         self.survival *= scattered.survival;
         scattered
     }
@@ -291,8 +296,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
 
     /// Records that a limit on the number of bounces ends the walk here.
     pub fn truncate(&self, counters: &mut Counters) {
-        counters.truncated_walks += 1;
-        if self.walk == Walk::Light {
+        counters.truncated_subpaths += 1;
+        if self.mode == TransportMode::Importance {
             counters.ledger.truncated += self.throughput;
         }
     }

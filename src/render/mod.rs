@@ -224,7 +224,7 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
 /// none of the image's.
 fn with_preparation(mut counters: Counters, preparation: Counters) -> Counters {
     let ledger = Ledger::default();
-    counters += Counters { samples: 0, truncated_walks: 0, ledger, ..preparation };
+    counters += Counters { samples: 0, truncated_subpaths: 0, ledger, ..preparation };
     counters
 }
 

@@ -1,7 +1,7 @@
 //! The driver with a scene, a camera and integrators that are nothing but arithmetic.
 
 use super::*;
-use crate::bsdf::{Bsdf, BsdfSample, Lobes, Walk};
+use crate::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use crate::endpoint::{DirectionSample, Endpoint, Light, LightId, PointSample};
 use crate::film::{
     Contribution, FilmError, FilmRegion, FilmSample, Filter, Sample, Sink, Technique,
@@ -26,10 +26,10 @@ impl Bsdf for Nothing {
     fn eval(&self, _: DVec3, _: DVec3) -> Rgb {
         Rgb::BLACK
     }
-    fn pdf(&self, _: DVec3, _: DVec3, _: Walk) -> PerProjected {
+    fn pdf(&self, _: DVec3, _: DVec3, _: TransportMode) -> PerProjected {
         PerProjected(0.0)
     }
-    fn sample(&self, _: DVec3, _: Walk, _: f64, _: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, _: DVec3, _: TransportMode, _: f64, _: DVec2) -> Option<BsdfSample> {
         None
     }
 }

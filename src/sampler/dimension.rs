@@ -27,7 +27,7 @@ impl Dimension {
             Stream::Emission => 3,
             Stream::CameraVertex(n) => 4 + 4 * u64::from(n),
             Stream::LightVertex(n) => 5 + 4 * u64::from(n),
-            Stream::EmitterSampling(n) => 6 + 4 * u64::from(n),
+            Stream::NextEvent(n) => 6 + 4 * u64::from(n),
             Stream::LensSampling(n) => 7 + 4 * u64::from(n),
         };
         // Deep in a path (beyond vertex 30) no track is kept of what was announced and each

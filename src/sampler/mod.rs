@@ -35,8 +35,8 @@ pub enum Stream {
     CameraVertex(u32),
     /// Scattering at the given vertex of the light walk (1 = first surface).
     LightVertex(u32),
-    /// Emitter sampling from the given vertex of the camera walk.
-    EmitterSampling(u32),
+    /// Next event estimation from the given vertex of the camera walk.
+    NextEvent(u32),
     /// Sampling of the lens from the given vertex of the light walk.
     LensSampling(u32),
 }

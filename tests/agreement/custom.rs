@@ -4,7 +4,7 @@ use crate::rooms::{FILM, Room, camera, lambert, v};
 use crate::team::{THREE, Team, grey};
 use glam::{DAffine3, DVec2, DVec3};
 use pathspace::bsdf::check::check;
-use pathspace::bsdf::{Bsdf, BsdfSample, Lobes, Walk};
+use pathspace::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use pathspace::film::Image;
 use pathspace::geometry::Frame;
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
@@ -31,11 +31,11 @@ impl Bsdf for Diffuse {
         if same_side(to_light, to_camera) { self.0 * FRAC_1_PI } else { Rgb::BLACK }
     }
 
-    fn pdf(&self, fixed: DVec3, next: DVec3, _: Walk) -> PerProjected {
+    fn pdf(&self, fixed: DVec3, next: DVec3, _: TransportMode) -> PerProjected {
         PerProjected(if same_side(fixed, next) { FRAC_1_PI } else { 0.0 })
     }
 
-    fn sample(&self, fixed: DVec3, _: Walk, _: f64, u2: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, fixed: DVec3, _: TransportMode, _: f64, u2: DVec2) -> Option<BsdfSample> {
         let mut next = square_to_cosine_hemisphere(u2);
         next.z = next.z.copysign(fixed.z);
         let pdf = PerProjected(FRAC_1_PI);
@@ -76,21 +76,21 @@ impl Bsdf for RetroReflector {
         self.color * (self.lobe(to_light, to_camera) / to_light.z.abs().max(to_camera.z.abs()))
     }
 
-    fn pdf(&self, fixed: DVec3, next: DVec3, _: Walk) -> PerProjected {
+    fn pdf(&self, fixed: DVec3, next: DVec3, _: TransportMode) -> PerProjected {
         PerProjected(self.lobe(fixed, next) / next.z.abs())
     }
 
-    fn sample(&self, fixed: DVec3, walk: Walk, _: f64, u2: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, fixed: DVec3, mode: TransportMode, _: f64, u2: DVec2) -> Option<BsdfSample> {
         let cos = (1.0 - u2.x).powf(1.0 / (self.exponent + 1.0));
         let (sin, azimuth) = (((1.0 - cos) * (1.0 + cos)).sqrt(), TAU * u2.y);
         let around = DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos);
         let next = Frame::from_normal(fixed).to_world(around);
-        let pdf = self.pdf(fixed, next, walk);
+        let pdf = self.pdf(fixed, next, mode);
         (pdf.value() > 0.0).then(|| BsdfSample {
             next,
             weight: self.eval(next, fixed) / pdf.value(),
             pdf,
-            pdf_reverse: self.pdf(next, fixed, walk.reversed()),
+            pdf_reverse: self.pdf(next, fixed, mode.reversed()),
             dirac: false,
             relative_ior: 1.0,
         })
@@ -105,7 +105,7 @@ impl Bsdf for CornerReflector {
         Lobes::DIRAC_REFLECTION
     }
 
-    fn dirac_images(&self, fixed: DVec3, _: Walk, image: &mut dyn FnMut(BsdfSample)) {
+    fn dirac_images(&self, fixed: DVec3, _: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         image(BsdfSample::of_dirac(fixed, self.0, 1.0));
     }
 }
@@ -161,9 +161,9 @@ fn custom_bsdfs_pass_the_check() {
     let cases = bsdfs.len() * directions.len() * 4;
     for (k, bsdf) in bsdfs.into_iter().enumerate() {
         for fixed in directions.into_iter().flat_map(|w| [w, -w]) {
-            for walk in [Walk::Camera, Walk::Light] {
+            for mode in [TransportMode::Radiance, TransportMode::Importance] {
                 let mut sampler = Independent { seed: k as u64 }.sampler(3, 0);
-                let report = check(bsdf, fixed, walk, &mut sampler, 20_000);
+                let report = check(bsdf, fixed, mode, &mut sampler, 20_000);
                 assert_eq!(report.verdict(0.01, cases), Ok(()), "{k} at {fixed}: {report:?}");
             }
         }

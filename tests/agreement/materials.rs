@@ -34,7 +34,7 @@ fn mirror_in_view() {
         Sphere::new(v(0.4, -0.2, 1.1), 0.3),
         Material::Mirror { reflectance: Rgb::new(0.9, 0.8, 0.7) },
     );
-    let general = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+    let general = TechniqueSet { bsdf_sampling: true, next_event: true, ..TechniqueSet::NONE };
     Team::standard(Depth::up_to(4))
         .with(
             "general, s < 2",

@@ -87,8 +87,7 @@ impl Team {
     /// tracer.
     pub fn general(self) -> Self {
         let depth = self.depth;
-        let path =
-            TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+        let path = TechniqueSet { bsdf_sampling: true, next_event: true, ..TechniqueSet::NONE };
         let light = TechniqueSet { lens_sampling: true, ..TechniqueSet::NONE };
         self.with(
             "general, s < 2",

@@ -51,7 +51,7 @@ fn f15_weights_in_an_emissive_sphere() {
     for (depth, expected) in [(Depth::up_to(1), 1.9), (Depth::up_to(2), 2.71)] {
         assert_all("F15", &world, &camera, &from_camera(depth), [expected; 3], 0.001);
     }
-    let general = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+    let general = TechniqueSet { bsdf_sampling: true, next_event: true, ..TechniqueSet::NONE };
     for heuristic in [Heuristic::Balance, Heuristic::Power(2.0)] {
         let depth = Depth { min_bounces: 1, max_bounces: Some(4) };
         let dedicated = PathTracer { depth, heuristic, ..PathTracer::default() };

@@ -173,7 +173,7 @@ fn f12_variances_under_a_square_light() {
     assert_variance("F12 var_area_sampling", &measured, expected("F12", "var_area_sampling"), 0.02);
 }
 
-/// F15's means: the whole sphere emits, so emitter sampling and cosine sampling are the same
+/// F15's means: the whole sphere emits, so next event estimation and cosine sampling are the same
 /// density.
 #[test]
 fn f15_means_in_an_emissive_sphere() {

@@ -5,13 +5,13 @@ use crate::{Independent, direction};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3};
 use pathspace::bsdf::check::check;
-use pathspace::bsdf::{Bsdf, Walk};
+use pathspace::bsdf::{Bsdf, TransportMode};
 
 const COSINES: [f64; 4] = [1.0, 0.7, 0.2, 0.01];
 
 /// Fixed directions on both sides of the surface with a walk.
-fn cases() -> impl Iterator<Item = (DVec3, Walk)> + Clone {
-    let walks = [Walk::Camera, Walk::Light];
+fn cases() -> impl Iterator<Item = (DVec3, TransportMode)> + Clone {
+    let walks = [TransportMode::Radiance, TransportMode::Importance];
     let sides =
         |cosine| [direction(cosine, 0.4), direction(cosine, 0.4) * DVec3::new(1.0, 1.0, -1.0)];
     COSINES.into_iter().flat_map(sides).flat_map(move |fixed| walks.map(|walk| (fixed, walk)))
@@ -20,7 +20,7 @@ fn cases() -> impl Iterator<Item = (DVec3, Walk)> + Clone {
 /// Runs all checks at the level 1 % for all together.
 fn check_all(
     models: &[(String, Box<dyn Bsdf>)],
-    cases: impl Iterator<Item = (DVec3, Walk)> + Clone,
+    cases: impl Iterator<Item = (DVec3, TransportMode)> + Clone,
     samples: u32,
 ) {
     let checks = models.len() * cases.clone().count();
@@ -46,9 +46,9 @@ fn smooth_models_and_mixtures_agree_with_themselves() {
 #[test]
 fn rough_models_agree_with_themselves() {
     // alternating walks: their density is the same, and its quadrature takes the time
-    let alternating = cases()
-        .enumerate()
-        .filter(|(k, (_, walk))| (*walk == Walk::Light) == (k / 4 % 2 == (k / 2) % 2));
+    let alternating = cases().enumerate().filter(|(k, (_, walk))| {
+        (*walk == TransportMode::Importance) == (k / 4 % 2 == (k / 2) % 2)
+    });
     check_all(&rough_models(), alternating.map(|(_, case)| case), 20_000);
 }
 
@@ -72,7 +72,7 @@ fn extreme_input_gives_finite_numbers() {
     directions.extend(directions.clone().iter().map(|&w| -w));
     for (name, model) in &models {
         for &fixed in &directions {
-            for walk in [Walk::Camera, Walk::Light] {
+            for walk in [TransportMode::Radiance, TransportMode::Importance] {
                 for &next in &directions {
                     let pdf = model.pdf(fixed, next, walk).value();
                     let value = model.eval(fixed, next);

@@ -17,15 +17,17 @@ use pathspace::sampler::Sampler;
 fn refraction_of_smooth_glass() {
     let glass = Dielectric::new(1.5).unwrap();
     let outside = direction(0.6, 1.1);
-    for (fixed, walk) in [(outside, Walk::Camera), (outside, Walk::Light)] {
-        let sample = glass.sample(fixed, walk, 1.0f64.next_down(), DVec2::ZERO).unwrap();
+    for (fixed, mode) in [(outside, TransportMode::Radiance), (outside, TransportMode::Importance)]
+    {
+        let sample = glass.sample(fixed, mode, 1.0f64.next_down(), DVec2::ZERO).unwrap();
         let transmittance = fresnel::dielectric(0.6, 0.8, 1.5).transmittance;
         assert_relative_eq!(sample.next.truncate().length(), 0.8 / 1.5, max_relative = 1e-14);
         assert_eq!(sample.relative_ior, 1.5);
-        let squeeze = if walk == Walk::Camera { 1.0 / 2.25 } else { 2.25 };
-        let weight = if walk == Walk::Camera { squeeze } else { 1.0 };
+        let squeeze = if mode == TransportMode::Radiance { 1.0 / 2.25 } else { 2.25 };
+        let weight = if mode == TransportMode::Radiance { squeeze } else { 1.0 };
         assert_relative_eq!(sample.weight.r(), weight, max_relative = 1e-14);
-        let (pdf, reverse) = if walk == Walk::Camera { (1.0, squeeze) } else { (squeeze, 1.0) };
+        let (pdf, reverse) =
+            if mode == TransportMode::Radiance { (1.0, squeeze) } else { (squeeze, 1.0) };
         assert_relative_eq!(sample.pdf.value(), transmittance * pdf, max_relative = 1e-14);
         assert_relative_eq!(
             sample.pdf_reverse.value(),
@@ -35,14 +37,16 @@ fn refraction_of_smooth_glass() {
     }
     // n = 1 passes straight through, whatever the roughness
     for model in [Model::from(glass_of(1.0)), rough_glass(1.0, (0.5, 0.5))] {
-        let sample = model.sample(outside, Walk::Camera, 0.0, DVec2::splat(0.5)).unwrap();
+        let sample =
+            model.sample(outside, TransportMode::Radiance, 0.0, DVec2::splat(0.5)).unwrap();
         assert_eq!((sample.next, sample.weight, sample.dirac), (-outside, Rgb::WHITE, true));
         assert_eq!(model.lobes(), Lobes::DIRAC_TRANSMISSION);
     }
     // total reflection 1e-7 beyond the critical angle
     let angle = (1.0f64 / 1.5).asin() + 1e-7;
     let inside = DVec3::new(angle.sin(), 0.0, -angle.cos());
-    let sample = glass.sample(inside, Walk::Camera, 1.0f64.next_down(), DVec2::ZERO).unwrap();
+    let sample =
+        glass.sample(inside, TransportMode::Radiance, 1.0f64.next_down(), DVec2::ZERO).unwrap();
     assert_eq!(
         (sample.pdf, sample.next),
         (PerProjected(1.0), DVec3::new(-inside.x, 0.0, inside.z))
@@ -69,8 +73,8 @@ fn white_furnace_of_ggx() {
             Ggx::isotropic(alpha).unwrap(),
         );
         for (cosine, albedo) in [1.0, 0.5, 0.1].into_iter().zip(albedos) {
-            for walk in [Walk::Camera, Walk::Light] {
-                let estimate = stratified_albedo(&model, direction(cosine, 0.3), walk, 1);
+            for mode in [TransportMode::Radiance, TransportMode::Importance] {
+                let estimate = stratified_albedo(&model, direction(cosine, 0.3), mode, 1);
                 assert_relative_eq!(estimate.mean(), albedo, max_relative = 2e-3);
                 assert!(
                     estimate.z_score(albedo).abs() < 4.0,
@@ -88,7 +92,7 @@ fn white_furnace_of_ggx() {
 
 /// Albedo from independent replications of a stratified grid, which makes the standard error small
 /// and honest.
-fn stratified_albedo(bsdf: &impl Bsdf, fixed: DVec3, walk: Walk, seed: u64) -> Estimate {
+fn stratified_albedo(bsdf: &impl Bsdf, fixed: DVec3, mode: TransportMode, seed: u64) -> Estimate {
     let mut sampler = Independent::new(seed);
     let n = 64;
     let replication = |sampler: &mut Independent| {
@@ -96,9 +100,9 @@ fn stratified_albedo(bsdf: &impl Bsdf, fixed: DVec3, walk: Walk, seed: u64) -> E
         for i in 0..n * n {
             let corner = DVec2::new(f64::from(i % n), f64::from(i / n));
             let u2 = (corner + sampler.next_2d()) / f64::from(n);
-            sum += bsdf.sample(fixed, walk, sampler.next_1d(), u2).map_or(0.0, |sample| {
+            sum += bsdf.sample(fixed, mode, sampler.next_1d(), u2).map_or(0.0, |sample| {
                 let squared = sample.relative_ior * sample.relative_ior;
-                sample.weight.g() * if walk == Walk::Camera { squared } else { 1.0 }
+                sample.weight.g() * if mode == TransportMode::Radiance { squared } else { 1.0 }
             });
         }
         sum / f64::from(n * n)
@@ -111,12 +115,12 @@ fn rough_glass_loses_no_more_than_multiple_scattering() {
     for (alpha, loss) in [((0.05, 0.05), 0.01), ((0.3, 0.3), 0.2), ((0.1, 0.5), 0.25)] {
         for relative_ior in [1.5, 1.0 / 1.5] {
             for side in [1.0, -1.0] {
-                for walk in [Walk::Camera, Walk::Light] {
+                for mode in [TransportMode::Radiance, TransportMode::Importance] {
                     let fixed = direction(0.7, 0.2) * DVec3::new(1.0, 1.0, side);
                     let [red, ..] = directional_albedo(
                         &rough_glass(relative_ior, alpha),
                         fixed,
-                        walk,
+                        mode,
                         &mut Independent::new(3),
                         20_000,
                     );
@@ -136,7 +140,7 @@ fn rough_glass_loses_no_more_than_multiple_scattering() {
 fn roughness_threshold_is_continuous() {
     let (below, above) = (ggx::LEAST_ALPHA * (1.0 - 1e-9), ggx::LEAST_ALPHA * (1.0 + 1e-9));
     for cosine in [1.0, 0.5, 0.1, 0.01] {
-        for walk in [Walk::Camera, Walk::Light] {
+        for mode in [TransportMode::Radiance, TransportMode::Importance] {
             for model in [|a: f64| rough_conductor((a, a)), |a: f64| rough_glass(1.5, (a, a))] {
                 let (dirac, finite) = (model(below), model(above));
                 assert!(
@@ -145,8 +149,8 @@ fn roughness_threshold_is_continuous() {
                 );
                 let fixed = direction(cosine, 0.7);
                 let (a, b) = (
-                    stratified_albedo(&dirac, fixed, walk, 5),
-                    stratified_albedo(&finite, fixed, walk, 5),
+                    stratified_albedo(&dirac, fixed, mode, 5),
+                    stratified_albedo(&finite, fixed, mode, 5),
                 );
                 let error = (a.standard_error().powi(2) + b.standard_error().powi(2)).sqrt();
                 assert!(
@@ -158,8 +162,8 @@ fn roughness_threshold_is_continuous() {
                 // the mirror limit: directions deviate by about α
                 let (u1, u2) = (0.9, DVec2::new(0.3, 0.5));
                 let (x, y) = (
-                    dirac.sample(fixed, walk, u1, u2).unwrap(),
-                    finite.sample(fixed, walk, u1, u2).unwrap(),
+                    dirac.sample(fixed, mode, u1, u2).unwrap(),
+                    finite.sample(fixed, mode, u1, u2).unwrap(),
                 );
                 assert!((x.next - y.next).length() < 10.0 * above, "{x:?} {y:?}");
                 assert_relative_eq!(
@@ -181,14 +185,14 @@ fn coinciding_dirac_lobes_are_one() {
             .unwrap();
     let fixed = direction(0.6, 0.1);
     for u1 in [0.1, 0.3, 0.7] {
-        let sample = mixture.sample(fixed, Walk::Camera, u1, DVec2::splat(0.5)).unwrap();
+        let sample = mixture.sample(fixed, TransportMode::Radiance, u1, DVec2::splat(0.5)).unwrap();
         assert!(sample.dirac);
         assert_relative_eq!(sample.pdf.value(), 0.75, max_relative = 1e-14);
         assert_relative_eq!(sample.weight.r(), 0.3 / 0.75, max_relative = 1e-14);
     }
     // pdf and eval leave the Dirac lobes out, and keep the probability of the finite one
     assert_relative_eq!(
-        mixture.pdf(fixed, fixed, Walk::Camera).value(),
+        mixture.pdf(fixed, fixed, TransportMode::Radiance).value(),
         0.25 / std::f64::consts::PI,
         max_relative = 1e-14
     );

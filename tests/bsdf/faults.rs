@@ -36,15 +36,15 @@ impl Bsdf for Faulty {
         }
     }
 
-    fn pdf(&self, fixed: DVec3, next: DVec3, walk: Walk) -> PerProjected {
-        let pdf = self.0.pdf(fixed, next, walk);
+    fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
+        let pdf = self.0.pdf(fixed, next, mode);
         if matches!(self.1, Fault::Density | Fault::SampledDensity) { pdf * 1.01 } else { pdf }
     }
 
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         let u2 =
             if matches!(self.1, Fault::Direction) { DVec2::new(u2.x, u2.y.powf(1.1)) } else { u2 };
-        let mut sample = self.0.sample(fixed, walk, u1, u2)?;
+        let mut sample = self.0.sample(fixed, mode, u1, u2)?;
         match self.1 {
             Fault::SampledDensity => {
                 sample.pdf = sample.pdf * 1.01;
@@ -64,9 +64,15 @@ impl Bsdf for Faulty {
 fn faults_are_found() {
     let faults = |relative_ior: f64, fault: Fault, cosine: f64| -> Option<Failure> {
         let model = Faulty(rough_glass(relative_ior, (0.3, 0.3)), fault);
-        check(&model, direction(cosine, 0.4), Walk::Light, &mut Independent::new(1), 100_000)
-            .verdict(0.01, 1)
-            .err()
+        check(
+            &model,
+            direction(cosine, 0.4),
+            TransportMode::Importance,
+            &mut Independent::new(1),
+            100_000,
+        )
+        .verdict(0.01, 1)
+        .err()
     };
     assert!(matches!(faults(1.5, Fault::Density, 0.7), Some(Failure::Pdf(_))));
     assert!(matches!(
@@ -90,28 +96,28 @@ impl Bsdf for Unsqueezed {
     fn lobes(&self) -> Lobes {
         self.0.lobes()
     }
-    fn sample(&self, fixed: DVec3, walk: Walk, u1: f64, u2: DVec2) -> Option<BsdfSample> {
-        self.0.sample(fixed, walk, u1, u2).map(|sample| BsdfSample { weight: Rgb::WHITE, ..sample })
+    fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+        self.0.sample(fixed, mode, u1, u2).map(|sample| BsdfSample { weight: Rgb::WHITE, ..sample })
     }
-    fn dirac_images(&self, fixed: DVec3, walk: Walk, image: &mut dyn FnMut(BsdfSample)) {
-        self.0.dirac_images(fixed, walk, image);
+    fn dirac_images(&self, fixed: DVec3, mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
+        self.0.dirac_images(fixed, mode, image);
     }
 }
 
 #[test]
 fn missing_squeeze_of_smooth_glass_is_found() {
     let model = Unsqueezed(Dielectric::new(1.5).unwrap());
-    let report = |walk| {
-        check(&model, direction(0.7, 0.0), walk, &mut Independent::new(1), 1000).verdict(0.01, 1)
+    let report = |mode| {
+        check(&model, direction(0.7, 0.0), mode, &mut Independent::new(1), 1000).verdict(0.01, 1)
     };
-    assert!(matches!(report(Walk::Camera), Err(Failure::Weight(_))));
-    assert_eq!(report(Walk::Light), Ok(()));
+    assert!(matches!(report(TransportMode::Radiance), Err(Failure::Weight(_))));
+    assert_eq!(report(TransportMode::Importance), Ok(()));
 }
 
 #[test]
 fn report_of_an_absorber_is_empty() {
     let report: Report =
-        check(&Model::Black, DVec3::Z, Walk::Camera, &mut Independent::new(1), 100);
+        check(&Model::Black, DVec3::Z, TransportMode::Radiance, &mut Independent::new(1), 100);
     assert_eq!(
         (report.pdf_integral, report.finite_share.mean(), report.verdict(0.01, 1)),
         (0.0, 0.0, Ok(()))

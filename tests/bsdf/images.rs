@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use pathspace::bsdf::*;
 use pathspace::math::Rgb;
 
-const WALKS: [Walk; 2] = [Walk::Camera, Walk::Light];
+const WALKS: [TransportMode; 2] = [TransportMode::Radiance, TransportMode::Importance];
 
 /// Directions on both sides, one of them beyond the critical angle of glass.
 fn directions() -> impl Iterator<Item = DVec3> {
@@ -16,16 +16,16 @@ fn directions() -> impl Iterator<Item = DVec3> {
     [1.0, 0.8, 0.2, 0.01].into_iter().flat_map(sides)
 }
 
-fn images(bsdf: &dyn Bsdf, fixed: DVec3, walk: Walk) -> Vec<BsdfSample> {
+fn images(bsdf: &dyn Bsdf, fixed: DVec3, mode: TransportMode) -> Vec<BsdfSample> {
     let mut images = Vec::new();
-    bsdf.dirac_images(fixed, walk, &mut |image| images.push(image));
+    bsdf.dirac_images(fixed, mode, &mut |image| images.push(image));
     images
 }
 
 /// What a Dirac sample scatters of the power, refraction's n² taken out.
-fn power(image: &BsdfSample, walk: Walk) -> Rgb {
+fn power(image: &BsdfSample, mode: TransportMode) -> Rgb {
     let n_squared = image.relative_ior * image.relative_ior;
-    image.weight * if walk == Walk::Camera { n_squared } else { 1.0 }
+    image.weight * if mode == TransportMode::Radiance { n_squared } else { 1.0 }
 }
 
 /// Over equidistant u1 the share of an image among the samples is its probability up to the two
@@ -34,15 +34,15 @@ fn power(image: &BsdfSample, walk: Walk) -> Rgb {
 fn samples_are_the_images_with_their_probabilities() {
     const N: u32 = 20_000;
     for (name, model) in smooth_models() {
-        for (fixed, walk) in directions().flat_map(|fixed| WALKS.map(|walk| (fixed, walk))) {
-            let images = images(&*model, fixed, walk);
+        for (fixed, mode) in directions().flat_map(|fixed| WALKS.map(|mode| (fixed, mode))) {
+            let images = images(&*model, fixed, mode);
             let kinds = model.lobes();
             assert!(images.len() <= 3, "{name}");
             assert!(images.is_empty() || kinds.intersects(Lobes::DIRAC), "{name}");
             let mut counts = vec![0u32; images.len()];
             for i in 0..N {
                 let u1 = (f64::from(i) + 0.5) / f64::from(N);
-                let sample = model.sample(fixed, walk, u1, DVec2::new(0.3, 0.6));
+                let sample = model.sample(fixed, mode, u1, DVec2::new(0.3, 0.6));
                 let Some(sample) = sample.filter(|sample| sample.dirac) else { continue };
                 let found = images.iter().position(|image| image.next == sample.next);
                 let found = found.unwrap_or_else(|| panic!("{name}: {sample:?} in {images:?}"));
@@ -61,12 +61,12 @@ fn samples_are_the_images_with_their_probabilities() {
                 }
             }
             for (image, count) in images.iter().zip(counts) {
-                let probability = image.dirac_probability(walk);
+                let probability = image.dirac_probability(mode);
                 assert!(probability > 0.0 && image.dirac && image.next.is_normalized(), "{name}");
                 let share = f64::from(count) / f64::from(N);
                 assert!(
                     (share - probability).abs() <= 4.0 / f64::from(N),
-                    "{name} from {fixed} on a {walk:?} walk: {share} of {image:?}"
+                    "{name} from {fixed} on a {mode:?} mode: {share} of {image:?}"
                 );
             }
         }
@@ -79,11 +79,11 @@ fn images_of_clear_models_sum_to_one() {
     let clear = ["glass 1.5", "glass 1/1.33", "glass 1", "null", "pane"];
     let mut seen = 0;
     for (_, model) in smooth_models().into_iter().filter(|(n, _)| clear.contains(&&**n)) {
-        for (fixed, walk) in directions().flat_map(|fixed| WALKS.map(|walk| (fixed, walk))) {
-            let images = images(&*model, fixed, walk);
-            let probability: f64 = images.iter().map(|image| image.dirac_probability(walk)).sum();
+        for (fixed, mode) in directions().flat_map(|fixed| WALKS.map(|mode| (fixed, mode))) {
+            let images = images(&*model, fixed, mode);
+            let probability: f64 = images.iter().map(|image| image.dirac_probability(mode)).sum();
             let albedo: Rgb =
-                images.iter().map(|i| power(i, walk) * i.dirac_probability(walk)).sum();
+                images.iter().map(|i| power(i, mode) * i.dirac_probability(mode)).sum();
             assert_relative_eq!(probability, 1.0, max_relative = 1e-12);
             assert_relative_eq!(albedo.mean(), 1.0, max_relative = 1e-12);
         }
@@ -104,13 +104,13 @@ fn images_carry_the_reflectance() {
             std::array::from_fn(|c| fresnel::conductor(cosine, sine, eta[c], k[c]));
         let cases: [(&dyn Bsdf, Rgb); 2] =
             [(&mirror, Rgb::new(0.3, 0.6, 1.0)), (&conductor, Rgb(metal))];
-        for ((bsdf, expected), walk) in cases.into_iter().flat_map(|case| WALKS.map(|w| (case, w)))
+        for ((bsdf, expected), mode) in cases.into_iter().flat_map(|case| WALKS.map(|w| (case, w)))
         {
-            let [image] = images(bsdf, fixed, walk)[..] else { panic!("one image") };
+            let [image] = images(bsdf, fixed, mode)[..] else { panic!("one image") };
             assert_eq!(image.next, DVec3::new(-fixed.x, -fixed.y, fixed.z));
             (0..3).for_each(|c| {
                 assert_relative_eq!(
-                    (image.weight * image.dirac_probability(walk))[c],
+                    (image.weight * image.dirac_probability(mode))[c],
                     expected[c],
                     max_relative = 1e-12
                 );
@@ -125,10 +125,10 @@ fn images_carry_the_reflectance() {
 fn images_are_reversible() {
     let mut refractions = 0;
     for (name, model) in smooth_models() {
-        for (fixed, walk) in directions().flat_map(|fixed| WALKS.map(|walk| (fixed, walk))) {
-            for image in images(&*model, fixed, walk) {
-                let there = image.dirac_value(walk);
-                let back = images(&*model, image.next, walk.reversed());
+        for (fixed, mode) in directions().flat_map(|fixed| WALKS.map(|mode| (fixed, mode))) {
+            for image in images(&*model, fixed, mode) {
+                let there = image.dirac_value(mode);
+                let back = images(&*model, image.next, mode.reversed());
                 let back = back
                     .iter()
                     .find(|back| back.next.distance(fixed) < 1e-12)
@@ -140,15 +140,15 @@ fn images_are_reversible() {
                 );
                 refractions += usize::from(image.relative_ior != 1.0);
                 let rounded = (image.next + DVec3::new(1e-9, -1e-9, 0.0)).normalize();
-                let (to_light, to_camera) = walk.label(fixed, rounded);
+                let (to_light, to_camera) = mode.label(fixed, rounded);
                 let close = model.eval_dirac(to_light, to_camera);
                 for (value, tolerance) in
-                    [(back.dirac_value(walk.reversed()), 1e-10), (close, 1e-5)]
+                    [(back.dirac_value(mode.reversed()), 1e-10), (close, 1e-5)]
                 {
                     let close_to = |a: f64, b: f64| {
                         assert!(
                             (a - b).abs() <= tolerance * a.abs().max(b.abs()),
-                            "{name} from {fixed} on a {walk:?} walk: {there:?}, {value:?}"
+                            "{name} from {fixed} on a {mode:?} mode: {there:?}, {value:?}"
                         );
                     };
                     (0..3).for_each(|c| close_to(there.value[c], value.value[c]));
@@ -171,12 +171,12 @@ fn images_at_a_surface_point_are_its_samples() {
     let mut refused = 0;
     for (name, model) in smooth_models() {
         let bsdf = ShadedBsdf::new(&*model, &point);
-        for (fixed, walk) in directions().flat_map(|fixed| WALKS.map(|walk| (fixed, walk))) {
+        for (fixed, mode) in directions().flat_map(|fixed| WALKS.map(|mode| (fixed, mode))) {
             let mut images = Vec::new();
-            bsdf.dirac_images(fixed, walk, &mut |image| images.push(image));
+            bsdf.dirac_images(fixed, mode, &mut |image| images.push(image));
             for i in 0..200 {
                 let u1 = (f64::from(i) + 0.5) / 200.0;
-                let sample = bsdf.sample(fixed, walk, u1, DVec2::new(0.3, 0.6));
+                let sample = bsdf.sample(fixed, mode, u1, DVec2::new(0.3, 0.6));
                 refused += u32::from(sample.is_none());
                 let Some(sample) = sample.filter(|sample| sample.dirac) else { continue };
                 let same = |image: &&BsdfSample| {

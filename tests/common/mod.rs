@@ -3,7 +3,7 @@
 #![allow(dead_code, missing_docs, reason = "shared by several test programs")]
 
 use glam::{DVec2, DVec3, UVec2};
-use pathspace::bsdf::{Bsdf, BsdfSample, Lobes, Walk};
+use pathspace::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
 use pathspace::endpoint::{Camera, DirectionSample, Endpoint, Light, LightId, PointSample};
 use pathspace::film::{FilmRegion, FilmSample};
 use pathspace::geometry::{Frame, Place, SurfacePoint};
@@ -37,10 +37,10 @@ impl Bsdf for Lambertian {
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
         if to_light.z > 0.0 && to_camera.z > 0.0 { Rgb::splat(self.0 / PI) } else { Rgb::BLACK }
     }
-    fn pdf(&self, fixed: DVec3, next: DVec3, _: Walk) -> PerProjected {
+    fn pdf(&self, fixed: DVec3, next: DVec3, _: TransportMode) -> PerProjected {
         PerProjected(if fixed.z > 0.0 && next.z > 0.0 { 1.0 / PI } else { 0.0 })
     }
-    fn sample(&self, fixed: DVec3, _: Walk, _: f64, u2: DVec2) -> Option<BsdfSample> {
+    fn sample(&self, fixed: DVec3, _: TransportMode, _: f64, u2: DVec2) -> Option<BsdfSample> {
         let pdf = PerProjected(1.0 / PI);
         (fixed.z > 0.0).then(|| BsdfSample {
             next: square_to_cosine_hemisphere(u2),

@@ -3,7 +3,7 @@
 use crate::files::{Directory, SENSOR, emitted_below};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3};
-use pathspace::bsdf::{Bsdf, Walk};
+use pathspace::bsdf::{Bsdf, TransportMode};
 use pathspace::geometry::SurfacePoint;
 use pathspace::math::Rgb;
 use pathspace::scene::Scene;
@@ -74,7 +74,7 @@ fn conductors_reflect_what_their_spectra_reflect() {
         import
             .world
             .bsdf(&hit)
-            .sample(DVec3::Z, Walk::Camera, 0.5, DVec2::splat(0.5))
+            .sample(DVec3::Z, TransportMode::Radiance, 0.5, DVec2::splat(0.5))
             .expect("a reflection")
             .weight
     };

@@ -114,8 +114,8 @@ fn predictions_hold() {
         let decision = decide(&scene.world, &*scene.camera, DEPTH);
         for candidate in &decision.candidates {
             let set = candidate.set;
-            let exponent = set.light_walks.count().log2();
-            let has_splats = set.lens_sampling && set.emitter_sampling != !set.has_camera_walk();
+            let exponent = set.light_subpaths.count().log2();
+            let has_splats = set.lens_sampling && set.next_event != !set.has_camera_subpath();
             if exponent != 0.0 || !has_splats {
                 continue;
             }
@@ -223,7 +223,7 @@ fn stress_s36_narrow_spot() {
     let all = TechniqueSet::BIDIRECTIONAL;
     let subsets = [
         TechniqueSet { connections: false, lens_sampling: false, ..all },
-        TechniqueSet { emitter_sampling: false, connections: false, ..all },
+        TechniqueSet { next_event: false, connections: false, ..all },
         TechniqueSet { connections: false, ..all },
         TechniqueSet { lens_sampling: false, ..all },
         all,

@@ -7,7 +7,7 @@ use pathspace::film::Sample;
 use pathspace::gallery;
 use pathspace::geometry::Place;
 use pathspace::integrator::{Bidirectional, Stage, WithNeeds};
-use pathspace::path::{Heuristic, LightWalks, Scratch, TechniqueSet};
+use pathspace::path::{Heuristic, LightSubpaths, Scratch, TechniqueSet};
 use pathspace::scene::Scene;
 use rooms::{Room, lambert};
 
@@ -28,7 +28,7 @@ fn choices_of_sets_keep_the_mean() {
     room.lamp(0.5, 4.0);
     let (world, camera) = (room.build(), rooms::camera());
     let reference = mean(&world, &camera, &bidirectional, 40_000);
-    let sparing = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+    let sparing = TechniqueSet { bsdf_sampling: true, next_event: true, ..TechniqueSet::NONE };
     assert!(sparing.is_complete(&world.needs(), Place::Dirac));
     assert_same_mean(
         "sparing",
@@ -39,9 +39,9 @@ fn choices_of_sets_keep_the_mean() {
     for heuristic in [Heuristic::Balance, Heuristic::Power(2.0)] {
         for exponent in [-2, 1] {
             for connections in [true, false] {
-                let light_walks = LightWalks::power_of_two(exponent).expect("small");
+                let light_subpaths = LightSubpaths::power_of_two(exponent).expect("small");
                 let techniques =
-                    TechniqueSet { light_walks, connections, ..TechniqueSet::BIDIRECTIONAL };
+                    TechniqueSet { light_subpaths, connections, ..TechniqueSet::BIDIRECTIONAL };
                 let integrator = Bidirectional { techniques, heuristic, ..bidirectional };
                 let samples = if exponent > 0 { 15_000 } else { 30_000 };
                 assert_same_mean(
@@ -61,7 +61,7 @@ fn weights_with_sample_counts_are_the_definitions() {
     let scene = gallery::build("cornell-box", UVec2::splat(8)).expect("a scene");
     for exponent in [-3, 2] {
         let techniques = TechniqueSet {
-            light_walks: LightWalks::power_of_two(exponent).expect("small"),
+            light_subpaths: LightSubpaths::power_of_two(exponent).expect("small"),
             ..TechniqueSet::BIDIRECTIONAL
         };
         let integrator = Bidirectional { techniques, depth: DEPTH, ..Bidirectional::default() };

@@ -72,15 +72,15 @@ fn reasons_are_given() {
             |family| left_out.families().find(|(f, _)| *f == family).map(|(_, reason)| reason);
         match name {
             "point light alone" => {
-                assert_eq!(reason(Family::EmitterHits), Some(Reason::NoHittableLight))
+                assert_eq!(reason(Family::BsdfSampling), Some(Reason::NoHittableLight))
             }
             "mirror" => {
                 assert_eq!(reason(Family::Connections), Some(Reason::NoFiniteLobe));
                 assert_eq!(reason(Family::LensSampling), Some(Reason::Redundant));
-                assert_eq!(set, TechniqueSet { emitter_hits: true, ..TechniqueSet::NONE });
+                assert_eq!(set, TechniqueSet { bsdf_sampling: true, ..TechniqueSet::NONE });
             }
             "lamp that shines away" => {
-                assert_eq!(reason(Family::EmitterSampling), Some(Reason::NoIllumination))
+                assert_eq!(reason(Family::NextEventEstimation), Some(Reason::NoIllumination))
             }
             "black light" => assert_eq!(
                 (set, reason(Family::LensSampling)),
@@ -247,7 +247,7 @@ fn nothing_is_redundant_or_complete_that_is_asked_for_or_missing() {
     assert!(only.pruned(&mirrors).lens_sampling);
     let excluded = Excluded::NONE.with(Technique::new(0, 2)).expect("a short path");
     assert!(TechniqueSet { excluded, ..all }.pruned(&mirrors).lens_sampling);
-    let paths = TechniqueSet { emitter_hits: true, emitter_sampling: true, ..TechniqueSet::NONE };
+    let paths = TechniqueSet { bsdf_sampling: true, next_event: true, ..TechniqueSet::NONE };
     let point = Needs::DIRAC_LIGHTS
         | Needs::CONNECTIBLE_LIGHTS
         | Needs::FINITE_LOBES

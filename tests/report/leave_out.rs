@@ -149,7 +149,7 @@ fn what_leaving_out_saves_is_measured_between_two_contestants() {
     assert!((gain.rays.value / exact - 1.0).abs() < 0.1, "{gain:?} {exact}");
     assert_eq!(both.left_out.len(), 3);
     assert!(
-        both.left_out[0].what.contains("emitter sampling")
+        both.left_out[0].what.contains("next event estimation")
             && both.left_out[0].why.contains("no surface has a lobe")
     );
     assert!(both.decisions.is_empty() && !both.techniques.contains("Left out"));
@@ -159,7 +159,7 @@ fn what_leaving_out_saves_is_measured_between_two_contestants() {
     let page = study.page();
     let reasons = &row(&page, "<table>", "bidirectional")[0];
     assert!(
-        reasons.contains("s = 1 (emitter sampling): no surface has a lobe to connect to"),
+        reasons.contains("s = 1 (next event estimation): no surface has a lobe to connect to"),
         "{reasons}"
     );
     for name in ["uniform-area", "bidirectional, unpruned"] {

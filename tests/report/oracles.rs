@@ -167,15 +167,17 @@ fn variances_on_the_square_light_are_the_exact_ones() {
     let balance = one_bounce(PathTracing::Both, Heuristic::Balance);
     let power = one_bounce(PathTracing::Both, Heuristic::Power(2.0));
     let optimal = OptimalWeights::new(balance, 0.5);
-    let without_hits = TechniqueSet { emitter_sampling: true, ..TechniqueSet::NONE };
+    let without_hits = TechniqueSet { next_event: true, ..TechniqueSet::NONE };
     let kernel = Bidirectional {
         techniques: without_hits,
         depth: Depth::exactly(1),
         roulette: Roulette::NEVER,
         heuristic: Heuristic::Balance,
     };
-    let kernel_balance =
-        Bidirectional { techniques: TechniqueSet { emitter_hits: true, ..without_hits }, ..kernel };
+    let kernel_balance = Bidirectional {
+        techniques: TechniqueSet { bsdf_sampling: true, ..without_hits },
+        ..kernel
+    };
     let methods: [(&str, &dyn Method<World>); 7] = [
         ("area", &area),
         ("cosine", &cosine),

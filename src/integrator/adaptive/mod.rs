@@ -24,7 +24,7 @@ use super::{
 };
 use crate::film::{Sample, Sink};
 use crate::math::Rgb;
-use crate::path::{Counters, Heuristic, LightWalks, Roulette, Scratch, TechniqueSet};
+use crate::path::{Counters, Heuristic, LightSubpaths, Roulette, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use race::{Race, Sites, Sums};
@@ -67,9 +67,9 @@ impl Adaptive {
         techniques: TechniqueSet,
     ) -> Chosen<'a, S> {
         let Self { depth, roulette, heuristic, .. } = *self;
-        match (techniques.has_camera_walk(), techniques.has_light_walk()) {
+        match (techniques.has_camera_subpath(), techniques.has_light_subpath()) {
             (true, false) => {
-                let mode = if techniques.emitter_sampling {
+                let mode = if techniques.next_event {
                     PathTracing::Both
                 } else {
                     PathTracing::EmissionOnly
@@ -88,14 +88,14 @@ impl Adaptive {
 fn candidates<S: Scene + ?Sized>(Stage { needs, camera, .. }: &Stage<'_, S>) -> Vec<TechniqueSet> {
     let all = TechniqueSet::BIDIRECTIONAL.pruned(needs);
     let lens = TechniqueSet { lens_sampling: true, ..TechniqueSet::NONE };
-    let hits = TechniqueSet { emitter_hits: true, ..TechniqueSet::NONE };
+    let hits = TechniqueSet { bsdf_sampling: true, ..TechniqueSet::NONE };
     let mut sets = vec![lens, hits];
     let pairs = [(false, false), (false, true), (true, false), (true, true)];
     for (connections, lens_sampling) in pairs {
         let set = TechniqueSet { connections, lens_sampling, ..all };
-        let walks = |exponent| LightWalks::power_of_two(exponent).unwrap_or_default();
-        let exponents: &[i8] = if set.has_light_walk() { &[-3, 0, 3] } else { &[0] };
-        sets.extend(exponents.iter().map(|e| TechniqueSet { light_walks: walks(*e), ..set }));
+        let walks = |exponent| LightSubpaths::power_of_two(exponent).unwrap_or_default();
+        let exponents: &[i8] = if set.has_light_subpath() { &[-3, 0, 3] } else { &[0] };
+        sets.extend(exponents.iter().map(|e| TechniqueSet { light_subpaths: walks(*e), ..set }));
     }
     let lens = camera.place();
     sets.retain(|set| set.pruned(needs) == *set && set.is_complete(needs, lens) && *set != all);

@@ -79,11 +79,11 @@ impl<S: Scene + ?Sized> Race<'_, '_, S> {
     fn close_to(&mut self, best: usize) -> Vec<usize> {
         let set = self.sets[best].0;
         let mut close = vec![best];
-        if set.has_camera_walk() && set.has_light_walk() {
-            let walks = [set.light_walks.halved(), set.light_walks.doubled()];
+        if set.has_camera_subpath() && set.has_light_subpath() {
+            let walks = [set.light_subpaths.halved(), set.light_subpaths.doubled()];
             let walks = walks.into_iter().flatten();
-            let walks = walks.map(|light_walks| TechniqueSet { light_walks, ..set });
-            let without = TechniqueSet { emitter_sampling: false, ..set };
+            let walks = walks.map(|light_subpaths| TechniqueSet { light_subpaths, ..set });
+            let without = TechniqueSet { next_event: false, ..set };
             let Stage { needs, camera, .. } = &self.stage;
             for set in walks.chain([without]).filter(|set| set.is_complete(needs, camera.place())) {
                 close.push(self.sets.len());

@@ -5,9 +5,9 @@
 /// Of 2ⁿ ≥ 1 walks each is connected to the one camera walk and to the lens. With 2ⁿ < 1 a sample
 /// has a light walk with that probability.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct LightWalks(i8);
+pub struct LightSubpaths(i8);
 
-impl LightWalks {
+impl LightSubpaths {
     /// One walk from the light for each from the camera.
     pub const ONE: Self = Self(0);
     /// The largest exponent, and minus the smallest.
@@ -58,7 +58,7 @@ mod tests {
     #[test]
     fn counts_are_powers_of_two() {
         for exponent in -16..=16i8 {
-            let walks = LightWalks::power_of_two(exponent).unwrap();
+            let walks = LightSubpaths::power_of_two(exponent).unwrap();
             assert_eq!(walks.count(), 2f64.powi(i32::from(exponent)));
             if exponent >= 0 {
                 assert_eq!(
@@ -72,11 +72,11 @@ mod tests {
                 );
             }
         }
-        assert_eq!(LightWalks::default().count(), 1.0);
+        assert_eq!(LightSubpaths::default().count(), 1.0);
         assert!(
-            LightWalks::power_of_two(17).is_none()
-                && LightWalks::power_of_two(-17).is_none()
-                && LightWalks::power_of_two(-128).is_none()
+            LightSubpaths::power_of_two(17).is_none()
+                && LightSubpaths::power_of_two(-17).is_none()
+                && LightSubpaths::power_of_two(-128).is_none()
         );
     }
 }

@@ -31,12 +31,12 @@
 //! out of all weights alike and stay in the throughput.
 //!
 //! The sweep takes time in proportion to k; bidirectional path tracing takes constant time by
-//! [`super::rivals`], with the same result.
+//! the [partial sums](super::Weighting) of its subpaths, with the same result.
 //!
 //! Sources: Veach 1997, sections 9.2 and 10.2; the projected form is derived here.
 
-use super::TechniqueSet;
 use crate::film::Technique;
+use crate::path::TechniqueSet;
 
 /// How the densities of several techniques make a weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -199,8 +199,8 @@ pub trait PathDensities {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Excluded;
     use super::*;
+    use crate::path::Excluded;
     use approx::assert_relative_eq;
 
     /// Densities given as plain lists.
@@ -330,7 +330,7 @@ mod tests {
         for scale in [1e-30, 1e-12, 1.0, 1e12, 1e30] {
             let mut path = random_path(20, 5);
             path.g.iter_mut().for_each(|g| *g *= scale);
-            let set = TechniqueSet { emitter_hits: false, ..TechniqueSet::BIDIRECTIONAL };
+            let set = TechniqueSet { bsdf_sampling: false, ..TechniqueSet::BIDIRECTIONAL };
             let sum: f64 = (1..=20).map(|t| path.weight(t, &set, Heuristic::Power(2.0))).sum();
             assert_relative_eq!(sum, 1.0, max_relative = 1e-12);
         }

@@ -2,10 +2,10 @@
 //! with, and what a teacher writes on the board.
 
 use super::connect::are_joinable;
+use super::mis::{Ends, PathDensities};
 use super::walk::emission_density;
-use super::weight::{Ends, PathDensities};
 use super::{Edge, Heuristic, Path, TechniqueSet};
-use crate::bsdf::Walk;
+use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
 use crate::endpoint::{Camera, Endpoint, Light, LightId};
 use crate::geometry::{Place, SurfacePoint};
@@ -68,8 +68,9 @@ impl PathRecord {
                 towards_camera[i] = value.pdf_to_camera.value();
             } else {
                 factors[i] = bsdf.eval(to_light, to_camera);
-                towards_light[i] = bsdf.pdf(to_camera, to_light, Walk::Camera).value();
-                towards_camera[i] = bsdf.pdf(to_light, to_camera, Walk::Light).value();
+                towards_light[i] = bsdf.pdf(to_camera, to_light, TransportMode::Radiance).value();
+                towards_camera[i] =
+                    bsdf.pdf(to_light, to_camera, TransportMode::Importance).value();
             }
         }
         let emitter = scene.light(light);

@@ -28,53 +28,57 @@
 //! two densities.
 //!
 //! Sources: weights by recursion are of van Antwerpen 2011 and Georgiev 2012; this one, of ratios
-//! as in [`super::weight`], is derived here.
+//! as in [`PathDensities`](super::PathDensities), is derived here.
 
-use super::{Heuristic, Path, TechniqueSet, Vertex};
+use super::Heuristic;
 use crate::endpoint::Light;
+use crate::path::{Path, TechniqueSet, Vertex};
 use crate::scene::Scene;
 
-/// How a set of techniques is weighted.
+/// The multiple importance sampling weights of a set of techniques, from partial sums over those
+/// that would have ended a subpath earlier, which the vertices of complete subpaths keep.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Weighting {
+pub struct Weighting {
     set: TechniqueSet,
     heuristic: Heuristic,
     /// The shares of the families, 0 of those that are not in the set.
-    emitter_hits: f64,
-    emitter_sampling: f64,
+    bsdf_sampling: f64,
+    next_event: f64,
     connections: f64,
     lens_sampling: f64,
 }
 
 impl Weighting {
+    /// The weights of a set by a heuristic.
     #[inline]
+    #[must_use]
     pub fn new(set: TechniqueSet, heuristic: Heuristic) -> Self {
-        let light_walks = heuristic.raise(set.light_walks.count());
+        let light_subpaths = heuristic.raise(set.light_subpaths.count());
         let share = |has: bool, share| if has { share } else { 0.0 };
         Self {
             set,
             heuristic,
-            emitter_hits: share(set.emitter_hits, 1.0),
-            emitter_sampling: share(set.emitter_sampling, 1.0),
-            connections: share(set.connections, light_walks),
-            lens_sampling: share(set.lens_sampling, light_walks),
+            bsdf_sampling: share(set.bsdf_sampling, 1.0),
+            next_event: share(set.next_event, 1.0),
+            connections: share(set.connections, light_subpaths),
+            lens_sampling: share(set.lens_sampling, light_subpaths),
         }
     }
 
-    /// Completes the vertices of a walk from the lens.
-    pub fn complete_camera_walk<B>(&self, walk: &mut [Vertex<B>]) {
+    /// Enters the partial sums at the vertices of a camera subpath, the lens first.
+    pub fn complete_camera_subpath<B>(&self, walk: &mut [Vertex<B>]) {
         self.complete(walk, 0.0, self.lens_sampling);
     }
 
-    /// Completes the vertices of a walk from a light.
-    pub fn complete_light_walk<B>(&self, walk: &mut [Vertex<B>], light: &(impl Light + ?Sized)) {
+    /// Enters the partial sums at the vertices of a light subpath, the one on the light first.
+    pub fn complete_light_subpath<B>(&self, walk: &mut [Vertex<B>], light: &(impl Light + ?Sized)) {
         self.complete(walk, self.hitting(light), self.sampling(light));
     }
 
     /// Given n_0 and the share of connections to the start.
     fn complete<B>(&self, walk: &mut [Vertex<B>], hitting: f64, to_start: f64) {
         for m in 0..walk.len() {
-            walk[m].rivals = match &walk[..=m] {
+            walk[m].partial = match &walk[..=m] {
                 [_] => hitting,
                 up_to => {
                     let vertex = &up_to[m];
@@ -89,7 +93,8 @@ impl Weighting {
         }
     }
 
-    /// The weight of a path whose walks are complete, within the set.
+    /// The weight of the technique that drew a path of complete subpaths, within the set.
+    #[must_use]
     pub fn weight<S: Scene + ?Sized>(&self, path: &Path<'_, '_, S>) -> f64 {
         if !self.set.excluded.is_empty() {
             // Not a matter of families.
@@ -167,16 +172,16 @@ impl Weighting {
         let Some(previous) = before.last() else { return 0.0 };
         product(
             self.heuristic.raise(ratio * onwards * last.geometry / density(before)),
-            previous.rivals,
+            previous.partial,
         )
     }
 
     fn hitting(&self, light: &(impl Light + ?Sized)) -> f64 {
-        if light.can_be_hit() { self.emitter_hits } else { 0.0 }
+        if light.can_be_hit() { self.bsdf_sampling } else { 0.0 }
     }
 
     fn sampling(&self, light: &(impl Light + ?Sized)) -> f64 {
-        if light.can_be_connected() { self.emitter_sampling } else { 0.0 }
+        if light.can_be_connected() { self.next_event } else { 0.0 }
     }
 }
 
