@@ -10,12 +10,10 @@
 //! and nothing that a Dirac lobe shows to the camera.
 
 use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
-use crate::film::{Contribution, Sample, Technique};
 use crate::path::{
-    Counters, LensConnection, RandomWalk, Roulette, Site, Steps, TechniqueSet, Vertex, Visit,
-    sample_lens_connection,
+    Plan, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit, sample_lens_connection,
 };
-use crate::sampler::{Sampler, Stream};
+use crate::sampler::Sampler;
 use crate::scene::{Needs, Scene};
 use std::ops::ControlFlow;
 
@@ -56,68 +54,45 @@ impl<S: Scene + ?Sized> Integrator<S> for LightTracer {
     }
 }
 
-impl<'a, S: Scene + ?Sized> Steps<'a, S> for SingleWalk<'a, S, LightTracer> {
+impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for LightTracer {
     #[inline(always)]
     fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
-        let Site { sample, subpaths, out, counters } = site;
+        let Site { plan: Plan { stage, techniques, depth, .. }, sample, subpaths, out, counters } =
+            site;
+        let Stage { scene, camera, needs, .. } = *stage;
         subpaths.light.clear();
-        if !self.techniques.lens_sampling {
+        if !techniques.lens_sampling {
             return None;
         }
-        let scene = self.stage.scene;
         let (walk, start) = RandomWalk::from_light(scene, &mut sample.sampler, counters)?;
-        if let Some(found) = self.connect(&start, 0, sample, counters) {
+        if depth.contains(0)
+            && let Some(found) = sample_lens_connection(scene, camera, &start, 0, sample, counters)
+        {
             let ends = [out.keep(&found.lens), out.keep(&found.end)];
-            out.connect(ends, contribution(0, &found));
+            out.connect(ends, found.contribution);
         }
         // Without a vertex that could be connected the walk would be for nothing.
-        let has_use = self.depth.limit() > 0 && self.stage.needs.contains(Needs::FINITE_LOBES);
-        walk?.if_useful(has_use, counters)
+        walk?.if_useful(depth.limit() > 0 && needs.contains(Needs::FINITE_LOBES), counters)
     }
 
     #[inline(always)]
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        let Visit { walk, vertex, end, sample, out, counters } = visit;
-        let bounces = walk.bounces() + 1;
-        if vertex.is_connectible()
-            && let Some(found) = self.connect(vertex, bounces, sample, counters)
+        let Visit { plan, walk, vertex, end, sample, out, counters } = visit;
+        let (Stage { scene, camera, .. }, bounces) = (plan.stage, walk.bounces() + 1);
+        if plan.depth.contains(bounces)
+            && vertex.is_connectible()
+            && let Some(found) =
+                sample_lens_connection(scene, camera, vertex, bounces, sample, counters)
         {
             let lens = out.keep(&found.lens);
-            out.connect([lens, *end], contribution(bounces, &found));
+            out.connect([lens, *end], found.contribution);
         }
         ControlFlow::Continue(())
     }
 
     #[inline(always)]
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        visit.scatter(&self.settings.roulette).flow()?;
-        visit.limit(self.depth.limit())
+        visit.scatter(&self.roulette).flow()?;
+        visit.limit(visit.plan.depth.limit())
     }
-}
-
-impl<S: Scene + ?Sized> SingleWalk<'_, S, LightTracer> {
-    /// The connection of a vertex to the lens, after so many scattering events, this one included.
-    #[inline(always)]
-    fn connect<P: Sampler>(
-        &self,
-        vertex: &Vertex<S::Bsdf<'_>>,
-        bounces: u32,
-        sample: &mut Sample<P>,
-        counters: &mut Counters,
-    ) -> Option<LensConnection> {
-        if !self.depth.contains(bounces) {
-            return None;
-        }
-        sample.sampler.stream(Stream::LensSampling(bounces));
-        let Stage { scene, camera, .. } = self.stage;
-        let found = sample_lens_connection(scene, camera, vertex, sample, counters)?;
-        counters.shadow_rays += 1;
-        Some(found)
-    }
-}
-
-fn contribution(bounces: u32, found: &LensConnection) -> Contribution {
-    let LensConnection { raster, value, .. } = *found;
-    let technique = Technique::new(bounces as u16 + 1, 1);
-    Contribution { raster, value, weight: 1.0, technique }
 }

@@ -16,20 +16,19 @@
 
 mod adaptive;
 mod bidirectional;
-mod depth;
+mod crew;
 mod light_tracer;
 mod path_tracer;
 mod run;
-mod stage;
 mod uniform_area;
 mod with_needs;
 
+pub use crate::path::{Depth, Stage};
 pub use adaptive::{Adaptive, Candidate, Decision};
 pub use bidirectional::Bidirectional;
-pub use depth::Depth;
+pub use crew::{Caller, Crew};
 pub use light_tracer::LightTracer;
 pub use path_tracer::{PathTracer, PathTracing};
 pub use run::{Estimator, Integrator, IntegratorError, Notes, Run, SingleWalk, Started};
-pub use stage::{Caller, Crew, Stage};
 pub use uniform_area::UniformArea;
 pub use with_needs::WithNeeds;

@@ -12,7 +12,7 @@ use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
 use crate::bsdf::TransportMode;
 use crate::endpoint::{Endpoint, Light};
 use crate::path::{
-    Heuristic, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit, sample_next_event,
+    Heuristic, Plan, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit, sample_next_event,
 };
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
@@ -73,28 +73,28 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
     }
 }
 
-impl<'a, S: Scene + ?Sized> Steps<'a, S> for SingleWalk<'a, S, PathTracer> {
+impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PathTracer {
     #[inline(always)]
     fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
         site.subpaths.camera.clear();
-        Some(self.stage.camera_walk(site.sample)?.0)
+        Some(site.plan.stage.camera_walk(site.sample)?.0)
     }
 
     #[inline(always)]
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         self.hit(visit);
-        visit.limit(self.depth.limit())?;
+        visit.limit(visit.plan.depth.limit())?;
         self.connect(visit);
         ControlFlow::Continue(())
     }
 
     #[inline(always)]
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        if !self.techniques.bsdf_sampling {
+        if !visit.plan.techniques.bsdf_sampling {
             // The last vertex could only count by being hit.
-            visit.limit(self.depth.limit().saturating_sub(1))?;
+            visit.limit(visit.plan.depth.limit().saturating_sub(1))?;
         }
-        let scattered = visit.scatter(&self.settings.roulette);
+        let scattered = visit.scatter(&self.roulette);
         if !scattered.constant.is_black() {
             visit.out.add(&visit.contribution(0, scattered.constant, 1.0));
         }
@@ -102,46 +102,46 @@ impl<'a, S: Scene + ?Sized> Steps<'a, S> for SingleWalk<'a, S, PathTracer> {
     }
 }
 
-impl<S: Scene + ?Sized> SingleWalk<'_, S, PathTracer> {
+impl PathTracer {
     /// Adds what the vertex emits (s = 0).
     #[inline(always)]
-    fn hit<P>(&self, visit: &mut Visit<'_, '_, S, P>) {
-        let (scene, walk, vertex) = (self.stage.scene, &*visit.walk, &*visit.vertex);
-        if !(self.techniques.bsdf_sampling && self.depth.contains(walk.bounces())) {
+    fn hit<S: Scene + ?Sized, P>(&self, visit: &mut Visit<'_, '_, S, P>) {
+        let Visit { plan: Plan { stage, techniques, depth, .. }, walk, vertex, .. } = visit;
+        let scene = stage.scene;
+        if !(techniques.bsdf_sampling && depth.contains(walk.bounces())) {
             return;
         }
         let Some((id, radiance)) = vertex.emission(scene) else { return };
         let light = scene.light(id);
-        let competes = self.techniques.next_event && walk.is_from_connectible();
+        let competes = techniques.next_event && walk.is_from_connectible();
         let mut weight = 1.0;
         if competes && light.can_be_connected() {
             let point = light.pdf_from(walk.from(), &vertex.point);
             let connect = point.value() * scene.pick_pmf_for(walk.from(), id);
             let hit = walk.pdf().value() * vertex.geometry;
-            weight = self.settings.heuristic.weight([connect / hit]);
+            weight = self.heuristic.weight([connect / hit]);
         }
-        let value = vertex.throughput * radiance;
-        visit.out.add(&visit.contribution(0, value, weight));
+        visit.out.add(&visit.contribution(0, visit.vertex.throughput * radiance, weight));
     }
 
     /// Adds the light of a point sampled on an emitter, if the vertex sees it (s = 1).
     #[inline(always)]
-    fn connect<P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
-        let Visit { walk, vertex, sample, counters, .. } = visit;
-        let (scene, bounces) = (self.stage.scene, walk.bounces() + 1);
-        if !(self.techniques.next_event && self.depth.contains(bounces)) {
+    fn connect<S: Scene + ?Sized, P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
+        let Visit { plan, walk, vertex, sample, counters, .. } = visit;
+        let (Plan { stage, techniques, depth, .. }, bounces) = (plan, walk.bounces() + 1);
+        if !(techniques.next_event && depth.contains(bounces)) {
             return;
         }
         let Some(bsdf) = vertex.bsdf.as_ref().filter(|_| vertex.is_connectible()) else { return };
         sample.sampler.stream(Stream::NextEvent(bounces));
-        let next = sample_next_event(scene, vertex, &mut sample.sampler, counters);
+        let next = sample_next_event(stage.scene, vertex, &mut sample.sampler, counters);
         let Some(next) = next else { return };
         let mut weight = 1.0;
-        if self.techniques.bsdf_sampling && scene.light(next.light).can_be_hit() {
+        if techniques.bsdf_sampling && stage.scene.light(next.light).can_be_hit() {
             let direction =
                 bsdf.pdf(vertex.to_previous, next.edge.direction, TransportMode::Radiance);
             let hit = direction.value() * next.edge.geometry;
-            weight = self.settings.heuristic.weight([hit / next.emitter.pdf.value()]);
+            weight = self.heuristic.weight([hit / next.emitter.pdf.value()]);
         }
         counters.shadow_rays += 1;
         let point = visit.out.keep(&next.emitter.point);

@@ -1,9 +1,9 @@
 //! Settings that start a run, and the run that draws: the two traits of an integrator.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
-use super::{Crew, Decision, Depth, Stage};
+use super::{Crew, Decision};
 use crate::film::{FilmSample, Sample, Sink};
-use crate::path::{Counters, LeftOut, Scratch, Steps, TechniqueSet, advance};
+use crate::path::{Counters, Depth, LeftOut, Plan, Scratch, Stage, Steps, TechniqueSet, advance};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use std::error::Error;
@@ -95,40 +95,30 @@ pub trait Run<'a, S: Scene + ?Sized + 'a>: Sync {
 /// A run, or the reason why there is none.
 pub type Started<R> = Result<R, IntegratorError>;
 
-/// A run whose samples are one walk each, as its [`Steps`] say, and that keeps nothing from pass to
-/// pass: all that a path tracer or a light tracer takes.
+/// A run whose samples are one walk each, as the [`Steps`] of its settings say, and that keeps
+/// nothing from pass to pass: all that a path tracer or a light tracer takes.
+#[derive(Debug)]
 pub struct SingleWalk<'a, S: Scene + ?Sized, I> {
-    /// What is rendered.
-    pub stage: Stage<'a, S>,
-    /// How.
-    pub settings: I,
-    /// The techniques that draw paths.
-    pub techniques: TechniqueSet,
-    /// The path lengths that count and that the scene has light for.
-    pub depth: Depth,
-    left_out: LeftOut,
+    plan: Plan<'a, S>,
+    settings: I,
 }
 
 impl<'a, S: Scene + ?Sized, I> SingleWalk<'a, S, I> {
     /// A run of techniques and path lengths, less what the stage does not need.
-    pub fn new(stage: Stage<'a, S>, settings: I, set: TechniqueSet, depth: Depth) -> Self {
-        let (techniques, left_out) = (set.pruned(&stage.needs), set.left_out(&stage.needs));
-        Self { stage, settings, techniques, depth: depth.within(&stage.needs), left_out }
+    pub fn new(stage: Stage<'a, S>, settings: I, techniques: TechniqueSet, depth: Depth) -> Self {
+        Self { plan: Plan::new(stage, techniques, depth), settings }
     }
 }
 
-impl<'a, S: Scene + ?Sized + 'a, I: Sync> Run<'a, S> for SingleWalk<'a, S, I>
-where
-    Self: Steps<'a, S>,
-{
+impl<'a, S: Scene + ?Sized + 'a, I: Steps<'a, S> + Sync> Run<'a, S> for SingleWalk<'a, S, I> {
     type Chunk = ();
 
     fn techniques(&self) -> TechniqueSet {
-        self.techniques
+        self.plan.techniques
     }
 
     fn notes(&self) -> Notes {
-        Notes { left_out: self.left_out, ..Notes::default() }
+        Notes { left_out: self.plan.left_out, ..Notes::default() }
     }
 
     fn draw<P: Sampler>(
@@ -139,7 +129,7 @@ where
         scratch: &mut Scratch<'a, S>,
     ) {
         scratch.counters.samples += samples.len() as u64;
-        advance(self.stage.scene, self, samples, sink, scratch);
+        advance(&self.plan, &self.settings, samples, sink, scratch);
     }
 }
 

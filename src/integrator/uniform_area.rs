@@ -5,18 +5,16 @@
 //! Le(x_k → x_{k-1}) · Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1}) / p_A,       p_A = 1/A.
 //! ```
 //!
-//! All path lengths share one chain of vertices. It knows neither where the light is nor how
-//! surfaces scatter, and 1/r² is in no density: the variance is infinite wherever surfaces meet in
-//! a corner. It is here because it is the definition, sampled. It cannot see Dirac lobes, Dirac
-//! lights or anything at infinity behind the first vertex.
+//! All path lengths share one chain of vertices. It knows neither lights nor BSDFs, and 1/r² is in
+//! no density: the variance is infinite wherever surfaces meet in a corner. It is the definition,
+//! sampled, and cannot see Dirac lobes, Dirac lights or infinity behind the first vertex.
 
 use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
-use crate::bsdf::TransportMode;
-use crate::bsdf::shading::ShadedBsdf;
+use crate::bsdf::{TransportMode, shading::ShadedBsdf};
 use crate::endpoint::Endpoint;
 use crate::film::{Contribution, Sample, Technique};
 use crate::math::Rgb;
-use crate::path::{Edge, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit};
+use crate::path::{Edge, RandomWalk, Roulette, Site, Steps, TechniqueSet, Vertex, Visit};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::SurfaceArea;
 use std::ops::ControlFlow;
@@ -54,36 +52,35 @@ impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
     }
 }
 
-impl<'a, S: SurfaceArea + ?Sized> Steps<'a, S> for SingleWalk<'a, S, UniformArea> {
+impl<'a, S: SurfaceArea + ?Sized + 'a> Steps<'a, S> for UniformArea {
     fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
         site.subpaths.camera.clear();
-        let (walk, _) = self.stage.camera_walk(site.sample)?;
-        self.techniques.uniform_area.then_some(walk)
+        let (walk, _) = site.plan.stage.camera_walk(site.sample)?;
+        site.plan.techniques.uniform_area.then_some(walk)
     }
 
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        if let Some((_, radiance)) = visit.vertex.emission(self.stage.scene)
-            && self.depth.contains(0)
+        if let Some((_, radiance)) = visit.vertex.emission(visit.plan.stage.scene)
+            && visit.plan.depth.contains(0)
         {
             visit.out.add(&visit.contribution(0, visit.vertex.throughput * radiance, 1.0));
         }
-        visit.limit(self.depth.limit())
+        visit.limit(visit.plan.depth.limit())
     }
 
     /// Draws the chain of vertices behind the first surface.
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        let Visit { vertex, sample: Sample { film, sampler }, out, counters, .. } = visit;
-        let (scene, roulette) = (self.stage.scene, &self.settings.roulette);
+        let Visit { plan, vertex, sample: Sample { film, sampler }, out, counters, .. } = visit;
+        let (scene, mode) = (plan.stage.scene, TransportMode::Radiance);
         let mut add = |bounces: u32, value: Rgb| {
             let technique = Technique::new(0, bounces as u16 + 2);
             if !value.is_black() {
                 out.add(&Contribution { raster: film.raster, value, weight: 1.0, technique });
             }
         };
-        let (mut point, mut to_camera) = (vertex.point, vertex.to_previous);
-        let mut throughput = vertex.throughput;
+        let Vertex { mut point, to_previous: mut to_camera, mut throughput, .. } = **vertex;
         let (reference, area) = (throughput.max_component(), scene.total_area());
-        for bounces in 1..=self.depth.limit() {
+        for bounces in 1..=plan.depth.limit() {
             sampler.stream(Stream::CameraVertex(bounces));
             let next = scene.sample_surface(sampler.next_1d(), sampler.next_2d());
             counters.scattered += 1;
@@ -91,21 +88,17 @@ impl<'a, S: SurfaceArea + ?Sized> Steps<'a, S> for SingleWalk<'a, S, UniformArea
             counters.connections += 1;
             let bsdf = ShadedBsdf::new(scene.bsdf(&point), &point);
             throughput *= bsdf.eval(edge.direction, to_camera) * (edge.geometry * area);
-            if throughput.is_black() {
+            counters.shadow_rays += u64::from(!throughput.is_black());
+            if throughput.is_black() || !scene.visible(&point, &next) {
                 break;
             }
-            counters.shadow_rays += 1;
-            if !scene.visible(&point, &next) {
-                break;
-            }
-            if let Some(light) = scene.light_at(&next)
-                && self.depth.contains(bounces)
-            {
+            let light = scene.light_at(&next).filter(|_| plan.depth.contains(bounces));
+            if let Some(light) = light {
                 add(bounces, throughput * scene.light(light).emit(&next, -edge.direction));
             }
             let relative = throughput.max_component() / reference;
-            let xi = || sampler.next_1d();
-            let on = roulette.play(TransportMode::Radiance, bounces, relative, &mut throughput, xi);
+            let on =
+                self.roulette.play(mode, bounces, relative, &mut throughput, || sampler.next_1d());
             add(bounces + 1, on.constant);
             if !on.goes_on {
                 break;

@@ -3,10 +3,10 @@
 
 use super::{Counters, Edge, StartDensity, Vertex};
 use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
-use crate::film::Sample;
+use crate::film::{Contribution, Sample, Technique};
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::{PerArea, Rgb};
-use crate::sampler::Sampler;
+use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
 use glam::DVec2;
 
@@ -144,23 +144,24 @@ pub struct LensConnection {
     /// The end on the other side: the vertex, or the point of a light at infinity that faces the
     /// lens.
     pub end: SurfacePoint,
-    /// Position on the film, in pixels of the full film.
-    pub raster: DVec2,
-    /// Unweighted estimate `T f G We / p` if the two see each other; not black. At the start of a
+    /// The splat if the two see each other, unweighted: `T f G We / p`, not black. At the start of a
     /// walk Le takes the place of f.
-    pub value: Rgb,
+    pub contribution: Contribution,
 }
 
-/// Samples a point on the lens for a vertex of a light subpath, its start included, and evaluates
-/// everything but visibility. `None` if nothing comes of it, or only outside the film's window.
+/// Samples a point on the lens for a vertex of a light subpath after so many scattering events, its
+/// own included; 0 at the start. Evaluates everything but visibility. `None` if nothing comes of
+/// it, or only outside the film's window.
 #[inline(always)]
 pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
     scene: &S,
     camera: &dyn Camera,
     vertex: &Vertex<S::Bsdf<'_>>,
+    bounces: u32,
     Sample { film, sampler }: &mut Sample<P>,
     counters: &mut Counters,
 ) -> Option<LensConnection> {
+    sampler.stream(Stream::LensSampling(bounces));
     let lens = sample_lens(camera, &vertex.point, sampler)?;
     let edge = Edge::between(&lens.point, &vertex.point)?;
     let raster = camera.raster(&lens.point, edge.direction)? - film.offset;
@@ -183,7 +184,13 @@ pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
     }
     let importance = camera.emit(&lens.point, edge.direction) * lens.throughput();
     let value = (vertex.throughput * light_or_f) * (edge.geometry * importance);
-    (!value.is_black()).then_some(LensConnection { lens: lens.point, end, raster, value })
+    if value.is_black() {
+        return None;
+    }
+    counters.shadow_rays += 1;
+    let technique = Technique::new(bounces as u16 + 1, 1);
+    let contribution = Contribution { raster, value, weight: 1.0, technique };
+    Some(LensConnection { lens: lens.point, end, contribution })
 }
 
 /// Whether lens and light can be connected to each other: a Dirac lens would see a Dirac light as a

@@ -16,12 +16,15 @@
 
 mod connect;
 mod counters;
+mod depth;
+mod draw;
 mod edge;
 mod light_subpaths;
 mod mis;
 mod path_record;
 pub mod roulette;
 mod scratch;
+mod stage;
 mod steps;
 mod technique;
 mod vertex;
@@ -33,12 +36,14 @@ pub use connect::{
     sample_lens_connection, sample_next_event,
 };
 pub use counters::{Counters, Ledger};
+pub use depth::Depth;
 pub use edge::Edge;
 pub use light_subpaths::LightSubpaths;
 pub use mis::{Ends, Heuristic, PathDensities, Weighting};
 pub use path_record::{PathRecord, Verification};
 pub use roulette::{Roulette, Scattered, Survival, Termination};
 pub use scratch::Scratch;
+pub use stage::{Plan, Stage};
 pub use steps::{End, Out, Site, Steps, Subpaths, Visit, advance, join};
 pub use technique::{Excluded, Family, LeftOut, Reason, TechniqueSet};
 pub use vertex::{StartDensity, Vertex};

@@ -6,7 +6,7 @@
 //! all of them. The contributions of a sample do not depend on which others it advances with.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
-use super::{Counters, RandomWalk, Roulette, Scattered, Scratch, Vertex};
+use super::{Counters, Plan, RandomWalk, Roulette, Scattered, Scratch, Vertex};
 use crate::bsdf::TransportMode;
 use crate::film::{Contribution, Sample, Sink, Technique};
 use crate::geometry::SurfacePoint;
@@ -45,6 +45,8 @@ pub struct Out<'v> {
 
 /// A sample before its walk begins, or after its subpaths are complete.
 pub struct Site<'v, 's, S: Scene + ?Sized + 's, P> {
+    /// The techniques and path lengths that are drawn, and the stage.
+    pub plan: &'v Plan<'s, S>,
     /// The sample.
     pub sample: &'v mut Sample<P>,
     /// Its subpaths. A walk that begins clears its list and may enter the vertex that it starts at.
@@ -57,6 +59,8 @@ pub struct Site<'v, 's, S: Scene + ?Sized + 's, P> {
 
 /// A walk at a vertex.
 pub struct Visit<'v, 's, S: Scene + ?Sized + 's, P> {
+    /// The techniques and path lengths that are drawn, and the stage.
+    pub plan: &'v Plan<'s, S>,
     /// The walk.
     pub walk: &'v mut RandomWalk<'s, S>,
     /// The vertex.
@@ -94,25 +98,26 @@ pub trait Steps<'s, S: Scene + ?Sized + 's> {
 /// no ray meets anything. Contributions go to the sink with the numbers of their samples.
 #[inline]
 pub fn advance<'s, S: Scene + ?Sized, P: Sampler>(
-    scene: &'s S,
+    plan: &Plan<'s, S>,
     steps: &impl Steps<'s, S>,
     samples: &mut [Sample<P>],
     sink: &mut dyn Sink,
     scratch: &mut Scratch<'s, S>,
 ) {
-    begin(scene, steps, samples, sink, scratch);
+    let scene = plan.stage.scene;
+    begin(plan, steps, samples, sink, scratch);
     while !scratch.walks.is_empty() {
         scratch.trace(scene);
-        arrive(steps, samples, sink, scratch);
+        arrive(plan, steps, samples, sink, scratch);
         scratch.connections.test(scene, &scratch.subpaths, sink);
-        scatter(steps, samples, sink, scratch);
+        scatter(plan, steps, samples, sink, scratch);
     }
 }
 
 /// Shows `visit` each sample with its subpaths, and tests the shadow rays of all of them.
 #[inline]
 pub fn join<'s, S: Scene + ?Sized, P: Sampler>(
-    scene: &'s S,
+    plan: &Plan<'s, S>,
     samples: &mut [Sample<P>],
     sink: &mut dyn Sink,
     scratch: &mut Scratch<'s, S>,
@@ -122,9 +127,9 @@ pub fn join<'s, S: Scene + ?Sized, P: Sampler>(
     subpaths.resize_with(subpaths.len().max(samples.len()), Subpaths::default);
     for (number, (sample, subpaths)) in samples.iter_mut().zip(&mut *subpaths).enumerate() {
         let out = Out { sample: number, sink: &mut *sink, connections };
-        visit(&mut Site { sample, subpaths, out, counters });
+        visit(&mut Site { plan, sample, subpaths, out, counters });
     }
-    connections.test(scene, subpaths, sink);
+    connections.test(plan.stage.scene, subpaths, sink);
 }
 
 /// A walk that advances.
@@ -138,7 +143,7 @@ pub(super) struct Advancing<'s, S: Scene + ?Sized + 's> {
 
 #[inline]
 fn begin<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
-    scene: &'s S,
+    plan: &Plan<'s, S>,
     steps: &W,
     samples: &mut [Sample<P>],
     sink: &mut dyn Sink,
@@ -147,7 +152,7 @@ fn begin<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
     let mut walks = std::mem::take(&mut scratch.walks);
     walks.clear();
     let mut sample = 0;
-    join(scene, samples, sink, scratch, |site| {
+    join(plan, samples, sink, scratch, |site| {
         if let Some(walk) = steps.begin(site) {
             let next = site.subpaths.of(walk.mode()).len() as u32;
             walks.push(Advancing { sample, walk, next, has_ended: false });
@@ -159,6 +164,7 @@ fn begin<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
 
 #[inline]
 fn arrive<'s, S: Scene + ?Sized, P: Sampler>(
+    plan: &Plan<'s, S>,
     steps: &impl Steps<'s, S>,
     samples: &mut [Sample<P>],
     sink: &mut dyn Sink,
@@ -171,7 +177,7 @@ fn arrive<'s, S: Scene + ?Sized, P: Sampler>(
         *has_ended = vertex.is_none_or(|vertex| {
             let (sample, end) = (&mut samples[*number], End::of(mode, *next));
             let out = Out { sample: *number, sink: &mut *sink, connections };
-            steps.arrive(&mut Visit { walk, vertex, end, sample, out, counters }).is_break()
+            steps.arrive(&mut Visit { plan, walk, vertex, end, sample, out, counters }).is_break()
         });
     }
 }
@@ -179,6 +185,7 @@ fn arrive<'s, S: Scene + ?Sized, P: Sampler>(
 /// Keeps the walks that go on.
 #[inline]
 fn scatter<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
+    plan: &Plan<'s, S>,
     steps: &W,
     samples: &mut [Sample<P>],
     sink: &mut dyn Sink,
@@ -192,7 +199,7 @@ fn scatter<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
             && vertices.get_mut(*next as usize).is_some_and(|vertex| {
                 let (sample, end) = (&mut samples[*number], End::of(mode, *next));
                 let out = Out { sample: *number, sink: &mut *sink, connections };
-                let visit = &mut Visit { walk, vertex, end, sample, out, counters };
+                let visit = &mut Visit { plan, walk, vertex, end, sample, out, counters };
                 steps.scatter(visit).is_continue()
             });
         match goes_on {

@@ -3,6 +3,7 @@
 use super::LightSubpaths;
 use crate::film::Technique;
 use crate::geometry::Place;
+use crate::sampler::{Sampler, Stream};
 use crate::scene::Needs;
 use std::fmt;
 
@@ -12,7 +13,7 @@ use std::fmt;
 /// A path with k edges can be drawn by the techniques (s, t) with s + t = k + 1 and t ≥ 1: the lens
 /// is never hit by chance. A set is a union of the four families that need different code, less
 /// what the scene rules out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TechniqueSet {
     /// s = 0: a camera walk hits a light.
     pub bsdf_sampling: bool,
@@ -371,6 +372,18 @@ impl TechniqueSet {
         if dedicated { 0.9 } else { 1.0 }
     }
 
+    /// The number of light subpaths of a sample; takes a number only if that is random.
+    #[inline]
+    pub fn draw_light_subpaths<P: Sampler>(&self, sampler: &mut P) -> u32 {
+        if !self.has_light_subpath() {
+            return 0;
+        }
+        self.light_subpaths.draw(|| {
+            sampler.stream(Stream::Emission);
+            sampler.next_1d()
+        })
+    }
+
     /// Whether walks from the light are needed.
     #[inline]
     #[must_use]
@@ -383,6 +396,13 @@ impl TechniqueSet {
     #[must_use]
     pub fn has_camera_subpath(&self) -> bool {
         self.bsdf_sampling || self.next_event || self.connections || self.uniform_area
+    }
+}
+
+/// Every technique (s, t).
+impl Default for TechniqueSet {
+    fn default() -> Self {
+        Self::BIDIRECTIONAL
     }
 }
 

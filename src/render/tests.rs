@@ -7,7 +7,7 @@ use crate::film::{
     Contribution, FilmError, FilmRegion, FilmSample, Filter, Sample, Sink, Technique,
 };
 use crate::geometry::SurfacePoint;
-use crate::integrator::{Run, Started};
+use crate::integrator::{IntegratorError, Run, Started};
 use crate::math::{PerArea, PerProjected, Rgb};
 use crate::path::Scratch;
 use crate::sampler::{Independent, Sampler, SamplerKind, Stream};
@@ -580,4 +580,115 @@ fn a_rendering_becomes_a_file_with_its_metadata() {
         (file.metadata["seed"].as_str(), file.metadata["sampler"].as_str()),
         ("0", "Independent")
     );
+}
+
+/// An integrator that learns: each chunk counts its samples, a pass adds the number of samples that
+/// all chunks counted before it, and chunks are collected in their order.
+struct Learning {
+    /// The pass that there is not enough memory for.
+    fails_at: u32,
+}
+
+#[derive(Default)]
+struct Lessons {
+    fails_at: u32,
+    /// Samples in earlier passes.
+    known: u64,
+    passes: u32,
+    /// Samples of each chunk, pass after pass.
+    collected: Vec<u64>,
+}
+
+impl<S: Scene + ?Sized> Integrator<S> for Learning {
+    type Run<'a>
+        = Lessons
+    where
+        S: 'a;
+
+    fn name(&self) -> &'static str {
+        "learning"
+    }
+
+    fn start<'a>(&'a self, _: Stage<'a, S>, _: &dyn Crew) -> Started<Lessons> {
+        Ok(Lessons { fails_at: self.fails_at, ..Lessons::default() })
+    }
+}
+
+impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Lessons {
+    /// Samples in this pass and in all passes.
+    type Chunk = [u64; 2];
+
+    fn techniques(&self) -> TechniqueSet {
+        TechniqueSet::NONE
+    }
+
+    fn learns(&self) -> bool {
+        true
+    }
+
+    fn begin_pass(&mut self, pass: u32, crew: &dyn Crew) -> Result<(), IntegratorError> {
+        assert_eq!(self.passes, pass);
+        assert_eq!(crew.collect(5, |i| i * i), [0, 1, 4, 9, 16]);
+        self.passes += 1;
+        self.known = self.collected.iter().sum();
+        if pass == self.fails_at {
+            let reason = "not enough memory".to_owned();
+            return Err(IntegratorError { integrator: "learning", reason });
+        }
+        Ok(())
+    }
+
+    fn draw<P: Sampler>(
+        &self,
+        samples: &mut [Sample<P>],
+        sink: &mut dyn Sink,
+        [now, ever]: &mut [u64; 2],
+        scratch: &mut Scratch<'a, S>,
+    ) {
+        scratch.counters.samples += samples.len() as u64;
+        for (number, Sample { film, sampler }) in samples.iter_mut().enumerate() {
+            *now += 1;
+            *ever += 1;
+            let value = Rgb::new(self.known as f64, *ever as f64, sampler.next_1d());
+            let technique = Technique::new(0, 2);
+            let raster = film.raster;
+            sink.add(number, &Contribution { raster, value, weight: 1.0, technique });
+        }
+    }
+
+    fn collect(&mut self, [now, _]: &mut [u64; 2]) {
+        self.collected.push(std::mem::take(now));
+    }
+
+    fn preparation(&self) -> Counters {
+        Counters { samples: 1000, closest_rays: u64::from(self.passes), ..Counters::default() }
+    }
+}
+
+#[test]
+fn a_run_that_learns_knows_all_of_the_passes_before() {
+    let render = |threads| {
+        let settings =
+            Settings { budget: Budget::Samples(4), threads: Some(threads), ..Settings::default() };
+        let integrator = Learning { fails_at: u32::MAX };
+        render(&Nothing, &FilmOnly(window()), &integrator, &settings, &mut unattended).unwrap()
+    };
+    let one = render(1);
+    let pixels = u64::from(window().pixels());
+    // 0 + 1 + 2 + 3 times the pixels in each.
+    assert!(one.film.sums().iter().all(|sum| sum.r() == (6 * pixels) as f64));
+    assert_eq!((one.counters.samples, one.counters.closest_rays), (4 * pixels, 4));
+    for threads in [2, 7, 64] {
+        assert_eq!(render(threads).film.sums(), one.film.sums(), "{threads} threads");
+    }
+}
+
+#[test]
+fn a_pass_that_cannot_be_prepared_is_an_error() {
+    let settings = Settings { budget: Budget::Samples(4), ..Settings::default() };
+    let integrator = Learning { fails_at: 2 };
+    let result = render(&Nothing, &FilmOnly(window()), &integrator, &settings, &mut unattended);
+    let error = result.unwrap_err();
+    assert_eq!(error.to_string(), "learning: not enough memory");
+    assert!(std::error::Error::source(&error).is_some());
 }

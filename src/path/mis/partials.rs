@@ -31,7 +31,7 @@
 //! as in [`PathDensities`](super::PathDensities), is derived here.
 
 use super::Heuristic;
-use crate::endpoint::Light;
+use crate::endpoint::{Camera, Endpoint, Light};
 use crate::path::{Path, TechniqueSet, Vertex};
 use crate::scene::Scene;
 
@@ -65,14 +65,29 @@ impl Weighting {
         }
     }
 
-    /// Enters the partial sums at the vertices of a camera subpath, the lens first.
-    pub fn complete_camera_subpath<B>(&self, walk: &mut [Vertex<B>]) {
-        self.complete(walk, 0.0, self.lens_sampling);
+    /// Enters what is known of the vertices of a camera subpath once it is complete: the density of
+    /// the lens as the end of a connection, and the partial sums.
+    pub fn complete_camera_subpath<B>(&self, subpath: &mut [Vertex<B>], camera: &dyn Camera) {
+        if let [lens, first, ..] = subpath {
+            lens.start.connection = camera.pdf_from(&first.point, &lens.point);
+        }
+        self.complete(subpath, 0.0, self.lens_sampling);
     }
 
-    /// Enters the partial sums at the vertices of a light subpath, the one on the light first.
-    pub fn complete_light_subpath<B>(&self, walk: &mut [Vertex<B>], light: &(impl Light + ?Sized)) {
-        self.complete(walk, self.hitting(light), self.sampling(light));
+    /// The same of a light subpath.
+    pub fn complete_light_subpath<S: Scene + ?Sized>(
+        &self,
+        subpath: &mut [Vertex<S::Bsdf<'_>>],
+        scene: &S,
+    ) {
+        if let [start, first, ..] = subpath
+            && let Some(id) = start.light
+        {
+            let light = scene.light(id);
+            start.start.connection =
+                light.pdf_from(&first.point, &start.point) * scene.pick_pmf_for(&first.point, id);
+            self.complete(subpath, self.hitting(light), self.sampling(light));
+        }
     }
 
     /// Given n_0 and the share of connections to the start.

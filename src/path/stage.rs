@@ -1,12 +1,11 @@
-//! What a rendering is of, and who works on it.
+//! The subject of a rendering, and what is drawn of it.
 
+use super::{Depth, LeftOut, RandomWalk, TechniqueSet, Vertex};
 use crate::endpoint::Camera;
 use crate::film::{FilmRegion, Kernel, Sample};
-use crate::path::{RandomWalk, Vertex};
 use crate::sampler::Sampler;
 use crate::scene::{Needs, Scene};
 use std::fmt;
-use std::sync::OnceLock;
 
 /// Scene, camera and everything else that is the same for all samples of a rendering.
 pub struct Stage<'a, S: Scene + ?Sized> {
@@ -71,34 +70,36 @@ impl<S: Scene + ?Sized> fmt::Debug for Stage<'_, S> {
     }
 }
 
-/// The threads of a rendering.
-pub trait Crew: Sync {
-    /// Calls a task with every number below `count`, each once, in any order and at the same time;
-    /// returns when all are done.
-    fn each(&self, count: usize, task: &(dyn Fn(usize) + Sync));
+/// The techniques and path lengths that a run draws on a stage.
+pub struct Plan<'a, S: Scene + ?Sized> {
+    /// The subject of the rendering.
+    pub stage: Stage<'a, S>,
+    /// The techniques that draw paths.
+    pub techniques: TechniqueSet,
+    /// The path lengths that count and that the scene has light for.
+    pub depth: Depth,
+    /// What the stage does not need, and why.
+    pub left_out: LeftOut,
 }
 
-impl dyn Crew + '_ {
-    /// What a task returns for every number below `count`, in the order of the numbers.
-    pub fn collect<T: Send + Sync>(
-        &self,
-        count: usize,
-        task: impl Fn(usize) -> T + Sync,
-    ) -> Vec<T> {
-        let slots: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
-        self.each(count, &|i| {
-            slots[i].get_or_init(|| task(i));
-        });
-        slots.into_iter().filter_map(OnceLock::into_inner).collect()
+impl<'a, S: Scene + ?Sized> Plan<'a, S> {
+    /// Techniques and path lengths, less what the stage does not need.
+    pub fn new(stage: Stage<'a, S>, techniques: TechniqueSet, depth: Depth) -> Self {
+        Self {
+            stage,
+            techniques: techniques.pruned(&stage.needs),
+            depth: depth.within(&stage.needs),
+            left_out: techniques.left_out(&stage.needs),
+        }
     }
 }
 
-/// The calling thread alone.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Caller;
-
-impl Crew for Caller {
-    fn each(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
-        (0..count).for_each(task);
+impl<S: Scene + ?Sized> fmt::Debug for Plan<'_, S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Plan")
+            .field("stage", &self.stage)
+            .field("techniques", &self.techniques)
+            .field("depth", &self.depth)
+            .finish_non_exhaustive()
     }
 }

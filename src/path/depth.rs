@@ -1,6 +1,6 @@
 //! The lengths of paths that count.
 
-use crate::path::MAX_BOUNCES;
+use super::MAX_BOUNCES;
 use crate::scene::Needs;
 
 /// Which paths count, by their number of scattering events; 0 is light that comes straight from an

@@ -1,0 +1,58 @@
+//! An integrator of one's own: the light of a single lamp, after one scattering event and up to a
+//! few more, by next event estimation at every vertex of a walk from the camera.
+
+use pathspace::endpoint::LightId;
+use pathspace::integrator::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
+use pathspace::path::{RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit, sample_next_event};
+use pathspace::sampler::{Sampler, Stream};
+use pathspace::scene::Scene;
+use std::ops::ControlFlow;
+
+/// The settings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OneLight {
+    /// The lamp.
+    pub light: LightId,
+    /// The largest number of scattering events.
+    pub max_bounces: u32,
+}
+
+impl<S: Scene + ?Sized> Integrator<S> for OneLight {
+    type Run<'a>
+        = SingleWalk<'a, S, Self>
+    where
+        S: 'a;
+
+    fn name(&self) -> &'static str {
+        "one-light"
+    }
+
+    fn start<'a>(&'a self, stage: Stage<'a, S>, _: &dyn Crew) -> Started<Self::Run<'a>> {
+        let techniques = TechniqueSet { next_event: true, ..TechniqueSet::NONE };
+        Ok(SingleWalk::new(stage, *self, techniques, Depth::up_to(self.max_bounces)))
+    }
+}
+
+impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for OneLight {
+    fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
+        site.subpaths.camera.clear();
+        Some(site.plan.stage.camera_walk(site.sample)?.0)
+    }
+
+    fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        visit.limit(visit.plan.depth.limit())?;
+        let (scene, sampler) = (visit.plan.stage.scene, &mut visit.sample.sampler);
+        sampler.stream(Stream::NextEvent(visit.walk.bounces() + 1));
+        let found = sample_next_event(scene, visit.vertex, sampler, visit.counters);
+        if let Some(next) = found.filter(|next| next.light == self.light) {
+            visit.counters.shadow_rays += 1;
+            let lamp = visit.out.keep(&next.emitter.point);
+            visit.out.connect([visit.end, lamp], visit.contribution(1, next.value, 1.0));
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        visit.scatter(&Roulette::default()).flow()
+    }
+}
