@@ -3,13 +3,19 @@
 //! A pixel is an integral over paths `x_0 x_1 … x_k` from the lens to a light,
 //!
 //! ```text
-//! I = ∫ We(x_0 → x_1) G(x_0, x_1) T(x_1 … x_k) Le(x_k → x_{k-1}) dμ(x̄),      T = Π_{i=1}^{k-1} f(x_{i+1} → x_i → x_{i-1}) G(x_i, x_{i+1}).
+//! I = ∫ We(x_0 → x_1) G(x_0, x_1) T(x_1 … x_k) Le(x_k → x_{k-1}) dμ(x̄),
+//! T = Π_{i=1}^{k-1} f(x_{i+1} → x_i → x_{i-1}) G(x_i, x_{i+1}).
 //! ```
 //!
 //! A *technique* (s, t), s + t = k + 1, is one way to draw such a path: s vertices from the light
 //! and t from the camera. Every integrator is a set of techniques, each contribution is `w f/p`,
 //! and the crate has one definition of f, of p and of w. So integrators are interchangeable, can be
 //! audited against the definitions, and a new one is made of the same bricks.
+//!
+//! An [`Integrator`](integrator::Integrator) is settings. Started on a [`Stage`](path::Stage) it
+//! becomes a [`Run`](integrator::Run), which draws samples; [`render`](render::render()) starts it
+//! and makes an image. What its walks do is written for one path ([`Steps`](path::Steps)); one loop
+//! lets many of them [`advance`](path::advance) together.
 //!
 //! # The map
 //!
@@ -20,25 +26,26 @@
 //! | throughput of a path | `T = Π f G` | [`PathRecord::throughput`](path::PathRecord::throughput) |
 //! | densities and their measures | `p_A = p_ω \|cos θ'\| / r² = p⊥ G` | [`math::measure`] |
 //! | density of a technique | `p_{s,t} = Π p_A` | [`PathRecord::density`](path::PathRecord::density), [`PathDensities`](path::PathDensities) |
-//! | weight of a technique | `w_i = p_i^β / Σ p_j^β` | [`Heuristic`](path::Heuristic), [`Path::weight`](path::Path::weight) |
+//! | weight of a technique | `w_i = p_i^β / Σ p_j^β` | [`Heuristic`](path::Heuristic), [`Path::weight`](path::Path::weight); in constant time [`Weighting`](path::Weighting) |
 //! | Russian roulette | `F' = (F - q c)/(1 - q)` or `c` | [`Roulette`](path::Roulette) |
 //! | incremental construction | `T_k = T_{k-1} f \|cos θ\| / p_ω` | [`RandomWalk`](path::RandomWalk) |
 //! | uniform-area sampling | `p_A = 1 / Σ A_j` | [`UniformArea`](integrator::UniformArea) |
 //! | path tracing | s = 0 and s = 1 | [`PathTracer`](integrator::PathTracer) |
 //! | light tracing | t = 1 | [`LightTracer`](integrator::LightTracer) |
 //! | bidirectional path tracing | all (s, t) | [`Bidirectional`](integrator::Bidirectional) |
+//! | the set of least variance × cost | `min V[F] C[F]` | [`Adaptive`](integrator::Adaptive) |
 //!
 //! # The house
 //!
-//! Data flows downwards; a module uses those below it.
+//! A module imports those below it alone.
 //!
 //! | module | what is in it |
 //! |---|---|
 //! | `report` | error against run time: studies, metrics, plots, the page (feature `report`) |
 //! | `import` | scenes from files, one module per format (features `mitsuba`, …) |
 //! | [`render`] | the driver: passes, budget, threads, progress |
-//! | [`integrator`] | one thin file for each integrator |
-//! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
+//! | [`integrator`] | settings and runs: a page for each integrator |
+//! | [`path`] | the core: vertices, the random walk, the one loop, connections, techniques, weights |
 //! | [`gallery`] | the shipped scenes |
 //! | [`scene`] | the [`Scene`](scene::Scene) trait, which a host renderer implements, and the ready-made [`World`](scene::World) |
 //! | `tree` | the ray kernel, with the proofs that it misses nothing |

@@ -2,11 +2,11 @@
 //! is compared.
 //!
 //! ```
+//! use pathspace::gallery;
 //! use pathspace::glam::UVec2;
 //! use pathspace::integrator::{Bidirectional, PathTracer};
 //! use pathspace::render::{Budget, Settings};
 //! use pathspace::report::{Contestant, Plan, Reference, ReferencePlan, SceneInfo, study};
-//! use pathspace::scene::gallery;
 //! use std::ops::ControlFlow;
 //!
 //! let scene = gallery::build("cornell-box", UVec2::new(16, 16))?;
