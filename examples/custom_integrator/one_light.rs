@@ -35,7 +35,6 @@ impl<S: Scene + ?Sized> Integrator<S> for OneLight {
 
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for OneLight {
     fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
-        site.subpaths.camera.clear();
         Some(site.plan.stage.camera_walk(site.sample)?.0)
     }
 
@@ -43,11 +42,10 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for OneLight {
         visit.limit(visit.plan.depth.limit())?;
         let (scene, sampler) = (visit.plan.stage.scene, &mut visit.sample.sampler);
         sampler.stream(Stream::NextEvent(visit.walk.bounces() + 1));
-        let found = sample_next_event(scene, visit.vertex, sampler, visit.counters);
+        let found = sample_next_event(scene, visit.vertex, sampler, &mut visit.out, visit.counters);
         if let Some(next) = found.filter(|next| next.light == self.light) {
             visit.counters.shadow_rays += 1;
-            let lamp = visit.out.keep(&next.emitter.point);
-            visit.out.connect([visit.end, lamp], visit.contribution(1, next.value, 1.0));
+            visit.out.connect([visit.end, next.end], visit.contribution(1, next.value, 1.0));
         }
         ControlFlow::Continue(())
     }

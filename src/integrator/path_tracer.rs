@@ -76,7 +76,6 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PathTracer {
     #[inline(always)]
     fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
-        site.subpaths.camera.clear();
         Some(site.plan.stage.camera_walk(site.sample)?.0)
     }
 
@@ -127,24 +126,23 @@ impl PathTracer {
     /// Adds the light of a point sampled on an emitter, if the vertex sees it (s = 1).
     #[inline(always)]
     fn connect<S: Scene + ?Sized, P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
-        let Visit { plan, walk, vertex, sample, counters, .. } = visit;
+        let Visit { plan, walk, vertex, sample, out, counters, .. } = visit;
         let (Plan { stage, techniques, depth, .. }, bounces) = (plan, walk.bounces() + 1);
         if !(techniques.next_event && depth.contains(bounces)) {
             return;
         }
         let Some(bsdf) = vertex.bsdf.as_ref().filter(|_| vertex.is_connectible()) else { return };
         sample.sampler.stream(Stream::NextEvent(bounces));
-        let next = sample_next_event(stage.scene, vertex, &mut sample.sampler, counters);
+        let next = sample_next_event(stage.scene, vertex, &mut sample.sampler, out, counters);
         let Some(next) = next else { return };
         let mut weight = 1.0;
         if techniques.bsdf_sampling && stage.scene.light(next.light).can_be_hit() {
             let direction =
                 bsdf.pdf(vertex.to_previous, next.edge.direction, TransportMode::Radiance);
             let hit = direction.value() * next.edge.geometry;
-            weight = self.heuristic.weight([hit / next.emitter.pdf.value()]);
+            weight = self.heuristic.weight([hit / next.pdf.value()]);
         }
         counters.shadow_rays += 1;
-        let point = visit.out.keep(&next.emitter.point);
-        visit.out.connect([visit.end, point], visit.contribution(1, next.value, weight));
+        visit.out.connect([visit.end, next.end], visit.contribution(1, next.value, weight));
     }
 }

@@ -54,7 +54,6 @@ impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
 
 impl<'a, S: SurfaceArea + ?Sized + 'a> Steps<'a, S> for UniformArea {
     fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
-        site.subpaths.camera.clear();
         let (walk, _) = site.plan.stage.camera_walk(site.sample)?;
         site.plan.techniques.uniform_area.then_some(walk)
     }

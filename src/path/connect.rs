@@ -1,7 +1,7 @@
 //! Points sampled on an endpoint for the sake of a given vertex: next event estimation and light
 //! tracing.
 
-use super::{Counters, Edge, StartDensity, Vertex};
+use super::{Counters, Edge, End, Out, StartDensity, Vertex};
 use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
 use crate::film::{Contribution, Sample, Technique};
 use crate::geometry::{Place, SurfacePoint};
@@ -104,8 +104,10 @@ pub fn sample_lens<P: Sampler>(
 /// A point on a light that a vertex of a camera subpath connects to: next event estimation.
 #[derive(Clone, Copy, Debug)]
 pub struct NextEvent {
-    /// The point.
-    pub emitter: SampledEndpoint,
+    /// The point, as an end of shadow rays.
+    pub end: End,
+    /// The density with which it was chosen, probability of the light included.
+    pub pdf: PerArea,
     /// The light.
     pub light: LightId,
     /// From the vertex to the point.
@@ -121,6 +123,7 @@ pub fn sample_next_event<S: Scene + ?Sized, P: Sampler>(
     scene: &S,
     vertex: &Vertex<S::Bsdf<'_>>,
     sampler: &mut P,
+    out: &mut Out<'_>,
     counters: &mut Counters,
 ) -> Option<NextEvent> {
     let emitter = sample_emitter(scene, &vertex.point, sampler)?;
@@ -133,17 +136,17 @@ pub fn sample_next_event<S: Scene + ?Sized, P: Sampler>(
         return None;
     }
     let value = vertex.throughput * bsdf.eval(edge.direction, vertex.to_previous) * incoming;
-    (!value.is_black()).then_some(NextEvent { emitter, light, edge, value })
+    if value.is_black() {
+        return None;
+    }
+    Some(NextEvent { end: out.keep(&emitter.point), pdf: emitter.pdf, light, edge, value })
 }
 
-/// A point on the lens that a vertex of a light subpath connects to: light tracing.
+/// The connection of a vertex of a light subpath to a point on the lens: light tracing.
 #[derive(Clone, Copy, Debug)]
 pub struct LensConnection {
-    /// The point on the lens.
-    pub lens: SurfacePoint,
-    /// The end on the other side: the vertex, or the point of a light at infinity that faces the
-    /// lens.
-    pub end: SurfacePoint,
+    /// The ends of the shadow ray, the lens first.
+    pub ends: [End; 2],
     /// The splat if the two see each other, unweighted: `T f G We / p`, not black. At the start of a
     /// walk Le takes the place of f.
     pub contribution: Contribution,
@@ -151,14 +154,16 @@ pub struct LensConnection {
 
 /// Samples a point on the lens for a vertex of a light subpath after so many scattering events, its
 /// own included; 0 at the start. Evaluates everything but visibility. `None` if nothing comes of
-/// it, or only outside the film's window.
+/// it, or only outside the film's window. `end` is the vertex as an end of shadow rays; the start of
+/// a walk has none, because its place can depend on the lens.
 #[inline(always)]
 pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
     scene: &S,
     camera: &dyn Camera,
-    vertex: &Vertex<S::Bsdf<'_>>,
+    (vertex, end): (&Vertex<S::Bsdf<'_>>, Option<End>),
     bounces: u32,
     Sample { film, sampler }: &mut Sample<P>,
+    out: &mut Out<'_>,
     counters: &mut Counters,
 ) -> Option<LensConnection> {
     sampler.stream(Stream::LensSampling(bounces));
@@ -167,16 +172,14 @@ pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
     let raster = camera.raster(&lens.point, edge.direction)? - film.offset;
     camera.film().pixel_index(raster)?;
     counters.connections += 1;
-    let mut end = vertex.point;
     let light_or_f = match &vertex.bsdf {
         Some(bsdf) => bsdf.eval(vertex.to_previous, -edge.direction),
         None => {
             let light = scene.light(vertex.light?);
-            if !are_joinable(lens.point.place, end.place, light.can_be_hit()) {
+            if !are_joinable(lens.point.place, vertex.point.place, light.can_be_hit()) {
                 return None;
             }
-            end = light.facing(&end, &lens.point);
-            light.emit(&end, -edge.direction)
+            light.emit(&vertex.point, -edge.direction)
         }
     };
     if light_or_f.is_black() {
@@ -188,9 +191,14 @@ pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
         return None;
     }
     counters.shadow_rays += 1;
+    let end = match (end, vertex.light) {
+        (None, Some(id)) => out.keep(&scene.light(id).facing(&vertex.point, &lens.point)),
+        (None, None) => out.keep(&vertex.point),
+        (Some(end), _) => end,
+    };
     let technique = Technique::new(bounces as u16 + 1, 1);
     let contribution = Contribution { raster, value, weight: 1.0, technique };
-    Some(LensConnection { lens: lens.point, end, contribution })
+    Some(LensConnection { ends: [out.keep(&lens.point), end], contribution })
 }
 
 /// Whether lens and light can be connected to each other: a Dirac lens would see a Dirac light as a

@@ -13,6 +13,8 @@ pub struct Scratch<'s, S: Scene + ?Sized + 's> {
     /// The subpaths of the samples of a batch, by the samples' numbers.
     pub subpaths: Vec<Subpaths<'s, S>>,
     pub(super) walks: Vec<Advancing<'s, S>>,
+    /// True of walks whose ray met something.
+    pub(super) arrived: Vec<bool>,
     pub(super) connections: Connections,
 }
 
@@ -23,6 +25,7 @@ impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
             counters: Counters::default(),
             subpaths: Vec::new(),
             walks: Vec::new(),
+            arrived: Vec::new(),
             connections: Connections::default(),
         }
     }

@@ -49,7 +49,8 @@ pub struct Site<'v, 's, S: Scene + ?Sized + 's, P> {
     pub plan: &'v Plan<'s, S>,
     /// The sample.
     pub sample: &'v mut Sample<P>,
-    /// Its subpaths. A walk that begins clears its list and may enter the vertex that it starts at.
+    /// Its subpaths. A walk that keeps its vertices clears the list when it begins, and enters the
+    /// one that it starts at.
     pub subpaths: &'v mut Subpaths<'s, S>,
     /// The way out for contributions.
     pub out: Out<'v>,
@@ -77,8 +78,8 @@ pub struct Visit<'v, 's, S: Scene + ?Sized + 's, P> {
 
 /// The steps of one walk.
 pub trait Steps<'s, S: Scene + ?Sized + 's> {
-    /// Whether a subpath keeps all its vertices, so that they can be connected to when it is
-    /// complete. Otherwise it has the last one alone.
+    /// True if a subpath keeps all its vertices, so that they can be connected to when it is
+    /// complete. Otherwise its list has the last one in the first place.
     const KEEPS: bool = false;
 
     /// Begins the walk of a sample; `None` if it has none.
@@ -97,9 +98,9 @@ pub trait Steps<'s, S: Scene + ?Sized + 's> {
 /// Draws one walk for each sample and lets all of them advance together until the steps end them or
 /// no ray meets anything. Contributions go to the sink with the numbers of their samples.
 #[inline]
-pub fn advance<'s, S: Scene + ?Sized, P: Sampler>(
+pub fn advance<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
     plan: &Plan<'s, S>,
-    steps: &impl Steps<'s, S>,
+    steps: &W,
     samples: &mut [Sample<P>],
     sink: &mut dyn Sink,
     scratch: &mut Scratch<'s, S>,
@@ -107,7 +108,7 @@ pub fn advance<'s, S: Scene + ?Sized, P: Sampler>(
     let scene = plan.stage.scene;
     begin(plan, steps, samples, sink, scratch);
     while !scratch.walks.is_empty() {
-        scratch.trace(scene);
+        trace::<S, W>(scene, scratch);
         arrive(plan, steps, samples, sink, scratch);
         scratch.connections.test(scene, &scratch.subpaths, sink);
         scatter(plan, steps, samples, sink, scratch);
@@ -154,7 +155,7 @@ fn begin<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
     let mut sample = 0;
     join(plan, samples, sink, scratch, |site| {
         if let Some(walk) = steps.begin(site) {
-            let next = site.subpaths.of(walk.mode()).len() as u32;
+            let next = if W::KEEPS { site.subpaths.of(walk.mode()).len() as u32 } else { 0 };
             walks.push(Advancing { sample, walk, next, has_ended: false });
         }
         sample += 1;
@@ -168,11 +169,13 @@ fn arrive<'s, S: Scene + ?Sized, P: Sampler>(
     steps: &impl Steps<'s, S>,
     samples: &mut [Sample<P>],
     sink: &mut dyn Sink,
-    Scratch { counters, subpaths, walks, connections, .. }: &mut Scratch<'s, S>,
+    Scratch { counters, subpaths, walks, arrived, connections }: &mut Scratch<'s, S>,
 ) {
-    for Advancing { sample: number, walk, next, has_ended } in walks {
+    for (Advancing { sample: number, walk, next, has_ended }, arrived) in
+        walks.iter_mut().zip(arrived)
+    {
         let mode = walk.mode();
-        let vertex = subpaths[*number].of(mode).get_mut(*next as usize);
+        let vertex = subpaths[*number].of(mode).get_mut(*next as usize).filter(|_| *arrived);
         walk.count_vertex(vertex.as_deref(), counters);
         *has_ended = vertex.is_none_or(|vertex| {
             let (sample, end) = (&mut samples[*number], End::of(mode, *next));
@@ -202,25 +205,40 @@ fn scatter<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
                 let visit = &mut Visit { plan, walk, vertex, end, sample, out, counters };
                 steps.scatter(visit).is_continue()
             });
-        match goes_on {
-            true if W::KEEPS => *next += 1,
-            true => vertices.truncate(*next as usize),
-            false => drop(walks.swap_remove(i)),
+        if !goes_on {
+            walks.swap_remove(i);
+        } else if W::KEEPS {
+            *next += 1;
         }
     }
 }
 
-impl<'s, S: Scene + ?Sized + 's> Scratch<'s, S> {
-    /// Traces the next ray of each walk and appends what it meets to its subpath.
-    #[inline]
-    fn trace(&mut self, scene: &S) {
-        let Self { counters, subpaths, walks, .. } = self;
-        counters.closest_rays += walks.len() as u64;
-        scene.intersect_many(walks.iter().map(|path| path.walk.ray()), |i, point| {
-            let Advancing { sample, walk, .. } = &walks[i];
-            subpaths[*sample].of(walk.mode()).extend(walk.vertex_at(point));
-        });
-    }
+/// Traces the next ray of each walk and enters what it meets in its subpath.
+#[inline]
+fn trace<'s, S: Scene + ?Sized, W: Steps<'s, S>>(
+    scene: &'s S,
+    Scratch { counters, subpaths, walks, arrived, .. }: &mut Scratch<'s, S>,
+) {
+    counters.closest_rays += walks.len() as u64;
+    arrived.clear();
+    arrived.resize(walks.len(), false);
+    scene.intersect_many(walks.iter().map(|path| path.walk.ray()), |i, point| {
+        let Advancing { sample, walk, next, .. } = &walks[i];
+        let vertices = subpaths[*sample].of(walk.mode());
+        if W::KEEPS {
+            vertices.extend(walk.meet(point));
+            arrived[i] = vertices.len() > *next as usize;
+            return;
+        }
+        // Written where the one before was, because a vertex is large.
+        if vertices.is_empty() {
+            vertices.push(Vertex::blank());
+        }
+        if let Some(vertex) = walk.meet(point) {
+            vertices[0] = vertex;
+            arrived[i] = true;
+        }
+    });
 }
 
 impl<'s, S: Scene + ?Sized + 's> Subpaths<'s, S> {

@@ -90,6 +90,11 @@ impl<B: Bsdf> Vertex<B> {
         (!radiance.is_black()).then_some((light, radiance))
     }
 
+    /// A vertex that nothing has been entered in.
+    pub(super) fn blank() -> Self {
+        Self::endpoint(SurfacePoint::dirac(DVec3::ZERO), None, StartDensity::default())
+    }
+
     /// Whether the surface has lobes that are functions, so that a connection can carry light.
     #[inline]
     #[must_use]

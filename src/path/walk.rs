@@ -161,32 +161,18 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         (&self.from, self.direction)
     }
 
-    /// Traces the ray. Returns the vertex that it meets: on a surface, or at infinity if a camera
-    /// walk reaches an environment.
+    /// The vertex at the point that the [ray](Self::ray) meets; if it meets none, at infinity, where
+    /// a camera walk reaches an environment.
     #[inline(always)]
-    pub fn arrive(&self, counters: &mut Counters) -> Option<Vertex<S::Bsdf<'s>>> {
-        counters.closest_rays += 1;
-        let vertex = self.vertex_at(self.scene.intersect(&self.from, self.direction));
-        self.count_vertex(vertex.as_ref(), counters);
-        vertex
-    }
-
-    /// The vertex at the point that the [ray](Self::ray) meets; if it meets none, at infinity or
-    /// nowhere.
-    #[inline(always)]
-    pub(super) fn vertex_at(&self, point: Option<SurfacePoint>) -> Option<Vertex<S::Bsdf<'s>>> {
-        let Some(point) = point else {
-            let id = if self.mode == TransportMode::Radiance {
-                self.scene.environment()?
-            } else {
-                return None;
-            };
-            let point =
-                SurfacePoint::infinite(self.from.position + self.direction, -self.direction);
-            return Some(self.vertex(point, None, Some(id)));
-        };
-        let bsdf = ShadedBsdf::new(self.scene.bsdf(&point), &point);
-        Some(self.vertex(point, Some(bsdf), self.scene.light_at(&point)))
+    pub(super) fn meet(&self, point: Option<SurfacePoint>) -> Option<Vertex<S::Bsdf<'s>>> {
+        if let Some(point) = point {
+            let bsdf = ShadedBsdf::new(self.scene.bsdf(&point), &point);
+            return Some(self.vertex(point, Some(bsdf), self.scene.light_at(&point)));
+        }
+        let light = self.scene.environment().filter(|_| self.mode == TransportMode::Radiance)?;
+        let infinite = self.from.position + self.direction;
+        let point = SurfacePoint::infinite(infinite, -self.direction);
+        Some(self.vertex(point, None, Some(light)))
     }
 
     /// Records that nothing was met, if so.
