@@ -1,5 +1,5 @@
-//! What a host compiles to that says at compile time what its scene needs: one concrete BSDF,
-//! lights that can be hit, no environment, nothing Dirac; beside the same host that says it needs
+//! The cost of a host that says at compile time what its scene needs (one concrete BSDF, lights
+//! that can be hit, no environment, nothing Dirac), beside the same host that says it needs
 //! everything, and one behind `dyn`.
 //!
 //! `LEAVE_OUT_HOST=constant valgrind --tool=callgrind target/release/deps/leave_out-…` counts

@@ -1,6 +1,6 @@
-//! How to plug in your own renderer: a toy host with its own geometry, its own material and its own
-//! light, rendered by three of this crate's integrators. With `--scene world` the material is on a
-//! mesh of a ready-made [`World`], for those who bring nothing but a BSDF.
+//! A renderer of one's own plugged in: a toy host with its own geometry, its own material and its
+//! own light, rendered by three of this crate's integrators. With `--scene world` the material is
+//! on a mesh of a ready-made [`World`], for those who bring nothing but a BSDF.
 //!
 //! A host implements [`Scene`] (and [`SurfaceArea`], if it wants uniform-area sampling), [`Bsdf`]
 //! for its materials and, if the ready-made lights do not suffice, [`Endpoint`] and [`Light`].
@@ -403,7 +403,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether the integrators agree.
+/// Renders by each integrator; true if they agree.
 fn run<S: Scene>(scene: &S, options: &Options) -> Result<bool, Box<dyn Error>> {
     let camera = PinholeCamera::new(
         DVec3::new(0.0, 3.0, 8.0),

@@ -33,7 +33,7 @@ struct Arguments {
     scene: String,
     #[command(flatten)]
     file: FileOptions,
-    /// How to draw paths
+    /// Integrator, which decides how paths are drawn
     #[arg(long, value_enum, default_value_t = AnyIntegrator::PathTracing)]
     integrator: AnyIntegrator,
     /// Samples per pixel [default: 64, or 65536 as the limit of --target-error]
@@ -64,7 +64,7 @@ struct Arguments {
     /// Image size in pixels; Mitsuba files bring their own
     #[arg(long, default_value = "256x256", value_parser = common::parse_size, value_name = "WxH")]
     size: UVec2,
-    /// Where random numbers come from
+    /// Source of random numbers
     #[arg(long, value_enum, default_value_t)]
     sampler: SamplerName,
     /// Pixel filter [default: the scene's own, or the box]

@@ -107,7 +107,7 @@ fn empty_scenes_are_refused_and_degenerate_triangles_dropped() {
     assert!((world.total_area() - 0.5).abs() < 1e-15);
 }
 
-/// What building a scene warns of.
+/// The warnings of building a scene.
 fn warnings(add: impl FnOnce(&mut WorldBuilder, MaterialId)) -> Vec<Warning> {
     let (mut builder, grey) = builder();
     add(&mut builder, grey);

@@ -275,7 +275,7 @@ impl Plan {
     }
 }
 
-/// What was tested, so that a test of nothing does not pass.
+/// Counts of what was tested, so that a test of nothing does not pass.
 #[derive(Debug, Default)]
 struct Seen {
     worlds: Cell<u32>,
@@ -395,7 +395,7 @@ fn verify(plan: &Plan, world: &World, camera: &(dyn Camera + Send), seen: &Seen)
     result
 }
 
-/// Whether the points tell the directions at Dirac vertices well enough to recognise the lobe: not
+/// True if the points tell the directions at Dirac vertices well enough to recognise the lobe: not
 /// if an edge is as short as the errors of its ends times 10⁸, as far away from the origin.
 fn is_auditable(record: &PathRecord) -> bool {
     let sharp = |i: usize, j: usize| {

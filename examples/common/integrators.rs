@@ -62,7 +62,7 @@ impl AnyIntegrator {
         self.build(Depth { min_bounces: 0, max_bounces }, Roulette::default())
     }
 
-    /// Whether it sees every path of a scene that makes these claims.
+    /// True if it sees every path of a scene that makes these claims.
     pub fn sees_all(self, claims: &Claims) -> bool {
         match self {
             Self::PathTracing => claims.path_tracing,

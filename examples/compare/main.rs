@@ -93,7 +93,7 @@ struct Options {
     out: PathBuf,
 }
 
-/// Where references are kept.
+/// The directory in which references are kept.
 const CACHE: &str = "target/references";
 /// Runs of each half of the reference.
 const REFERENCE_RUNS: u32 = 16;
@@ -122,7 +122,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all scenes' studies found nothing wrong.
+/// Runs the studies of all scenes; true if they found nothing wrong.
 fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Error>> {
     let names =
         if options.scene == "all" { gallery::NAMES.to_vec() } else { vec![options.scene.as_str()] };

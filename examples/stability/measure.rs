@@ -43,14 +43,14 @@ impl Method {
     }
 }
 
-/// What is measured, and how.
+/// A measurement: scene, camera, film and samples.
 pub struct Probe<'a> {
     pub world: &'a World,
     pub camera: &'a (dyn Camera + Send),
     pub depth: Depth,
     pub roulette: Roulette,
     pub heuristic: Heuristic,
-    /// Whether all samples look through the middle of the film.
+    /// True if all samples look through the middle of the film.
     pub fixed: bool,
 }
 

@@ -118,7 +118,7 @@ impl Bsdf for RoughDielectric {
     }
 }
 
-/// What the interface does with one pair of directions, seen from the first of them.
+/// The interaction of the interface with a pair of directions, seen from the first of them.
 enum Scattering {
     Reflection { pair: Pair, reflectance: f64 },
     Refraction(Refraction),

@@ -9,7 +9,7 @@ use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::ops::{Add, Mul};
 
-/// How radiance between the pixels' centres is looked up.
+/// The interpolation of radiance between the pixels' centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lookup {
     /// Each pixel is a patch of constant radiance.
@@ -58,7 +58,7 @@ pub struct EnvironmentMap {
 struct Band {
     /// sin²(θ/2) at its upper edge, which is (1 - cos θ)/2 and so uniform in solid angle.
     upper: f64,
-    /// What is added to it at the lower edge.
+    /// The difference to it at the lower edge.
     step: f64,
 }
 
@@ -71,7 +71,7 @@ impl Band {
         }
     }
 
-    /// How much of its solid angle lies above a direction with the up axis at +Y.
+    /// The share of its solid angle that lies above a direction with the up axis at +Y.
     fn part_above(&self, w: DVec3) -> f64 {
         // Without the difference near the upper pole.
         let s =
@@ -175,8 +175,8 @@ impl EnvironmentMap {
         self.interpolate(&self.place(self.rotation.transpose() * towards), |pixel| pixel)
     }
 
-    /// What the density per solid angle is proportional to, where `within` is a part of the patch's
-    /// solid angle.
+    /// The density per solid angle but for a constant factor, where `within` is a part of the
+    /// patch's solid angle.
     fn density(&self, place: &Place) -> f64 {
         self.interpolate(place, |pixel| pixel.max_component()) / self.brightest
     }

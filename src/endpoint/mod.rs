@@ -67,7 +67,7 @@ pub struct DirectionSample {
     pub weight: Rgb,
 }
 
-/// What a camera and a light have in common. Open for users to implement.
+/// An end of a path: the interface that cameras and lights share. Open for users to implement.
 pub trait Endpoint: Sync {
     /// Samples a point to start a walk from. `None` if there is nothing to emit.
     fn sample_point(&self, u1: f64, u2: DVec2) -> Option<PointSample>;
@@ -117,21 +117,21 @@ pub trait Light: Endpoint {
     /// never the image's mean.
     fn power(&self) -> Rgb;
 
-    /// Whether a ray can reach it by chance: area lights and environments, not Dirac lights.
+    /// True if a ray can reach it by chance: area lights and environments, not Dirac lights.
     fn can_be_hit(&self) -> bool;
 
-    /// Whether it can be connected to: everything but a light with both Dirac position and Dirac
+    /// True if it can be connected to: everything but a light with both Dirac position and Dirac
     /// direction.
     fn can_be_connected(&self) -> bool {
         true
     }
 
-    /// Whether it emits nothing at all. `false` is always safe.
+    /// True if it emits nothing at all. `false` is always safe.
     fn is_black(&self) -> bool {
         false
     }
 
-    /// Whether its light can reach anything inside the box, the bounds of all surfaces. `true` is
+    /// True if its light can reach anything inside the box, the bounds of all surfaces. `true` is
     /// always safe.
     fn can_illuminate(&self, bounds: &Bounds) -> bool {
         !bounds.is_empty()
@@ -148,15 +148,15 @@ pub trait Camera: Endpoint {
     /// The film's resolution and the window of it that is rendered.
     fn film(&self) -> FilmRegion;
 
-    /// What kind of point the lens is made of. Asked at every connection to the lens: where it is a
-    /// point ([`Place::Dirac`]) no numbers are drawn for it, and [`Endpoint::sample_point`] and
-    /// [`Endpoint::sample_from`] get zeros.
+    /// The kind of point that the lens is made of. Asked at every connection to the lens: where it
+    /// is a point ([`Place::Dirac`]) no numbers are drawn for it, and [`Endpoint::sample_point`]
+    /// and [`Endpoint::sample_from`] get zeros.
     fn place(&self) -> Place {
         self.sample_point(0.5, DVec2::splat(0.5)).map_or(Place::Area, |sample| sample.point.place)
     }
 
-    /// Where on the film (in pixels of the full film) the ray from `point` into `direction` is
-    /// recorded; `None` if it cannot be, as behind the camera. The result may lie outside the
-    /// window.
+    /// The position on the film (in pixels of the full film) at which the ray from `point` into
+    /// `direction` is recorded; `None` if it cannot be, as behind the camera. The result may lie
+    /// outside the window.
     fn raster(&self, point: &SurfacePoint, direction: DVec3) -> Option<DVec2>;
 }

@@ -1,5 +1,5 @@
-//! What all cameras share: where they are, which way they look, and how the film maps to the plane
-//! at distance 1.
+//! The part that all cameras share: their position, their axes, and the map between the film and
+//! the plane at distance 1.
 
 use super::{EndpointError, check};
 use crate::film::FilmRegion;
@@ -17,7 +17,7 @@ pub(super) struct View {
     pub(super) film: FilmRegion,
     /// Side of a pixel on the film plane.
     pitch: f64,
-    /// Where the view's axis meets the film, in pixels of the full film.
+    /// The point at which the view's axis meets the film, in pixels of the full film.
     principal_point: DVec2,
 }
 

@@ -6,7 +6,7 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::fmt;
 
-/// How the radiance around a pixel is averaged into it.
+/// The pixel filter: the kernel that averages the radiance around a pixel into it.
 ///
 /// Every filter is the pixel's box convolved with a kernel, and is realised by sampling: a sample's
 /// position inside the pixel covers the box and an offset drawn from the kernel covers the rest
@@ -52,7 +52,7 @@ impl Error for FilterError {}
 
 /// Variance of a pixel's box per axis.
 const BOX_VARIANCE: f64 = 1.0 / 12.0;
-/// Where the Gaussian kernel ends, in its own standard deviations before the cut.
+/// The end of the Gaussian kernel, in its own standard deviations before the cut.
 const CUT: f64 = 4.0;
 
 /// A checked [`Filter`], ready to draw offsets. By default that of the box.

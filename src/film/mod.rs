@@ -76,7 +76,7 @@ impl FilmRegion {
     }
 }
 
-/// Where one sample looks.
+/// The view of one sample: its position on the film, and the displacement of its filter.
 ///
 /// The pixel filter is the pixel's box convolved with a kernel. A sample draws an offset from that
 /// kernel and everything it does is as if the film were displaced by it: camera walks start at
@@ -117,7 +117,7 @@ impl FilmSample {
 /// A sample of the image that is to be drawn: one camera subpath, one light subpath, or one of each.
 #[derive(Clone, Debug)]
 pub struct Sample<P> {
-    /// Where it looks.
+    /// The position on the film.
     pub film: FilmSample,
     /// Its numbers.
     pub sampler: P,
@@ -133,7 +133,7 @@ pub struct Technique {
     pub s: u16,
     /// Number of vertices drawn from the camera.
     pub t: u16,
-    /// Whether the last vertices of the subpaths are taken as one.
+    /// True if the last vertices of the subpaths are taken as one.
     pub merged: bool,
 }
 
@@ -173,7 +173,7 @@ impl fmt::Display for Technique {
     }
 }
 
-/// What one path adds to the film.
+/// The value that one path adds to the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
     /// Position on the film, in pixels of the full film.
@@ -182,7 +182,7 @@ pub struct Contribution {
     pub value: Rgb,
     /// Multiple importance sampling weight.
     pub weight: f64,
-    /// How the path was drawn.
+    /// The technique that drew the path.
     pub technique: Technique,
 }
 

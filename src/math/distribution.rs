@@ -165,7 +165,7 @@ fn invert(sums: &[f64], guide: &[u32], u: f64) -> (usize, f64) {
     (cell, if width > 0.0 { unit((x - sums[cell]) / width) } else { 0.0 })
 }
 
-/// What [`PiecewiseConstant2d::sample`] returns.
+/// A cell and the point in it, drawn by [`PiecewiseConstant2d::sample`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridSample {
     /// Column of the chosen cell.
@@ -199,12 +199,12 @@ pub struct PiecewiseConstant2d {
     shares: Vec<Share>,
 }
 
-/// What the probabilities of a row's cells have in common.
+/// The numbers that the probabilities of a row's cells have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Share {
-    /// Of the row.
+    /// Probability of the row.
     pmf: f64,
-    /// Of the weights; 1 if they are all zero.
+    /// Sum of the row's weights; 1 if they are all zero.
     total: f64,
 }
 

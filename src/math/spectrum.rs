@@ -71,14 +71,14 @@ impl Rgb {
         self.0[0].max(self.0[1]).max(self.0[2])
     }
 
-    /// Whether all components are exactly 0.
+    /// True if all components are exactly 0.
     #[inline]
     #[must_use]
     pub fn is_black(self) -> bool {
         self.0 == [0.0; 3]
     }
 
-    /// Whether no component is infinite or not a number.
+    /// True if no component is infinite or not a number.
     #[inline]
     #[must_use]
     pub fn is_finite(self) -> bool {

@@ -37,7 +37,7 @@ impl Estimate {
         self.squares += other.squares + delta * delta * (n * m / (n + m));
     }
 
-    /// How many numbers.
+    /// The number of values.
     #[must_use]
     pub const fn count(&self) -> u64 {
         self.count

@@ -1,10 +1,10 @@
-//! What a rendering did: rays, vertices, rejected contributions and the energy ledger.
+//! The counters of a rendering: rays, vertices, rejected contributions and the energy ledger.
 
 use crate::math::Rgb;
 use std::ops::AddAssign;
 
-/// Where the flux of the light walks went. In expectation, emitted = absorbed + escaped + truncated
-/// + rejected.
+/// The energy ledger of light walks: the flux that they start with and where it ends. In
+/// expectation, emitted = absorbed + escaped + truncated + rejected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
     /// Flux that light walks started with.

@@ -1,4 +1,4 @@
-//! How many walks from the light a sample has.
+//! The number of light subpaths that a sample has.
 
 /// Walks from the light per walk from the camera: a power of two, 1 unless said otherwise.
 ///

@@ -18,7 +18,7 @@ use crate::scene::Scene;
 pub struct PathRecord {
     /// The vertices x_0 … x_k.
     pub points: Vec<SurfacePoint>,
-    /// Whether the path takes a Dirac lobe at a vertex.
+    /// True at the vertices where the path takes a Dirac lobe.
     pub dirac: Vec<bool>,
     /// Importance We at x_0, the BSDF f (Dirac: its coefficient) at x_1 … x_{k-1}, radiance Le at
     /// x_k.
@@ -169,7 +169,7 @@ impl PathDensities for PathRecord {
     }
 }
 
-/// How far an integrator's numbers for a path are from the definitions.
+/// The distances of an integrator's numbers for a path from the definitions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verification {
     /// Relative difference of the unweighted estimate f/p, Russian roulette taken out; infinite if
@@ -225,7 +225,7 @@ impl<'s, S: Scene + ?Sized + 's> Path<'_, 's, S> {
 }
 
 impl PathRecord {
-    /// Whether the technique's density is positive, decided without forming the product.
+    /// True if the technique's density is positive, decided without forming the product.
     fn density_is_nonzero(&self, t: usize) -> bool {
         self.end_density(t) > 0.0
             && (0..t - 1).all(|i| self.towards_light[i] * self.geometry_terms[i] > 0.0)

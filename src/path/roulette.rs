@@ -63,9 +63,9 @@ pub enum Termination {
 /// The outcome of a scattering event and of the roulette behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scattered {
-    /// Whether the walk goes on.
+    /// True if the walk goes on.
     pub goes_on: bool,
-    /// What the constant c adds to the estimate: c times the throughput before roulette, times
+    /// The part of the constant c in the estimate: c times the throughput before roulette, times
     /// `-q / (1 - q)` if the walk survived.
     pub constant: Rgb,
     /// Probability 1 - q of surviving, if it did.
@@ -78,7 +78,7 @@ impl Scattered {
     /// The walk ends.
     pub const ENDED: Self = Self { goes_on: false, ..Self::ON };
 
-    /// Whether the walk goes on, for [`Steps::scatter`](super::Steps::scatter).
+    /// The decision in the form that [`Steps::scatter`](super::Steps::scatter) returns.
     #[inline]
     #[must_use]
     pub fn flow(&self) -> ControlFlow<()> {

@@ -11,9 +11,9 @@ use glam::DVec3;
 /// A vertex of a walk. "Next" and "previous" are meant in the direction of the walk.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex<B> {
-    /// Where it is.
+    /// The point in the scene.
     pub point: SurfacePoint,
-    /// How it scatters; `None` at an endpoint (lens, start of a light walk, environment).
+    /// The BSDF; `None` at an endpoint (lens, start of a light walk, environment).
     pub bsdf: Option<ShadedBsdf<B>>,
     /// The light that the point belongs to, if it emits.
     pub light: Option<LightId>,
@@ -33,7 +33,7 @@ pub struct Vertex<B> {
     pub pdf_back: PerProjected,
     /// Geometry term of the edge to the previous vertex.
     pub geometry: f64,
-    /// Whether a Dirac lobe was sampled here.
+    /// True if a Dirac lobe was sampled here.
     pub dirac: bool,
     /// Densities of an endpoint as a starting point; zero elsewhere.
     pub start: StartDensity,
@@ -52,7 +52,7 @@ pub struct StartDensity {
 }
 
 impl StartDensity {
-    /// How much denser a connection's point is than a walk's.
+    /// The ratio of the density of a connection's point to that of a walk's.
     #[inline]
     pub(super) fn bias(&self) -> f64 {
         self.connection.value() / self.walk.value()
@@ -90,7 +90,7 @@ impl<B: Bsdf> Vertex<B> {
         (!radiance.is_black()).then_some((light, radiance))
     }
 
-    /// Whether the surface has lobes that are functions, so that a connection can carry light.
+    /// True if the surface has lobes that are functions, so that a connection can carry light.
     #[inline]
     #[must_use]
     pub fn is_connectible(&self) -> bool {

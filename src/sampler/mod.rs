@@ -21,8 +21,8 @@ pub use stratified::{Stratified, StratifiedSampler};
 
 use glam::DVec2;
 
-/// What the next numbers are for; lets structured samplers keep their dimensions aligned whatever a
-/// path does.
+/// The purpose of the next numbers; lets structured samplers keep their dimensions aligned whatever
+/// a path does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stream {
     /// Position on the film and the offset of the pixel filter.

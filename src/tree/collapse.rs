@@ -5,7 +5,7 @@
 use super::layout::{Block, Child, Facet, LANES, Line, WIDTH, Wide, block_of};
 use obvhs::bvh2::node::Bvh2Node;
 
-/// What testing a node's boxes costs, in tests of a block.
+/// The cost of testing a node's boxes, in tests of a block.
 const NODE_COST: f32 = 1.0;
 
 /// Least costs of the subtree below a binary node: as one leaf or node, and as a forest of at most
@@ -110,7 +110,8 @@ fn costs(tree: &[Bvh2Node]) -> (Vec<u32>, Vec<Costs>) {
     (counts, costs)
 }
 
-/// How many of `roots` to give to the first of two siblings, and what they cost then.
+/// The share of `roots` that the first of two siblings has where both together cost least, and that
+/// cost.
 fn best_share(costs: &[Costs], first: u32, roots: usize) -> (usize, f32) {
     let (left, right) = (&costs[first as usize], &costs[first as usize + 1]);
     let mut best = (1, f32::INFINITY);

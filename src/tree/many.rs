@@ -35,20 +35,20 @@ const COHERENT_SEGMENTS: f64 = 0.9;
 // What is not to be inlined is long and compiled for all instruction sets, but not for every
 // caller.
 impl Bvh {
-    /// Whether the tree is so large that rays wait for memory.
+    /// True if the tree is so large that rays wait for memory.
     pub(super) fn pays_to_take_turns(&self) -> bool {
         self.wide.lines.len() > CACHED
     }
 
-    /// Whether two origins are so close that rays into nearly the same direction visit mostly the
+    /// True if two origins are so close that rays into nearly the same direction visit mostly the
     /// same.
     #[inline(always)]
     fn is_close(&self, a: DVec3, b: DVec3) -> bool {
         (b - a).abs().max_element() <= CLOSE * self.extent
     }
 
-    /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in
-    /// order.
+    /// The nearest hits of many rays, as [`closest`](Self::closest) finds them, each with its place
+    /// in the iterator, in order.
     #[inline]
     pub fn closest_many<'a>(
         &'a self,
@@ -95,8 +95,8 @@ impl Bvh {
         });
     }
 
-    /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with
-    /// its place in the iterator, in order.
+    /// The answers of [`is_free`](Self::is_free) for many segments, or the answer for one that is
+    /// known already, each with its place in the iterator, in order.
     #[inline]
     pub fn are_free(
         &self,

@@ -79,14 +79,14 @@ pub(super) const SMALLEST: f32 = 1.0 / (1u64 << 60) as f32;
 /// A bound on the distance of any hit, since rays start in or at the cube [-1, 1]³.
 pub(super) const FAR: f32 = 4.0;
 
-/// What a triangle's edge functions may be off by, in units of the sum of its edges' components.
+/// The error bound of a triangle's edge functions, in units of the sum of its edges' components.
 const EDGE_TOLERANCE: f64 = 64.0 * ROUNDOFF as f64;
 
-/// What the distance to a triangle times the determinant may be off by, in units of the product of
+/// The error bound of the distance to a triangle times the determinant, in units of the product of
 /// its edges' lengths.
 const DISTANCE_TOLERANCE: f64 = 112.0 * ROUNDOFF as f64;
 
-/// What either may be off by in f64.
+/// The error bound of either in f64.
 const TOLERANCE_F64: f64 = 1.0 / (1u64 << 39) as f64;
 
 /// Rays are moved to a cube that is larger than the scene by this much, so that moving does not cut

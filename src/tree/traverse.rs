@@ -1,4 +1,4 @@
-//! How a ray walks through the wide tree: front to back for the nearest hit, in any order to find
+//! The walk of a ray through the wide tree: front to back for the nearest hit, in any order to find
 //! out whether there is one.
 //!
 //! Eight boxes or four triangles are tested at a time; what passes is handed to the caller, whose
@@ -17,7 +17,7 @@ fn key(distance: i32, child: Child) -> u64 {
     u64::from(distance as u32) << 32 | u64::from(child.0)
 }
 
-/// How far a walk is.
+/// The state of a walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Step {
     /// At something that was just asked for and may take a while to come.
@@ -66,7 +66,7 @@ pub(super) struct Any {
     limit: f32,
     pub child: Child,
     length: usize,
-    /// Whether there is one.
+    /// True if there is one.
     pub hit: bool,
 }
 

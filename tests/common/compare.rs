@@ -32,7 +32,7 @@ const PILOT_SAMPLES: u32 = 16;
 /// An integrator with the name that messages call it by.
 pub type Named<'a> = (&'a str, &'a dyn Render<World>);
 
-/// How to compare.
+/// Settings of a comparison.
 #[derive(Clone, Copy)]
 pub struct Comparison {
     pub filter: Filter,
@@ -43,9 +43,9 @@ pub struct Comparison {
     pub target: f64,
     /// Most samples per pixel of one image.
     pub most: u32,
-    /// Whether to compare blocks, too. Where an integrator finds a part of the light so rarely that
-    /// most images of a block miss it, the block has too small a mean and too small a variance at
-    /// once, and only the whole image can be tested.
+    /// True if blocks are compared, too. Where an integrator finds a part of the light so rarely
+    /// that most images of a block miss it, the block has too small a mean and too small a variance
+    /// at once, and only the whole image can be tested.
     pub blocks: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What the adaptive integrator decides.
+//! Decisions of the adaptive integrator.
 
 use super::common::Moments;
 use super::{DEPTH, assert_same_mean, rooms, worlds};
@@ -165,8 +165,8 @@ fn the_adaptive_image_is_unbiased() -> Result {
     Ok(())
 }
 
-/// Where light walks are of no use, the adaptive integrator beats plain bidirectional path tracing
-/// by at least half. Measured as variance × counted cost, with the pilot's share added.
+/// The adaptive integrator beats plain bidirectional path tracing by at least half where light
+/// walks are of no use. Measured as variance × counted cost, with the pilot's share added.
 #[test]
 fn useless_light_walks_are_left_out() {
     let mut furnace = Room::default();

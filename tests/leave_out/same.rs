@@ -1,4 +1,4 @@
-//! What is left out contributes nothing: the rest is the same to the bit.
+//! Contributions of pruned integrators: nothing is lost, and the rest is the same to the bit.
 
 use super::{assert_nothing_is_lost, contributions, is_redundant, rooms, sparing_scenes, worlds};
 use glam::DVec3;

@@ -173,7 +173,7 @@ fn obj(bytes: &[u8], most: u64) -> Result<Mesh, String> {
     })
 }
 
-/// What a PLY file says about a vertex: x, y, z, nx, ny, nz, u, v, and which of them it has said.
+/// A vertex of a PLY file: x, y, z, nx, ny, nz, u, v, and which of them the file gives.
 #[derive(Default)]
 struct PlyVertex {
     values: [f64; 8],

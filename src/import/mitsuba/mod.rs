@@ -85,7 +85,7 @@ pub fn load(
     loader.scene(path)
 }
 
-/// What is known while a scene is put together.
+/// A scene that is being put together, and everything known on the way.
 struct Loader<'a> {
     document: &'a Document,
     ids: HashMap<&'a str, &'a Element>,

@@ -146,9 +146,9 @@ impl Weighting {
         1.0 / (1.0 + rivals)
     }
 
-    /// What the techniques have in the sum that end a walk before its last vertex, which the other
-    /// walk would sample from there with density x: one x of the technique that ends the walk one
-    /// vertex earlier, and one of all others.
+    /// The part of the sum of the techniques that end a walk before its last vertex, which the
+    /// other walk would sample from there with density x: one x of the technique that ends the walk
+    /// one vertex earlier, and one of all others.
     fn side<B>(&self, walk: &[Vertex<B>], x: [f64; 2], onwards: f64, shares: [f64; 2]) -> f64 {
         let [nearest, farther] = x.map(|x| x / density(walk));
         product(self.heuristic.raise(nearest), self.share(walk, shares))

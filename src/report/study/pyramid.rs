@@ -61,7 +61,7 @@ struct Work {
     weighted: Image,
     alone: Variance,
     without: Variance,
-    /// Whether another technique could draw every path that this one drew.
+    /// True if another technique could draw every path that this one drew.
     replaceable: bool,
 }
 
@@ -202,7 +202,7 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
     Ok(Some(Pyramid { layers, passes, variance, rays: all_rays }))
 }
 
-/// Whether another technique of the set can draw the path.
+/// True if another technique of the set can draw the path.
 fn has_competitor(path: &impl PathDensities, set: &TechniqueSet, technique: Technique) -> bool {
     let mut found = false;
     path.sweep(usize::from(technique.t), |t, ratio| {

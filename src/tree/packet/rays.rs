@@ -12,8 +12,8 @@ use glam::DVec3;
 /// Rays of a packet.
 pub(in crate::tree) const RAYS: usize = 16;
 
-/// Whether an instruction set is one with which packets are faster than rays that take turns: one
-/// of 16 lanes.
+/// True for an instruction set with which packets are faster than rays that take turns: one of 16
+/// lanes.
 #[inline(always)]
 pub(super) fn pays<S: Simd>(_: S) -> bool {
     S::f32s::LEN == RAYS
@@ -53,7 +53,7 @@ impl Packet {
 /// The rays of a packet and what else their exact tests need.
 pub(super) struct Rays {
     pub packet: Packet,
-    /// What is tested exactly, and how far it was moved.
+    /// The rays of the exact test, and how far each was moved.
     pub rays: [(Ray, f64); RAYS],
     /// The primitives that they start on.
     pub origins: [u32; RAYS],
