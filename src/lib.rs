@@ -3,8 +3,11 @@
 //! A pixel is an integral over paths `x_0 x_1 … x_k` from the lens to a light,
 //!
 //! ```text
-//! I = ∫ We(x_0 → x_1) G(x_0, x_1) T(x_1 … x_k) Le(x_k → x_{k-1}) dμ(x̄),      T = Π_{i=1}^{k-1} f(x_{i+1} → x_i → x_{i-1}) G(x_i, x_{i+1}).
+//! I = ∫ We(x_0 → x_1) G(x_0, x_1) T(x_1 … x_k) Le(x_k → x_{k-1}) dμ(x̄),
+//! T = Π_{i=1}^{k-1} f(x_{i+1} → x_i → x_{i-1}) G(x_i, x_{i+1})
 //! ```
+//!
+//! (Kajiya 1986; Veach 1997, section 8.2).
 //!
 //! A *technique* (s, t), s + t = k + 1, is one way to draw such a path: s vertices from the light
 //! and t from the camera. Every integrator is a set of techniques, each contribution is `w f/p`,
@@ -15,12 +18,12 @@
 //!
 //! | what | equation | item |
 //! |---|---|---|
-//! | radiance that leaves a point | `Lo = Le + ∫ f Li \|cos θ\| dω` | [`Bsdf::eval`](bsdf::Bsdf::eval), [`Endpoint::emit`](endpoint::Endpoint::emit) |
-//! | geometry term | `G = V \|cos θ cos θ'\| / r²` | [`Edge`](path::Edge), visibility by [`Scene::visible`](scene::Scene::visible) |
-//! | throughput of a path | `T = Π f G` | [`PathRecord::throughput`](path::PathRecord::throughput) |
+//! | radiance that leaves a point | `Lo = Le + ∫ f Li \|cos θ\| dω` | [`Bsdf::eval`], [`Endpoint::emit`] |
+//! | geometry term | `G = V \|cos θ cos θ'\| / r²` | [`Edge`](path::Edge), V by [`Scene::visible`] |
+//! | throughput of a path | `T = Π f G` | [`PathRecord::throughput`] |
 //! | densities and their measures | `p_A = p_ω \|cos θ'\| / r² = p⊥ G` | [`math::measure`] |
-//! | density of a technique | `p_{s,t} = Π p_A` | [`PathRecord::density`](path::PathRecord::density), [`PathDensities`](path::PathDensities) |
-//! | weight of a technique | `w_i = p_i^β / Σ p_j^β` | [`Heuristic`](path::Heuristic), [`Path::weight`](path::Path::weight) |
+//! | density of a technique | `p_{s,t} = Π p_A` | [`PathRecord::density`] |
+//! | weight of a technique | `w_i = p_i^β / Σ p_j^β` | [`Heuristic`](path::Heuristic), [`Path::weight`] |
 //! | Russian roulette | `F' = (F - q c)/(1 - q)` or `c` | [`Roulette`](path::Roulette) |
 //! | incremental construction | `T_k = T_{k-1} f \|cos θ\| / p_ω` | [`RandomWalk`](path::RandomWalk) |
 //! | uniform-area sampling | `p_A = 1 / Σ A_j` | [`UniformArea`](integrator::UniformArea) |
@@ -37,10 +40,10 @@
 //! | `report` | error against run time: studies, metrics, plots, the page (feature `report`) |
 //! | `import` | scenes from files, one module per format (features `mitsuba`, …) |
 //! | [`render`] | the driver: passes, budget, threads, progress |
-//! | [`integrator`] | one thin file for each integrator |
+//! | [`integrator`] | the integrators, a page each |
 //! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
 //! | [`gallery`] | the shipped scenes |
-//! | [`scene`] | the [`Scene`](scene::Scene) trait, which a host renderer implements, and the ready-made [`World`](scene::World) |
+//! | [`scene`] | the trait that a host renderer implements; the ready-made [`World`] |
 //! | `tree` | the ray kernel, with the proofs that it misses nothing |
 //! | [`endpoint`] | lights and cameras |
 //! | [`material`] | what a surface is told about how it scatters; colours that vary over it |
@@ -52,6 +55,14 @@
 //!
 //! Positions, directions, densities and sums are `f64` throughout; lengths are in the scene's own
 //! unit, radiance in W/(m² sr) of that unit, colour is linear RGB with the primaries of sRGB.
+//!
+//! [`Bsdf::eval`]: bsdf::Bsdf::eval
+//! [`Endpoint::emit`]: endpoint::Endpoint::emit
+//! [`Scene::visible`]: scene::Scene::visible
+//! [`PathRecord::throughput`]: path::PathRecord::throughput
+//! [`PathRecord::density`]: path::PathRecord::density
+//! [`Path::weight`]: path::Path::weight
+//! [`World`]: scene::World
 
 pub mod bsdf;
 pub mod endpoint;

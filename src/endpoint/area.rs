@@ -266,7 +266,7 @@ impl Light for AreaLight {
         self.radiance.range()[1].is_black()
     }
 
-    /// No, if it is flat, one-sided, and everything is behind it.
+    /// False if it is flat, one-sided, and everything is behind it.
     fn can_illuminate(&self, bounds: &Bounds) -> bool {
         let is_in_front = |shape: &Shape| {
             let (origin, normal) = match shape {

@@ -63,7 +63,7 @@ struct Band {
 }
 
 impl Band {
-    /// Between two polar angles.
+    /// The band between two polar angles.
     fn new(upper: f64, lower: f64) -> Self {
         Self {
             upper: (0.5 * upper).sin().powi(2),
@@ -92,7 +92,7 @@ impl EnvironmentMap {
     /// of the width at +X.
     pub const Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
 
-    /// From row-major pixels (W/(m² sr)), the uppermost row first. `rotation` turns the image's
+    /// A map of row-major pixels (W/(m² sr)), the uppermost row first. `rotation` turns the image's
     /// axes into the world's: the identity for +Y up, [`EnvironmentMap::Z_UP`], or any orthogonal
     /// matrix, reflections included.
     ///
@@ -210,7 +210,7 @@ impl EnvironmentMap {
         self.pixels[row * self.width + column]
     }
 
-    /// By how much patches are displaced against pixels, in columns to the right and rows upwards.
+    /// The displacement of patches against pixels, in columns to the right and rows upwards.
     fn displacement(&self) -> f64 {
         match self.lookup {
             Lookup::PiecewiseConstant => 0.0,

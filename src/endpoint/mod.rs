@@ -1,17 +1,25 @@
 //! Both ends of a path: a light emits radiance, a camera emits importance, and both are an
 //! [`Endpoint`].
 //!
-//! An endpoint is sampled in two steps, point then direction. What "point" and "direction" mean
-//! follows the [`Place`] of the point:
+//! An endpoint is sampled in two steps, point then direction. The measures of both follow the
+//! [`Place`] of the point, and with them the emitted quantity, radiance Le or importance We:
 //!
-//! | place | density of the point | density of the direction | emitted quantity (radiance or importance) |
+//! | place | density of the point | density of the direction | emitted quantity |
 //! |---|---|---|---|
 //! | `Area` | per area | per projected solid angle | per area and projected solid angle |
 //! | `Dirac` | probability | per solid angle | per solid angle |
-//! | `Infinite` | per solid angle, or a probability if the direction is Dirac | per area perpendicular to the ray | radiance, or irradiance on a perpendicular plane if the direction is Dirac |
+//! | `Infinite` | per solid angle | per area perpendicular to the ray | radiance |
+//! | `Infinite`, Dirac direction | probability | the same | irradiance on a perpendicular plane |
 //!
 //! With these, `p(x_0) · p⊥(x_0 → x_1) · G(x_0, x_1)` is the density of the first edge in every
 //! case.
+//!
+//! Lights: [`AreaLight`], [`PointLight`], [`SpotLight`], [`DirectionalLight`],
+//! [`ConstantEnvironment`], [`EnvironmentMap`]. Cameras: [`PinholeCamera`], [`ThinLensCamera`],
+//! [`OrthographicCamera`]. Importance is normalised over the film, so all integrators normalise
+//! alike.
+//!
+//! Source: Veach 1997, chapter 4, for importance as the dual of radiance.
 
 mod area;
 mod check;

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 pub struct Ray {
     /// The start of the ray.
     pub origin: DVec3,
-    /// Its direction, of unit length.
+    /// The direction, of unit length.
     pub direction: DVec3,
     /// The axis of the largest component of the direction.
     largest: u8,
@@ -33,8 +33,8 @@ pub struct Intersection {
     pub v: f64,
 }
 
-/// The ends of a ray that are known to lie on the shape that is tested, so that these contacts are not
-/// hits.
+/// The ends of a ray that are known to lie on the shape that is tested, so that these contacts are
+/// not hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contact {
     /// Neither.

@@ -20,7 +20,7 @@ pub(crate) struct Files {
 }
 
 impl Files {
-    /// For the scene in a file.
+    /// The files of the scene that a file describes.
     pub fn new(scene: &Path, limits: &Limits) -> Result<Self, Error> {
         let directory = scene
             .parent()

@@ -1,9 +1,10 @@
-//! Scenes from files, one module per format.
+//! Scenes from files, one module per format: `gltf` and `mitsuba`, each behind a feature of its
+//! name.
 //!
-//! What a file asks for and the crate lacks is never replaced silently: it is a [`Warning`], or an
-//! [`Error`] where nothing sensible is left to render; [strict](Options) readers make every warning
-//! an error. Files are not trusted: their size, the number of what they hold, and where they refer
-//! to are [limited](Limits).
+//! Anything that a file asks for and the crate lacks is replaced with a [`Warning`], never
+//! silently, or refused with an [`Error`] where nothing sensible is left to render; [strict
+//! options](Options) make every warning an error. Files are not trusted: their size, the number of
+//! items in them, and the places that they refer to are [limited](Limits).
 
 #[cfg_attr(not(feature = "mitsuba"), allow(dead_code, reason = "one format uses all of it"))]
 mod files;
@@ -35,7 +36,7 @@ pub struct Import {
 /// A camera of a file.
 #[non_exhaustive]
 pub struct ImportedView {
-    /// Its name in the file; "camera" and a number if it has none.
+    /// The name in the file; "camera" and a number if it has none.
     pub name: String,
     /// The camera, with resolution and window.
     pub camera: Box<dyn Camera + Send>,
@@ -121,9 +122,9 @@ pub struct Location {
     pub file: PathBuf,
     /// Kind of the element, "bsdf of type plastic" for instance.
     pub element: String,
-    /// Its id or name, if it has one.
+    /// The id or name, if it has one.
     pub id: Option<String>,
-    /// Its line, if the format has lines.
+    /// The line, if the format has lines.
     pub line: Option<u32>,
 }
 

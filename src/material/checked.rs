@@ -1,4 +1,4 @@
-//! From a description to a checked material.
+//! Checks of descriptions, which make materials of them.
 
 use super::finish::{Finish, Layer, Share, is_alone};
 use super::{Material, Texture};

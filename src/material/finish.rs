@@ -21,10 +21,10 @@ pub(crate) enum Finish {
     /// nothing.
     Layers {
         sides: Box<[[Layer; 2]; 2]>,
-        /// Of both sides, anywhere.
+        /// The lobes of both sides, anywhere.
         lobes: Lobes,
     },
-    /// A user's own.
+    /// A BSDF of a user's own.
     Custom(CustomBsdf),
 }
 

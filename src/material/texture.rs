@@ -39,12 +39,12 @@ pub enum Interpolation {
 /// The continuation of an image beyond its border along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// Again and again.
+    /// Repeated again and again.
     #[default]
     Repeat,
-    /// Again and again, every other time mirrored.
+    /// Repeated again and again, every other time mirrored.
     Mirror,
-    /// With its outermost pixels.
+    /// Continued by its outermost pixels.
     Clamp,
 }
 

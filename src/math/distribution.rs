@@ -10,7 +10,7 @@ use glam::DVec2;
 /// The largest number below 1.
 const ONE_MINUS_EPSILON: f64 = 1.0 - 0.5 * f64::EPSILON;
 
-/// Into `[0, 1)`; not a number becomes 0.
+/// A number clamped to `[0, 1)`; not a number becomes 0.
 #[inline]
 fn unit(u: f64) -> f64 {
     if u > 0.0 { u.min(ONE_MINUS_EPSILON) } else { 0.0 }
@@ -194,7 +194,7 @@ pub struct PiecewiseConstant2d {
     row_guide: Vec<u32>,
     /// Running sums within each row, `width + 1` numbers a row.
     columns: Vec<f64>,
-    /// One after the other.
+    /// The guides of the rows, one after the other.
     column_guides: Vec<u32>,
     shares: Vec<Share>,
 }
@@ -209,8 +209,8 @@ struct Share {
 }
 
 impl PiecewiseConstant2d {
-    /// From row-major weights. `None` unless there are `width * height > 0` weights, non-negative,
-    /// finite and not all zero, in less than 2³² rows and columns.
+    /// The density of row-major weights. `None` unless there are `width * height > 0` weights,
+    /// non-negative, finite and not all zero, in less than 2³² rows and columns.
     #[must_use]
     pub fn new(width: usize, height: usize, weights: &[f64]) -> Option<Self> {
         if width == 0 || width.checked_mul(height) != Some(weights.len()) {

@@ -15,7 +15,7 @@ impl Rgb {
     /// (1, 1, 1).
     pub const WHITE: Self = Self([1.0; 3]);
 
-    /// From red, green and blue.
+    /// A colour of red, green and blue.
     #[inline]
     #[must_use]
     pub const fn new(red: f64, green: f64, blue: f64) -> Self {

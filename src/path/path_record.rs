@@ -98,7 +98,7 @@ impl PathRecord {
         }
     }
 
-    /// The lecture's throughput `T = Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1})`.
+    /// The throughput `T = Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1})`.
     #[must_use]
     pub fn throughput(&self) -> Rgb {
         let k = self.edges();
@@ -177,7 +177,8 @@ pub struct Verification {
     pub value_error: f64,
     /// Difference of the weight.
     pub weight_error: f64,
-    /// |Σ w - 1| over all techniques of the set that can draw the path, each weight by a sweep of its own.
+    /// |Σ w - 1| over all techniques of the set that can draw the path, each weight by a sweep of
+    /// its own.
     pub weight_sum_error: f64,
 }
 

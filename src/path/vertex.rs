@@ -13,7 +13,7 @@ use glam::DVec3;
 pub struct Vertex<B> {
     /// The point in the scene.
     pub point: SurfacePoint,
-    /// The BSDF; `None` at an endpoint (lens, start of a light walk, environment).
+    /// The BSDF; `None` at an endpoint (lens, start of a light subpath, environment).
     pub bsdf: Option<ShadedBsdf<B>>,
     /// The light that the point belongs to, if it emits.
     pub light: Option<LightId>,
@@ -44,10 +44,10 @@ pub struct Vertex<B> {
 /// The two densities of an endpoint's position.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StartDensity {
-    /// As the start of a walk, probability of choosing the light included.
+    /// The density as the start of a walk, probability of choosing the light included.
     pub walk: PerArea,
-    /// As the point that the neighbouring vertex connects to, probability of choosing the light
-    /// included.
+    /// The density as the point that the neighbouring vertex connects to, probability of choosing
+    /// the light included.
     pub connection: PerArea,
 }
 

@@ -1,5 +1,17 @@
-//! Where random numbers come from: a [`Sampler`] per sample, made by a [`SampleSource`] from the
-//! sample's index.
+//! Random numbers: a [`Sampler`] per sample, made by a [`SampleSource`] from the sample's index.
+//!
+//! A path of any length is a function of a point `u ∈ [0, 1)^∞`; a sampler is that point, number by
+//! number. Since it follows from pixel, pass and seed alone, a sample can be drawn again at any
+//! time, and no number of threads changes an image. [`Stream`] names the purpose of the next
+//! numbers, so that the same decision of different paths uses the same dimension.
+//!
+//! | points | item |
+//! |---|---|
+//! | independent | [`Independent`] |
+//! | stratified over the samples of a pixel | [`Stratified`] |
+//! | Sobol' points with Owen's scrambling | [`Sobol`] |
+//! | any of them, chosen at run time | [`SamplerKind`], [`AnySource`] |
+//! | recorded and played back | [`Recorder`], [`Replay`] |
 
 mod dimension;
 mod hash;

@@ -1,4 +1,18 @@
-//! The [`Scene`] trait, the one seam for other renderers, and the ready-made [`World`].
+//! Scenes: the [`Scene`] trait, the one seam for other renderers, and the ready-made [`World`].
+//!
+//! Integrators know of a scene what the path integral asks for:
+//!
+//! | quantity | item |
+//! |---|---|
+//! | next vertex along a ray | [`Scene::intersect`] |
+//! | visibility V of the geometry term (shadow rays) | [`Scene::visible`] |
+//! | f at a point | [`Scene::bsdf`] |
+//! | Le, and the light that a point belongs to | [`Scene::light`], [`Scene::light_at`] |
+//! | choice of a light, and its probability | [`Scene::pick_light`], [`Scene::pick_pmf`] |
+//! | features that the scene has at all | [`Needs`] |
+//!
+//! A [`WorldBuilder`] makes a [`World`] of shapes, [`Mesh`]es, [`Material`]s and lights. It refuses
+//! what cannot be rendered with a [`SceneError`]; a [`Warning`] tells where f64 gets short.
 
 mod builder;
 mod error;

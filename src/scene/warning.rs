@@ -71,7 +71,7 @@ pub enum Warning {
 }
 
 impl Warning {
-    /// See [`Warning::FewDigits`].
+    /// The digits below which [`Warning::FewDigits`] is given.
     pub const LEAST_DIGITS: f64 = 6.0;
     /// Radiances in between have squares that are normal numbers.
     const RADIANCE: std::ops::RangeInclusive<f64> = 1e-150..=1e150;

@@ -124,7 +124,7 @@ fn best_share(costs: &[Costs], first: u32, roots: usize) -> (usize, f32) {
     best
 }
 
-/// Of a subtree that fits into one leaf, whether that is what it should be.
+/// True if a subtree that fits into one leaf should be one.
 fn leaf_is_best(tree: &[Bvh2Node], costs: &[Costs], index: u32) -> bool {
     let node = &tree[index as usize];
     node.is_leaf() || costs[index as usize][0] >= node.aabb().half_area()

@@ -81,8 +81,8 @@ pub(super) struct Block<'a>(pub &'a [Line; Block::LINES]);
 impl<'a> Block<'a> {
     pub const LINES: usize = 3;
 
-    /// By how much the edge functions may be off: 0 for what is always a candidate, negative for a
-    /// lane that is empty.
+    /// The row of the edge functions' error bounds: 0 for what is always a candidate, negative for
+    /// a lane that is empty.
     const TOLERANCE: usize = 9;
     const DISTANCE_TOLERANCE: usize = 10;
     const PRIMITIVE: usize = 11;
@@ -115,7 +115,7 @@ impl<'a> Block<'a> {
         self.row(Self::TOLERANCE)
     }
 
-    /// By how much the distance times the determinant may be off.
+    /// The error bounds of the distance times the determinant.
     #[inline(always)]
     pub fn distance_tolerance(self) -> &'a [u32; LANES] {
         self.row(Self::DISTANCE_TOLERANCE)

@@ -58,7 +58,7 @@ pub(crate) struct Segment {
 }
 
 impl Segment {
-    /// Up to a length, from and to points that lie on no surface.
+    /// A segment up to a length, from and to points that lie on no surface.
     #[inline]
     pub fn free(origin: DVec3, direction: DVec3, length: f64) -> Self {
         Self { origin, direction, length, ends: Ends::FREE }
@@ -117,7 +117,7 @@ pub(crate) struct Hit<'a> {
     /// The start of the ray that the intersection refers to, which may be further on than that of
     /// the one that was asked for.
     pub origin: DVec3,
-    /// Its direction, of unit length.
+    /// The direction, of unit length.
     pub direction: DVec3,
     /// The distance between the two starts.
     pub moved: f64,
@@ -132,7 +132,7 @@ pub(super) struct Found<'a> {
 }
 
 impl<'a> Found<'a> {
-    /// Of equally near ones that with the lower primitive is nearer.
+    /// True if this one is nearer; of equally near ones that is the one with the lower primitive.
     #[inline(always)]
     pub fn is_nearer(&self, other: &Self) -> bool {
         let (t, other_t) = (self.intersection.t, other.intersection.t);

@@ -100,8 +100,8 @@ pub(super) fn uncertainty_of_place(place: DVec3) -> f64 {
     place.abs().max_element() * (8.0 * f64::EPSILON)
 }
 
-/// By how much the edge functions of a triangle with these edges, and its distance times the
-/// determinant, may be off; rounded up.
+/// The error bounds of the edge functions of a triangle with these edges, and of its distance times
+/// the determinant; rounded up.
 pub(super) fn tolerances_of_triangle(edge1: DVec3, edge2: DVec3) -> [f32; 2] {
     let up = |x: f64| (x as f32).next_up();
     let size = edge1.abs().element_sum() + edge2.abs().element_sum();

@@ -295,7 +295,7 @@ fn sheets_closer_together_than_f32_resolves_are_told_apart() {
     );
 }
 
-/// However many they are, answers are those of single queries, also for rays that are none, from
+/// Answers to any number of queries are those of single queries, also for rays that are none, from
 /// outside, or past the scene.
 #[test]
 fn queries_at_once_are_answered_like_single_ones() {

@@ -20,11 +20,11 @@ fn key(distance: i32, child: Child) -> u64 {
 /// The state of a walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Step {
-    /// At something that was just asked for and may take a while to come.
+    /// A walk at something that was just asked for and may take a while to come.
     Descended,
-    /// At something that was asked for earlier.
+    /// A walk at something that was asked for earlier.
     Returned,
-    /// At its end.
+    /// A walk at its end.
     Done,
 }
 
@@ -54,7 +54,7 @@ impl Default for Nearest<'_> {
 }
 
 impl Nearest<'_> {
-    /// That of a ray without hits.
+    /// The walk of a ray without hits.
     #[inline(always)]
     pub fn ended() -> Self {
         Self { child: Child::NOWHERE, ..Self::default() }
@@ -76,7 +76,7 @@ impl Any {
         Self { limit: limit.min(FAR), child: Child(0), length: 0, hit: false }
     }
 
-    /// One of which the answer is known.
+    /// A walk whose answer is known.
     #[inline(always)]
     pub fn ended(hit: bool) -> Self {
         Self { limit: 0.0, child: Child::NOWHERE, length: 0, hit }

@@ -205,7 +205,8 @@ impl Measured {
         Mean::of(&self.images.iter().map(mean).collect::<Vec<_>>())
     }
 
-    /// |mean - expected| ≤ 4 standard errors, for standard errors of at most `resolution` relatively; exact images pass by rounding.
+    /// Asserts |mean - expected| ≤ 4 standard errors, for standard errors of at most `resolution`
+    /// relatively; exact images pass by rounding.
     pub fn assert_mean(&self, expected: [f64; 3], resolution: f64) {
         for (c, expected) in expected.into_iter().enumerate() {
             let mean = self.channel(c);

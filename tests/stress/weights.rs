@@ -25,9 +25,10 @@ fn two_lights(scale: f64) -> World {
     stage.build()
 }
 
-/// Inside a diffuse sphere all densities per area are 1 / (4π R²) but that of the point on the
-/// light, which is r times as large: for k bounces w = 1 / (1 + k r) by hitting the light, r / (1 +
-/// k r) by any other technique (analytic.json F13, for two lights).
+/// The weight of a technique inside a diffuse sphere. All densities per area are 1 / (4π R²) but
+/// that of the point on the light, which is r times as large: for k bounces w = 1 / (1 + k r) by
+/// hitting the light, r / (1 + k r) by any other technique (row F13 of tests/data/analytic.json,
+/// for two lights).
 fn weight(world: &World, light: LightId, s: u16, k: u32) -> f64 {
     let area = [0.9, 0.1][light.0 as usize];
     let r = world.pick_pmf(light) / area;

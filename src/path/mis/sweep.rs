@@ -13,7 +13,8 @@
 //! factors only,
 //!
 //! ```text
-//! p(t+1) / p(t) = a_{t-1} G_{t-1} / (b_{t+1} G_t)         p(s = 0) / p(s = 1) = a_{k-1} G_{k-1} / p(x_k),
+//! p(t+1) / p(t)       = a_{t-1} G_{t-1} / (b_{t+1} G_t),
+//! p(s = 0) / p(s = 1) = a_{k-1} G_{k-1} / p(x_k),
 //! ```
 //!
 //! and the sweep multiplies outwards from the technique that drew the path. It divides only by
@@ -59,7 +60,7 @@ impl Heuristic {
         }
     }
 
-    /// The weight of a technique whose competitors have densities with the given ratios to its own.
+    /// The weight of a technique, given the ratios of the other techniques' densities to its own.
     #[inline]
     #[must_use]
     pub fn weight(self, ratios: impl IntoIterator<Item = f64>) -> f64 {
@@ -295,8 +296,8 @@ mod tests {
         }
     }
 
-    /// analytic.json F16: across a planar mirror between two Lambertian surfaces the ratio of
-    /// densities is 1, whatever the distances.
+    /// The ratio of densities across a planar mirror between two Lambertian surfaces is 1, whatever
+    /// the distances.
     #[test]
     fn a_mirror_between_two_diffuse_surfaces_does_not_change_the_ratio() {
         // x_0 lens, x_1 = a, x_2 mirror, x_3 = b, x_4 light. The mirror samples with probability 1

@@ -60,7 +60,7 @@ pub(super) struct Rays {
 }
 
 impl Rays {
-    /// Up to sixteen; a ray that does not enter the scene leaves its lane empty.
+    /// A packet of up to sixteen; a ray that does not enter the scene leaves its lane empty.
     #[inline(always)]
     pub fn new(bvh: &Bvh, queries: &[Query]) -> Self {
         let mut rays = Self {
@@ -98,7 +98,7 @@ impl Rows {
         }
     }
 
-    /// One of them in all lanes.
+    /// A facet of the block, in all lanes.
     #[inline(always)]
     pub fn facet<S: Simd>(&self, simd: S, lane: usize) -> Facets<f32x16<S>> {
         let splat = |row: &[f32; LANES]| f32x16::splat(simd, row[lane % LANES]);
