@@ -75,7 +75,14 @@ const NEEDED: Needs = Needs::HITTABLE_LIGHTS
     .union(Needs::ILLUMINATION)
     .union(Needs::INTERREFLECTION);
 
-host!(Constant, 'a, common::Lambertian, common::Lambertian, |host| common::Lambertian(host.0.albedo), NEEDED);
+host!(
+    Constant,
+    'a,
+    common::Lambertian,
+    common::Lambertian,
+    |host| common::Lambertian(host.0.albedo),
+    NEEDED
+);
 host!(Dynamic, 'a, &'a dyn Bsdf, &dyn Bsdf, |host| &host.1, Needs::ALL);
 
 #[derive(Default)]

@@ -1,7 +1,7 @@
 //! Renders one image of a scene with one integrator.
 //!
 //! ```text
-//! cargo run --release --example render -- --scene cornell-box --integrator bidirectional --samples 256 --out target/box.png
+//! cargo run --release --example render -- --integrator bidirectional --out target/box.png
 //! cargo run --release --example render -- --scene model.obj --time 30s
 //! cargo run --release --example render -- --scene scene.xml -D resx=256 -D resy=256 --strict
 //! cargo run --release --example render -- --scene list
@@ -71,7 +71,12 @@ struct Arguments {
     #[arg(long, value_enum)]
     filter: Option<FilterName>,
     /// Stops by which a PNG is made brighter; HDR and EXR keep radiance
-    #[arg(long, default_value = "0", value_parser = common::parse_exposure, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        default_value = "0",
+        value_parser = common::parse_exposure,
+        allow_hyphen_values = true
+    )]
     exposure: f64,
     /// Image file to write, .exr, .hdr or .png [default: target/SCENE-INTEGRATOR.exr]
     #[arg(long, value_parser = common::parse_image_path)]

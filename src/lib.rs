@@ -18,24 +18,24 @@
 //!
 //! | what | equation | item |
 //! |---|---|---|
-//! | radiance that leaves a point | `Lo = Le + ∫ f Li \|cos θ\| dω` | [`Bsdf::eval`], [`Endpoint::emit`] |
-//! | geometry term | `G = V \|cos θ cos θ'\| / r²` | [`Edge`](path::Edge), V by [`Scene::visible`] |
+//! | radiance from a point | `Lo = Le + ∫ f Li \|cos θ\| dω` | [`Bsdf::eval`], [`Endpoint::emit`] |
+//! | geometry term | `G = V \|cos θ cos θ'\| / r²` | [`Edge`], V by [`Scene::visible`] |
 //! | throughput of a path | `T = Π f G` | [`PathRecord::throughput`] |
 //! | densities and their measures | `p_A = p_ω \|cos θ'\| / r² = p⊥ G` | [`math::measure`] |
 //! | density of a technique | `p_{s,t} = Π p_A` | [`PathRecord::density`] |
-//! | weight of a technique | `w_i = p_i^β / Σ p_j^β` | [`Heuristic`](path::Heuristic), [`Path::weight`] |
-//! | Russian roulette | `F' = (F - q c)/(1 - q)` or `c` | [`Roulette`](path::Roulette) |
-//! | incremental construction | `T_k = T_{k-1} f \|cos θ\| / p_ω` | [`RandomWalk`](path::RandomWalk) |
-//! | uniform-area sampling | `p_A = 1 / Σ A_j` | [`UniformArea`](integrator::UniformArea) |
-//! | path tracing | s = 0 and s = 1 | [`PathTracer`](integrator::PathTracer) |
-//! | light tracing | t = 1 | [`LightTracer`](integrator::LightTracer) |
-//! | bidirectional path tracing | all (s, t) | [`Bidirectional`](integrator::Bidirectional) |
+//! | weight of a technique | `w_i = p_i^β / Σ p_j^β` | [`Heuristic`], [`Path::weight`] |
+//! | Russian roulette | `F' = (F - q c)/(1 - q)` or `c` | [`Roulette`] |
+//! | incremental construction | `T_k = T_{k-1} f \|cos θ\| / p_ω` | [`RandomWalk`] |
+//! | uniform-area sampling | `p_A = 1 / Σ A_j` | [`UniformArea`] |
+//! | path tracing | s = 0 and s = 1 | [`PathTracer`] |
+//! | light tracing | t = 1 | [`LightTracer`] |
+//! | bidirectional path tracing | all (s, t) | [`Bidirectional`] |
 //!
-//! # The house
+//! # The modules
 //!
 //! Data flows downwards; a module uses those below it.
 //!
-//! | module | what is in it |
+//! | module | contents |
 //! |---|---|
 //! | `report` | error against run time: studies, metrics, plots, the page (feature `report`) |
 //! | `import` | scenes from files, one module per format (features `mitsuba`, …) |
@@ -46,7 +46,7 @@
 //! | [`scene`] | the trait that a host renderer implements; the ready-made [`World`] |
 //! | `tree` | the ray kernel, with the proofs that it misses nothing |
 //! | [`endpoint`] | lights and cameras |
-//! | [`material`] | what a surface is told about how it scatters; colours that vary over it |
+//! | [`material`] | descriptions of surfaces; colours that vary over them |
 //! | [`bsdf`] | scattering models |
 //! | [`film`] | contributions, filters, images |
 //! | [`sampler`] | random numbers and quasi-random ones |
@@ -63,6 +63,14 @@
 //! [`PathRecord::density`]: path::PathRecord::density
 //! [`Path::weight`]: path::Path::weight
 //! [`World`]: scene::World
+//! [`Edge`]: path::Edge
+//! [`Heuristic`]: path::Heuristic
+//! [`Roulette`]: path::Roulette
+//! [`RandomWalk`]: path::RandomWalk
+//! [`UniformArea`]: integrator::UniformArea
+//! [`PathTracer`]: integrator::PathTracer
+//! [`LightTracer`]: integrator::LightTracer
+//! [`Bidirectional`]: integrator::Bidirectional
 
 pub mod bsdf;
 pub mod endpoint;

@@ -1,4 +1,4 @@
-//! The energy ledger of light walks: what lights emit is absorbed, escapes, or is cut off by a
+//! The energy ledger of light subpaths: what lights emit is absorbed, escapes, or is cut off by a
 //! limit on bounces; nothing is lost.
 //!
 //! Sums are compared with Student's t over independent batches, at a level of 1e-3 for the whole

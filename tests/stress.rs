@@ -127,7 +127,7 @@ fn stress_s30_scale_under_an_environment() {
     check_precisely("S30", 1e-9);
 }
 
-/// Without roulette nothing ends a walk in white walls but the library's own limit, which is
+/// Walks between white walls without roulette end at nothing but the library's own limit, which is
 /// reported.
 #[test]
 fn stress_s06_endless_walks_are_cut_off_and_counted() {

@@ -192,8 +192,7 @@ fn long_paths_verify_at_every_scale() -> Result {
     Ok(())
 }
 
-/// Weights from what the vertices of the walks keep are those of a sweep over the path, whatever
-/// the set.
+/// Weights from MIS partial sums are those of a sweep over the path, whatever the set.
 #[test]
 fn weights_in_constant_time_are_those_of_sweeps() -> Result {
     let all = TechniqueSet::BIDIRECTIONAL;

@@ -39,7 +39,11 @@ use std::time::Duration;
 /// Renders a scene with all integrators, measures their error and cost, tests whether they agree,
 /// and writes a page.
 #[derive(Parser, Debug)]
-#[command(after_help = format!("Exit status: 0 if the integrators agree and none is biased, 3 if not, 2 for errors.\n\nScenes of the gallery:\n{}", scene_list()))]
+#[command(after_help = format!(
+    "Exit status: 0 if the integrators agree and none is biased, 3 if not, 2 for errors.\n\n\
+     Scenes of the gallery:\n{}",
+    scene_list()
+))]
 struct Options {
     /// Name of a scene in the gallery, a scene file, or `all` for the whole gallery
     #[arg(long, default_value = "cornell-box")]
@@ -79,7 +83,11 @@ struct Options {
     #[arg(long, conflicts_with_all = ["reference_samples", "reference_time"])]
     reference: Option<PathBuf>,
     /// Samples per pixel of the reference, half of them by each of two integrators
-    #[arg(long, conflicts_with = "reference_time", value_parser = clap::value_parser!(u32).range(4..))]
+    #[arg(
+        long,
+        conflicts_with = "reference_time",
+        value_parser = clap::value_parser!(u32).range(4..)
+    )]
     reference_samples: Option<u32>,
     /// Time for rendering the reference, which is kept in target/references
     #[arg(long, default_value = "20s", value_parser = parse_duration)]

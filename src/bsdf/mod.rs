@@ -16,7 +16,8 @@
 //! | surface | models |
 //! |---|---|
 //! | diffuse | [`Lambert`]; under a coat [`Plastic`] |
-//! | smooth (Dirac lobes) | [`Mirror`], [`Conductor`], [`Dielectric`], [`ThinDielectric`], [`Null`] |
+//! | smooth, opaque (Dirac lobes) | [`Mirror`], [`Conductor`] |
+//! | smooth, transmissive (Dirac lobes) | [`Dielectric`], [`ThinDielectric`], [`Null`] |
 //! | rough | [`RoughConductor`], [`RoughDielectric`] with [`Ggx`] or [`Beckmann`] |
 //! | metallic-roughness of glTF | [`MetallicRoughness`] |
 //! | sum of models; any model | [`Mixture`]; [`Model`] |

@@ -46,7 +46,7 @@ pub struct EnvironmentMap {
     brightest: f64,
     /// The patches; `None` if everything is black.
     distribution: Option<PiecewiseConstant2d>,
-    /// `∫ D dσ` of what the density is proportional to.
+    /// `∫ D dσ`, D the density before it is normalised.
     density_integral: f64,
     /// `∫ L dσ`.
     integral: Rgb,

@@ -107,8 +107,8 @@ pub trait Endpoint: Sync {
         self.point_pdf(point)
     }
 
-    /// The same point, positioned so that the segment between it and `receiver` is the one that
-    /// visibility must be tested on. Only points at infinity, which have a direction but no
+    /// The same point, positioned so that the shadow ray between it and `receiver` tests the
+    /// visibility of the two. Only points at infinity, which have a direction but no
     /// position of their own, need to move.
     fn facing(&self, point: &SurfacePoint, _receiver: &SurfacePoint) -> SurfacePoint {
         *point

@@ -7,7 +7,7 @@
 use super::{Disk, Quad, Shape, SurfacePoint, Triangle};
 use glam::{DVec2, DVec3};
 
-/// A ray with what the watertight triangle test needs once per ray.
+/// A ray with the terms that the watertight triangle test needs once per ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// The start of the ray.

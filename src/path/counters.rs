@@ -38,7 +38,7 @@ pub struct Counters {
     pub light_subpaths: u64,
     /// Rays traced for the nearest hit.
     pub closest_rays: u64,
-    /// Shadow rays traced: tests of whether anything lies on a segment.
+    /// Shadow rays traced.
     pub shadow_rays: u64,
     /// Scattering vertices sampled.
     pub scattered: u64,

@@ -2,8 +2,8 @@
 
 /// The number of light subpaths per camera subpath: a power of two, 1 unless said otherwise.
 ///
-/// Each of 2ⁿ ≥ 1 light subpaths is connected to the one camera subpath and to the lens. With 2ⁿ < 1
-/// a sample has a light subpath with that probability.
+/// Each of 2ⁿ ≥ 1 light subpaths is connected to the one camera subpath and to the lens. With 2ⁿ <
+/// 1 a sample has a light subpath with that probability.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LightSubpaths(i8);
 

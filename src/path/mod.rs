@@ -16,7 +16,8 @@
 //! | geometry term `G = V \|cos θ cos θ'\| / r²` | [`Edge`] |
 //! | vertices, and the random walk that finds them | [`Vertex`], [`RandomWalk`] |
 //! | the loop over many walks, and its steps | [`advance`], [`Steps`] |
-//! | next event estimation (s = 1), connection to the lens (t = 1) | [`NextEvent`], [`LensConnection`] |
+//! | next event estimation (s = 1) | [`NextEvent`] |
+//! | connection of a light subpath to the lens (t = 1) | [`LensConnection`] |
 //! | two subpaths joined to one path | [`Path`] |
 //! | techniques of an integrator | [`TechniqueSet`] |
 //! | densities of all techniques, and weights | [`PathDensities`], [`Heuristic`], [`Weighting`] |

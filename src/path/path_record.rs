@@ -1,5 +1,5 @@
-//! A path evaluated from the definitions alone: what an audit compares an integrator's numbers
-//! with, and what a teacher writes on the board.
+//! A path evaluated from the definitions alone, factor by factor: the measure of an audit for an
+//! integrator's numbers, and a table to be read aloud.
 
 use super::connect::are_joinable;
 use super::mis::{Ends, PathDensities};

@@ -81,7 +81,6 @@ impl Scattered {
 
     /// The decision in the form that [`Steps::scatter`](super::Steps::scatter) returns.
     #[inline]
-    #[must_use]
     pub fn flow(&self) -> ControlFlow<()> {
         if self.goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
@@ -134,7 +133,7 @@ impl Roulette {
         }
     }
 
-    /// The constant for a walk.
+    /// The constant for a walk in a transport mode.
     #[inline]
     #[must_use]
     pub fn constant(&self, mode: TransportMode) -> Rgb {

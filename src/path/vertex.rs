@@ -1,4 +1,4 @@
-//! A vertex of a path, with what the walk that found it knows about it.
+//! A vertex of a subpath, with everything that the walk which found it knows about it.
 
 use crate::bsdf::shading::ShadedBsdf;
 use crate::bsdf::{Bsdf, Lobes};
@@ -80,8 +80,8 @@ impl<B: Bsdf> Vertex<B> {
         }
     }
 
-    /// The light that the point belongs to, and what it emits to the previous vertex; `None` if
-    /// that is nothing.
+    /// The light that the point belongs to, and the radiance that it emits to the previous vertex;
+    /// `None` if that is nothing.
     #[inline]
     #[must_use]
     pub fn emission<S: Scene + ?Sized>(&self, scene: &S) -> Option<(LightId, Rgb)> {

@@ -39,17 +39,17 @@ use glam::DVec2;
 pub enum Stream {
     /// Position on the film and the offset of the pixel filter.
     Film,
-    /// The endpoint of the camera walk: a point on the lens.
+    /// The start of the camera subpath: a point on the lens.
     Lens,
-    /// The start of the light walk: choice of light, point and direction.
+    /// The start of the light subpath: choice of light, point and direction.
     Emission,
-    /// Scattering at the given vertex of the camera walk (1 = first surface).
+    /// Scattering at the given vertex of the camera subpath (1 = first surface).
     CameraVertex(u32),
-    /// Scattering at the given vertex of the light walk (1 = first surface).
+    /// Scattering at the given vertex of the light subpath (1 = first surface).
     LightVertex(u32),
-    /// Next event estimation from the given vertex of the camera walk.
+    /// Next event estimation from the given vertex of the camera subpath.
     NextEvent(u32),
-    /// Sampling of the lens from the given vertex of the light walk.
+    /// Sampling of the lens from the given vertex of the light subpath.
     LensSampling(u32),
 }
 

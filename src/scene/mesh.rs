@@ -1,4 +1,4 @@
-//! Triangle meshes: what a user hands in, and the vertex attributes that a scene keeps.
+//! Triangle meshes as a user hands them in, and the vertex attributes that a scene keeps.
 
 use super::error::SceneError;
 use crate::geometry::{Shape, SurfacePoint, Triangle, interpolated};

@@ -55,8 +55,8 @@ pub trait Scene: Sync {
     /// never `from` itself.
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint>;
 
-    /// True if the open segment between two points is free. For a point at infinity the position
-    /// tells where the segment ends.
+    /// True if a shadow ray between two points meets nothing: the open segment between them is
+    /// free. For a point at infinity the position tells where it ends.
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool;
 
     /// The answers of [`intersect`](Self::intersect) for many rays. `found` gets each answer once,
@@ -74,8 +74,8 @@ pub trait Scene: Sync {
         }
     }
 
-    /// The answers of [`visible`](Self::visible) for many segments. `answer` gets each answer once,
-    /// with the segment's place in the iterator, in any order.
+    /// The answers of [`visible`](Self::visible) for many shadow rays. `answer` gets each answer
+    /// once, with the ray's place in the iterator, in any order.
     fn visible_many<'a>(
         &self,
         segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>,

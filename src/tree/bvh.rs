@@ -1,4 +1,4 @@
-//! The tree and what it says of one ray: the nearest hit, or whether a segment is free.
+//! The tree and its answers to a single query: the nearest hit, or whether a segment is free.
 
 use super::boxes::{BoxRay, Splat};
 use super::layout::{Block, Candidate, Line, Wide};

@@ -73,8 +73,8 @@ pub(super) enum Facet {
     Opaque,
 }
 
-/// Four triangles: for each axis a vertex and the edges to the others, by how much what is computed
-/// from them may be off, and their primitives.
+/// Four triangles: for each axis a vertex and the edges to the others, the error bounds of the
+/// numbers computed from them, and their primitives.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<'a>(pub &'a [Line; Block::LINES]);
 

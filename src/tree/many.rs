@@ -15,7 +15,7 @@ use std::ops::Range;
 /// Queries that the kernel is given at a time.
 const BLOCK: usize = 128;
 
-/// Queries from which on what it takes to begin pays.
+/// The fewest queries for which the effort of beginning pays.
 const SOME: usize = 4;
 
 /// Lines of a tree up to which taking turns does not pay: 2 MiB. Few in tests, whose trees are to
@@ -146,7 +146,7 @@ impl Bvh {
 }
 
 /// Hands out queries by the block, each block with the place of its first in the iterator and with
-/// room for as many answers. What the room holds before does not matter.
+/// memory for as many answers. The contents before do not matter.
 #[inline(always)]
 fn in_blocks<Q: Copy, A: Copy>(
     queries: impl Iterator<Item = Q>,
@@ -176,7 +176,7 @@ fn in_blocks<Q: Copy, A: Copy>(
     });
 }
 
-/// Gives `then` room on the stack for a block. To fill it takes time, which few queries would not
+/// Gives `then` a block of memory on the stack. To fill it takes time, which few queries would not
 /// make up for.
 #[inline(always)]
 fn with_room<T: Copy>(most: usize, content: T, then: impl FnOnce(&mut [T])) {

@@ -42,7 +42,8 @@
 //! | D | n; d; products | 11 ε M ≤ 19 ε S |
 //! | W | U, V and D; two differences | 27 ε S + 19 ε S + 13 ε S = 59 ε S |
 //! | T | n; c; products | 24 ε M + 7 ε M + 11 ε M = 42 ε M |
-//! | T - t D | T; D times t < 3.5; its rounding; the limit's, rounded up by 5 ε | 42 ε M + 39 ε M + 4 ε M + 18 ε M = 103 ε M |
+//! | t D | D times t < 3.5; its rounding; the limit's, by 5 ε upwards | 39 ε M + 4 ε M + 18 ε M |
+//! | T - t D | T; t D | 42 ε M + 61 ε M = 103 ε M |
 //!
 //! U, V and W are compared with ∓64 ε S, T with 0 and the limit times D up to 112 ε M, all plus
 //! 2⁻³⁹ for the exact test's own rounding: its edge functions are those of coordinates up to 4 with

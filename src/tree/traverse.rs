@@ -84,7 +84,7 @@ impl Any {
 }
 
 impl Wide {
-    /// Asks for what a ray will visit later.
+    /// Asks for memory that a ray will visit later.
     #[inline(always)]
     pub fn prefetch<S: Simd>(&self, simd: S, child: Child) {
         prefetch(simd, self.lines.as_ptr().wrapping_add(child.line()).cast::<[Line; 4]>());

@@ -93,7 +93,7 @@ impl<'a> Entry<'a> {
         self.check_value(methods, key, self.expected(key));
     }
 
-    /// As `check`, of a value that follows from the entry's formula.
+    /// A `check` of a value that follows from the entry's formula.
     pub fn check_value(&self, methods: &[Method], what: &str, expected: f64) {
         self.check_rgb(methods, what, [expected; 3]);
     }

@@ -53,8 +53,8 @@ fn a02_truncated_furnace() {
     }
 }
 
-/// Without roulette every path of k bounces brings the same: no variance from the camera, little
-/// from the light.
+/// The white furnace. Without roulette every path of k bounces brings the same: no variance from
+/// the camera, little from the light.
 #[test]
 fn a03_white_furnace() {
     let (world, eye) = sphere(0.9999);

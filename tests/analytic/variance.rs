@@ -48,8 +48,8 @@ fn f01_variance_of_hits() {
     }
 }
 
-/// With p = 0.3 the fourth moment is infinite, so the measured variance means nothing; the mean
-/// still does.
+/// The variance of roulette. With p = 0.3 the fourth moment is infinite, so the measured variance
+/// means nothing; the mean still does.
 #[test]
 fn f04_variance_of_roulette() {
     let world = furnace_sphere(DVec3::ZERO, 1.0, &lambert(0.5), 1.0);

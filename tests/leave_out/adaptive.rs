@@ -115,7 +115,7 @@ fn predictions_hold() {
         for candidate in &decision.candidates {
             let set = candidate.set;
             let exponent = set.light_subpaths.count().log2();
-            let has_splats = set.lens_sampling && set.next_event != !set.has_camera_subpath();
+            let has_splats = set.lens_sampling && set.next_event == set.has_camera_subpath();
             if exponent != 0.0 || !has_splats {
                 continue;
             }

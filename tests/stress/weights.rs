@@ -100,7 +100,7 @@ fn stress_s18_weights_of_path_tracing() {
     assert!(contributions.len() > 4000);
 }
 
-/// The densities that walks and connections remember, against the definitions: bent and rough
+/// The densities that vertices and connections keep, against the definitions: bent and rough
 /// surfaces, where forwards is not backwards.
 #[test]
 fn stress_s38_weights_by_definition() {

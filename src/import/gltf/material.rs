@@ -226,7 +226,7 @@ fn common_coordinates(
     Ok(first)
 }
 
-/// Names what a material asks for in vain.
+/// Adds warnings of everything that a material asks for in vain.
 fn warn_about_the_rest(
     document: &mut Document,
     source: &json::Material,

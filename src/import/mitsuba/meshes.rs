@@ -382,7 +382,7 @@ impl Stream<'_> {
         Ok(Mesh { positions, normals, uvs, indices })
     }
 
-    /// Grows with what is read: the count alone takes no memory.
+    /// Vectors of a file, in memory that grows as they are read: the count alone takes none.
     fn vectors<const N: usize>(&mut self, count: u64) -> Result<Vec<[f64; N]>, String> {
         let mut vectors = Vec::new();
         for _ in 0..count {

@@ -150,16 +150,16 @@ impl Weighting {
         1.0 / (1.0 + others)
     }
 
-    /// The part of the sum of the techniques that end a walk before its last vertex, which the
-    /// other walk would sample from there with density x: one x of the technique that ends the walk
-    /// one vertex earlier, and one of all others.
+    /// The part of the sum of the techniques that end a subpath before its last vertex, which the
+    /// other walk would sample from there with density x: one x of the technique that ends it one
+    /// vertex earlier, and one of all others.
     fn side<B>(&self, walk: &[Vertex<B>], x: [f64; 2], onwards: f64, shares: [f64; 2]) -> f64 {
         let [nearest, farther] = x.map(|x| x / density(walk));
         product(self.heuristic.raise(nearest), self.share(walk, shares))
             + self.farther(walk, farther, onwards)
     }
 
-    /// n of the technique that ends a walk one vertex earlier, given the shares of connections to
+    /// n of the technique that ends a subpath one vertex earlier, by the shares of connections to
     /// the start and to others.
     fn share<B>(&self, walk: &[Vertex<B>], [to_start, to_others]: [f64; 2]) -> f64 {
         match walk {
@@ -169,7 +169,7 @@ impl Weighting {
         }
     }
 
-    /// The sum over the techniques that end a walk two or more vertices earlier, if the one that
+    /// The sum over the techniques that end a subpath two or more vertices earlier, if the one that
     /// ends it one earlier has density `ratio`.
     fn farther<B>(&self, walk: &[Vertex<B>], ratio: f64, onwards: f64) -> f64 {
         let [before @ .., last] = walk else { return 0.0 };
@@ -189,7 +189,7 @@ impl Weighting {
     }
 }
 
-/// d: the density with which a walk reached its last vertex.
+/// d: the density with which a walk reached the last vertex of a subpath.
 fn density<B>(walk: &[Vertex<B>]) -> f64 {
     match walk {
         [.., before, last] => before.pdf_next.value() * last.geometry,

@@ -37,7 +37,7 @@ pub struct DecisionReport {
     pub candidates: Vec<CandidateReport>,
 }
 
-/// A set of techniques and what the pilot says of it: [`Candidate`].
+/// A set of techniques and the pilot's estimates for it: [`Candidate`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CandidateReport {
     /// The techniques.

@@ -108,7 +108,7 @@ struct ProbeSink {
     /// One over the luminance that is usual for a pixel.
     scales: Vec<f64>,
     largest: Largest,
-    /// The sum of what the sample under way contributes to its own pixel, scaled.
+    /// The sample's contributions to its own pixel so far, scaled.
     own: f64,
     energy: [f64; BOUNCES + 1],
 }

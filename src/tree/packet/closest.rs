@@ -49,7 +49,9 @@ pub(in crate::tree) fn closest_together<'a>(
     hits: &mut [Option<Hit<'a>>],
 ) -> bool {
     queries.len() >= RAYS / 2
-        && dispatch!(bvh.level, simd => pays(simd) && closest_together_with(simd, bvh, queries, hits))
+        && dispatch!(bvh.level, simd => {
+            pays(simd) && closest_together_with(simd, bvh, queries, hits)
+        })
 }
 
 #[inline(always)]
