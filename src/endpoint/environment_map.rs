@@ -58,7 +58,7 @@ pub struct EnvironmentMap {
 struct Band {
     /// sin²(θ/2) at its upper edge, which is (1 - cos θ)/2 and so uniform in solid angle.
     upper: f64,
-    /// The difference to it at the lower edge.
+    /// The difference from there to its lower edge.
     step: f64,
 }
 

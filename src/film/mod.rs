@@ -15,7 +15,7 @@
 //! | finished image, and its files (feature `image`) | [`Image`], `ImageFile` |
 //!
 //! Filters are sampled and not evaluated (filter importance sampling: Ernst, Stamminger and
-//! Greiner 2006), so all contributions of a sample have the same weight in all integrators.
+//! Greiner 2006), so neither contributions nor their weights need to know them.
 
 mod filter;
 mod image;

@@ -14,7 +14,7 @@
 //! | cornell-box | diffuse surfaces, one area light: for all integrators |
 //! | sphere-cap | exact answer: every pixel is 0.1 |
 //! | lamp-room | lamps that cannot be connected to: hard for path tracing |
-//! | caustic | light focused by glass, and glass that is seen: a part for each walk |
+//! | caustic | light focused by glass that is itself seen: paths from both ends |
 //! | glossy-plates | plates and lights of many sizes: multiple importance sampling (Veach 1997) |
 //! | smooth-mesh | shading normals, light at infinity: transport modes |
 //!

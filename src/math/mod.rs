@@ -10,7 +10,7 @@
 //! | Student's t distribution | [`student`] |
 //! | sines, cosines and angles, the same on every platform | `angle` |
 //!
-//! Sources: measures after Veach 1997, chapter 8; each of the other modules names its own.
+//! Source: Veach 1997, chapter 8, for the measures.
 
 pub(crate) mod angle;
 pub mod distribution;

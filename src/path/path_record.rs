@@ -1,5 +1,5 @@
 //! A path evaluated from the definitions alone, factor by factor: the measure of an audit for an
-//! integrator's numbers, and a table to be read aloud.
+//! integrator's numbers.
 
 use super::connect::are_joinable;
 use super::mis::{Ends, PathDensities};

@@ -2,11 +2,11 @@
 //! is compared.
 //!
 //! ```
+//! use pathspace::gallery;
 //! use pathspace::glam::UVec2;
 //! use pathspace::integrator::{Bidirectional, PathTracer};
 //! use pathspace::render::{Budget, Settings};
 //! use pathspace::report::{Contestant, Plan, Reference, ReferencePlan, SceneInfo, study};
-//! use pathspace::scene::gallery;
 //! use std::ops::ControlFlow;
 //!
 //! let scene = gallery::build("cornell-box", UVec2::new(16, 16))?;
@@ -30,9 +30,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Three floors: `study` renders, [`stats`] makes numbers, `page` shows them. What a study found is
-//! the plain data of [`Report`]; docs/report.md defines every number and lists the fields of the
-//! JSON file.
+//! Three parts: `study` renders, [`stats`] makes numbers, `page` shows them. The findings of a
+//! study are the plain data of a [`Report`]; docs/report.md defines every number and lists the
+//! fields of the JSON file.
 
 mod error;
 mod page;
