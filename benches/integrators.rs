@@ -20,7 +20,7 @@ use std::time::Duration;
 const SIDE: u32 = 64;
 const SAMPLES: u32 = SIDE * SIDE;
 const MAX_BOUNCES: u32 = 7;
-/// As the driver does.
+/// The samples under way at once, as in the driver.
 const BATCH: u32 = 128;
 
 /// One sample per pixel, so many at a time.

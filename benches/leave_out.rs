@@ -1,5 +1,5 @@
-//! What a host compiles to that says at compile time what its scene needs: one concrete BSDF,
-//! lights that can be hit, no environment, nothing Dirac; beside the same host that says it needs
+//! The cost of a host that says at compile time what its scene needs (one concrete BSDF, lights
+//! that can be hit, no environment, nothing Dirac), beside the same host that says it needs
 //! everything, and one behind `dyn`.
 //!
 //! `LEAVE_OUT_HOST=constant valgrind --tool=callgrind target/release/deps/leave_out-…` counts
@@ -75,7 +75,14 @@ const NEEDED: Needs = Needs::HITTABLE_LIGHTS
     .union(Needs::ILLUMINATION)
     .union(Needs::INTERREFLECTION);
 
-host!(Constant, 'a, common::Lambertian, common::Lambertian, |host| common::Lambertian(host.0.albedo), NEEDED);
+host!(
+    Constant,
+    'a,
+    common::Lambertian,
+    common::Lambertian,
+    |host| common::Lambertian(host.0.albedo),
+    NEEDED
+);
 host!(Dynamic, 'a, &'a dyn Bsdf, &dyn Bsdf, |host| &host.1, Needs::ALL);
 
 #[derive(Default)]

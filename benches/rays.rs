@@ -31,7 +31,7 @@ fn coherent() -> Vec<(SurfacePoint, DVec3)> {
         .collect()
 }
 
-/// From points of the surface to the inside: after the first bounce.
+/// Rays from points of the surface to the inside, as after the first bounce.
 fn incoherent(world: &World) -> Vec<(SurfacePoint, DVec3)> {
     let mut rng = Pcg64Mcg::seed_from_u64(1);
     let mut pair = || DVec2::new(rng.random(), rng.random());

@@ -1,5 +1,5 @@
-//! How the cost of a sample grows with the number of lights, with the length of paths, with the
-//! size of the image, and how it falls with threads.
+//! The growth of a sample's cost with the number of lights, the length of paths and the size of the
+//! image, and its fall with threads.
 
 use criterion::{
     BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,

@@ -69,7 +69,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether the audit passes.
+/// Renders, audits and prints the paths; true if the audit passes.
 fn run(options: &Options) -> Result<bool, Box<dyn std::error::Error>> {
     if let Some(Technique { s, t, .. }) = options.technique
         && u32::from(s) + u32::from(t) != options.bounces + 2

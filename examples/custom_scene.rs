@@ -1,6 +1,6 @@
-//! How to plug in your own renderer: a toy host with its own geometry, its own material and its own
-//! light, rendered by three of this crate's integrators. With `--scene world` the material is on a
-//! mesh of a ready-made [`World`], for those who bring nothing but a BSDF.
+//! A renderer of one's own plugged in: a toy host with its own geometry, its own material and its
+//! own light, rendered by three of this crate's integrators. With `--scene world` the material is
+//! on a mesh of a ready-made [`World`], for those who bring nothing but a BSDF.
 //!
 //! A host implements [`Scene`] (and [`SurfaceArea`], if it wants uniform-area sampling), [`Bsdf`]
 //! for its materials and, if the ready-made lights do not suffice, [`Endpoint`] and [`Light`].
@@ -33,7 +33,7 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-// ----------------------------------------------------------------------------------------------------------------
+// -------------------------------------------------------------------------------------------------
 // the host's material
 
 /// A two-sided diffuse surface with a retro-reflective lobe, as on traffic signs: `f = ρ_d/π + ρ_r
@@ -109,7 +109,7 @@ fn power_cosine(exponent: f64, u: DVec2) -> DVec3 {
     DVec3::new(sin * (TAU * u.y).cos(), sin * (TAU * u.y).sin(), cos)
 }
 
-// -------------------------------------------------------------------------------------------------------------------
+// -------------------------------------------------------------------------------------------------
 // the host's light
 
 /// A head lamp: a point that emits the intensity `I cosⁿ` around an axis. It is a Dirac position,
@@ -164,7 +164,7 @@ impl Light for HeadLamp {
     }
 }
 
-// ----------------------------------------------------------------------------------------------------------------
+// -------------------------------------------------------------------------------------------------
 // the host's geometry
 
 /// A square of ground, y = 0, and balls. The last ball is a lamp; the head lamp is the second
@@ -252,7 +252,8 @@ impl ToyScene {
 }
 
 impl Scene for ToyScene {
-    type Bsdf<'a> = &'a RetroReflector; // a host with several models would use an enum or `&'a dyn Bsdf`
+    /// A host with several models would use an enum or `&'a dyn Bsdf`.
+    type Bsdf<'a> = &'a RetroReflector;
     type Light = dyn Light;
 
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
@@ -321,7 +322,7 @@ impl SurfaceArea for ToyScene {
     }
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------
+// -------------------------------------------------------------------------------------------------
 // the host's material in a ready-made scene
 
 /// A retro-reflective ball, a mesh with smooth normals, on a grey floor under a lamp.
@@ -349,7 +350,7 @@ fn world() -> Result<World, SceneError> {
     builder.build()
 }
 
-// ---------------------------------------------------------------------------------------------------------------------------
+// -------------------------------------------------------------------------------------------------
 // rendering
 
 /// Whose geometry it is.
@@ -403,7 +404,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether the integrators agree.
+/// Renders by each integrator; true if they agree.
 fn run<S: Scene>(scene: &S, options: &Options) -> Result<bool, Box<dyn Error>> {
     let camera = PinholeCamera::new(
         DVec3::new(0.0, 3.0, 8.0),

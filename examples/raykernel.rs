@@ -30,7 +30,7 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 /// time.
 #[derive(Parser, Debug)]
 struct Options {
-    /// Where the files are
+    /// Directory of the files
     directory: PathBuf,
     /// Names of meshes, separated by commas
     #[arg(long, value_delimiter = ',', default_value = "small,large,room")]

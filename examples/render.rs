@@ -1,7 +1,7 @@
 //! Renders one image of a scene with one integrator.
 //!
 //! ```text
-//! cargo run --release --example render -- --scene cornell-box --integrator bidirectional --samples 256 --out target/box.png
+//! cargo run --release --example render -- --integrator bidirectional --out target/box.png
 //! cargo run --release --example render -- --scene model.obj --time 30s
 //! cargo run --release --example render -- --scene scene.xml -D resx=256 -D resy=256 --strict
 //! cargo run --release --example render -- --scene list
@@ -33,7 +33,7 @@ struct Arguments {
     scene: String,
     #[command(flatten)]
     file: FileOptions,
-    /// How to draw paths
+    /// Integrator, which decides how paths are drawn
     #[arg(long, value_enum, default_value_t = AnyIntegrator::PathTracing)]
     integrator: AnyIntegrator,
     /// Samples per pixel [default: 64, or 65536 as the limit of --target-error]
@@ -64,14 +64,19 @@ struct Arguments {
     /// Image size in pixels; Mitsuba files bring their own
     #[arg(long, default_value = "256x256", value_parser = common::parse_size, value_name = "WxH")]
     size: UVec2,
-    /// Where random numbers come from
+    /// Source of random numbers
     #[arg(long, value_enum, default_value_t)]
     sampler: SamplerName,
     /// Pixel filter [default: the scene's own, or the box]
     #[arg(long, value_enum)]
     filter: Option<FilterName>,
     /// Stops by which a PNG is made brighter; HDR and EXR keep radiance
-    #[arg(long, default_value = "0", value_parser = common::parse_exposure, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        default_value = "0",
+        value_parser = common::parse_exposure,
+        allow_hyphen_values = true
+    )]
     exposure: f64,
     /// Image file to write, .exr, .hdr or .png [default: target/SCENE-INTEGRATOR.exr]
     #[arg(long, value_parser = common::parse_image_path)]

@@ -4,8 +4,10 @@
 //!
 //! ```text
 //! I = ∫ We(x_0 → x_1) G(x_0, x_1) T(x_1 … x_k) Le(x_k → x_{k-1}) dμ(x̄),
-//! T = Π_{i=1}^{k-1} f(x_{i+1} → x_i → x_{i-1}) G(x_i, x_{i+1}).
+//! T = Π_{i=1}^{k-1} f(x_{i+1} → x_i → x_{i-1}) G(x_i, x_{i+1})
 //! ```
+//!
+//! (Kajiya 1986; Veach 1997, section 8.2).
 //!
 //! A *technique* (s, t), s + t = k + 1, is one way to draw such a path: s vertices from the light
 //! and t from the camera. Every integrator is a set of techniques, each contribution is `w f/p`,
@@ -21,36 +23,36 @@
 //!
 //! | what | equation | item |
 //! |---|---|---|
-//! | radiance that leaves a point | `Lo = Le + ∫ f Li \|cos θ\| dω` | [`Bsdf::eval`](bsdf::Bsdf::eval), [`Endpoint::emit`](endpoint::Endpoint::emit) |
-//! | geometry term | `G = V \|cos θ cos θ'\| / r²` | [`Edge`](path::Edge), visibility by [`Scene::visible`](scene::Scene::visible) |
-//! | throughput of a path | `T = Π f G` | [`PathRecord::throughput`](path::PathRecord::throughput) |
+//! | radiance from a point | `Lo = Le + ∫ f Li \|cos θ\| dω` | [`Bsdf::eval`], [`Endpoint::emit`] |
+//! | geometry term | `G = V \|cos θ cos θ'\| / r²` | [`Edge`], V by [`Scene::visible`] |
+//! | throughput of a path | `T = Π f G` | [`PathRecord::throughput`] |
 //! | densities and their measures | `p_A = p_ω \|cos θ'\| / r² = p⊥ G` | [`math::measure`] |
-//! | density of a technique | `p_{s,t} = Π p_A` | [`PathRecord::density`](path::PathRecord::density), [`PathDensities`](path::PathDensities) |
-//! | weight of a technique | `w_i = p_i^β / Σ p_j^β` | [`Heuristic`](path::Heuristic), [`Path::weight`](path::Path::weight); in constant time [`Weighting`](path::Weighting) |
-//! | Russian roulette | `F' = (F - q c)/(1 - q)` or `c` | [`Roulette`](path::Roulette) |
-//! | incremental construction | `T_k = T_{k-1} f \|cos θ\| / p_ω` | [`RandomWalk`](path::RandomWalk) |
-//! | uniform-area sampling | `p_A = 1 / Σ A_j` | [`UniformArea`](integrator::UniformArea) |
-//! | path tracing | s = 0 and s = 1 | [`PathTracer`](integrator::PathTracer) |
-//! | light tracing | t = 1 | [`LightTracer`](integrator::LightTracer) |
-//! | bidirectional path tracing | all (s, t) | [`Bidirectional`](integrator::Bidirectional) |
-//! | the set of least variance × cost | `min V[F] C[F]` | [`Adaptive`](integrator::Adaptive) |
+//! | density of a technique | `p_{s,t} = Π p_A` | [`PathRecord::density`] |
+//! | weight of a technique | `w_i = p_i^β / Σ p_j^β` | [`Heuristic`], [`Path::weight`], [`Weighting`] |
+//! | Russian roulette | `F' = (F - q c)/(1 - q)` or `c` | [`Roulette`] |
+//! | incremental construction | `T_k = T_{k-1} f \|cos θ\| / p_ω` | [`RandomWalk`] |
+//! | uniform-area sampling | `p_A = 1 / Σ A_j` | [`UniformArea`] |
+//! | path tracing | s = 0 and s = 1 | [`PathTracer`] |
+//! | light tracing | t = 1 | [`LightTracer`] |
+//! | bidirectional path tracing | all (s, t) | [`Bidirectional`] |
+//! | the set of least variance × cost | `min V[F] C[F]` | [`Adaptive`] |
 //!
-//! # The house
+//! # The modules
 //!
 //! A module imports those below it alone.
 //!
-//! | module | what is in it |
+//! | module | contents |
 //! |---|---|
 //! | `report` | error against run time: studies, metrics, plots, the page (feature `report`) |
 //! | `import` | scenes from files, one module per format (features `mitsuba`, …) |
 //! | [`render`] | the driver: passes, budget, threads, progress |
-//! | [`integrator`] | settings and runs: a page for each integrator |
-//! | [`path`] | the core: vertices, the random walk, the one loop, connections, techniques, weights |
+//! | [`integrator`] | the integrators, a page each |
+//! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
 //! | [`gallery`] | the shipped scenes |
-//! | [`scene`] | the [`Scene`](scene::Scene) trait, which a host renderer implements, and the ready-made [`World`](scene::World) |
+//! | [`scene`] | the trait that a host renderer implements; the ready-made [`World`] |
 //! | `tree` | the ray kernel, with the proofs that it misses nothing |
 //! | [`endpoint`] | lights and cameras |
-//! | [`material`] | what a surface is told about how it scatters; colours that vary over it |
+//! | [`material`] | descriptions of surfaces; colours that vary over them |
 //! | [`bsdf`] | scattering models |
 //! | [`film`] | contributions, filters, images |
 //! | [`sampler`] | random numbers and quasi-random ones |
@@ -59,6 +61,24 @@
 //!
 //! Positions, directions, densities and sums are `f64` throughout; lengths are in the scene's own
 //! unit, radiance in W/(m² sr) of that unit, colour is linear RGB with the primaries of sRGB.
+//!
+//! [`Bsdf::eval`]: bsdf::Bsdf::eval
+//! [`Endpoint::emit`]: endpoint::Endpoint::emit
+//! [`Scene::visible`]: scene::Scene::visible
+//! [`PathRecord::throughput`]: path::PathRecord::throughput
+//! [`PathRecord::density`]: path::PathRecord::density
+//! [`Path::weight`]: path::Path::weight
+//! [`World`]: scene::World
+//! [`Edge`]: path::Edge
+//! [`Heuristic`]: path::Heuristic
+//! [`Roulette`]: path::Roulette
+//! [`RandomWalk`]: path::RandomWalk
+//! [`Weighting`]: path::Weighting
+//! [`UniformArea`]: integrator::UniformArea
+//! [`PathTracer`]: integrator::PathTracer
+//! [`LightTracer`]: integrator::LightTracer
+//! [`Bidirectional`]: integrator::Bidirectional
+//! [`Adaptive`]: integrator::Adaptive
 
 pub mod bsdf;
 pub mod endpoint;

@@ -37,7 +37,7 @@ mod variance;
 
 use std::collections::BTreeSet;
 
-/// Where entries are tested: here, in another file, or not yet.
+/// The tests of all entries: here, in another file, or none yet.
 const STATUS: &[(&str, &str)] = &[
     ("A01", "here"),
     ("A02", "here"),

@@ -30,7 +30,7 @@ fn samples(camera: &dyn Camera, kind: SamplerKind) -> Vec<Sample<AnySampler>> {
     (0..SAMPLES).map(sample).collect()
 }
 
-/// Without the ledger, whose sums are taken in another order.
+/// The counters without the ledger, whose sums are taken in another order.
 fn counts(counters: Counters) -> Counters {
     Counters { ledger: Default::default(), ..counters }
 }

@@ -64,8 +64,8 @@ fn errors_name_the_reason() {
     }
 }
 
-/// What the camera must not see if light tracing is to see everything: the first hit of no pixel
-/// may be a Dirac lobe.
+/// Scenes for light tracing hide what it cannot see from the camera: the first hit of no pixel may
+/// be a Dirac lobe.
 #[test]
 fn light_tracing_claims_scenes_without_visible_glass() {
     use pathspace::bsdf::Lobes;

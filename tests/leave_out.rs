@@ -1,6 +1,6 @@
-//! What is left out changes nothing: pruned and unpruned integrators contribute the same to the bit
+//! Leaving out changes nothing: pruned and unpruned integrators contribute the same to the bit
 //! where pruned techniques contribute nothing, and have the same mean where the choice of a set
-//! changes weights; rays equal their closed forms; what the adaptive integrator decides is
+//! changes weights; rays equal their closed forms; the adaptive integrator's decisions are
 //! deterministic, unbiased and good.
 #![allow(missing_docs, reason = "a test program")]
 
@@ -119,7 +119,7 @@ fn left_out<I: Integrator<World>>(
     integrator.start(Stage::new(world, camera), &Caller).expect("a run").notes().left_out
 }
 
-/// Whether something is left out that others draw.
+/// True if something is left out that others draw.
 fn is_redundant<I: Integrator<World>>(
     integrator: &I,
     world: &World,
@@ -128,9 +128,9 @@ fn is_redundant<I: Integrator<World>>(
     left_out(integrator, world, camera).families().any(|(_, reason)| reason == Reason::Redundant)
 }
 
-/// Whether the pruned integrator contributes what the unpruned one does, and with no more rays.
-/// Where a redundant technique was dropped weights differ, and so do single contributions; means
-/// are compared then.
+/// Asserts that the pruned integrator contributes what the unpruned one does, and with no more
+/// rays. Where a redundant technique was dropped weights differ, and so do single contributions;
+/// means are compared then.
 fn assert_nothing_is_lost<I>(
     name: &str,
     world: &World,

@@ -1,4 +1,4 @@
-//! The energy ledger of light walks: what lights emit is absorbed, escapes, or is cut off by a
+//! The energy ledger of light subpaths: what lights emit is absorbed, escapes, or is cut off by a
 //! limit on bounces; nothing is lost.
 //!
 //! Sums are compared with Student's t over independent batches, at a level of 1e-3 for the whole
@@ -128,8 +128,8 @@ fn sphere(albedo: f64, cos_max: f64) -> Result<(WorldBuilder, PinholeCamera)> {
     Ok((builder, camera))
 }
 
-/// analytic.json A15: after n events a closed sphere has absorbed 1 - ρⁿ of the flux π Le A that a
-/// cap of it emits.
+/// After n events a closed sphere has absorbed 1 - ρⁿ of the flux π Le A that a cap of it emits
+/// (row A15 of tests/data/analytic.json).
 #[test]
 fn a_closed_sphere_absorbs_everything() -> Result {
     let (albedo, fraction): (f64, f64) = (0.5, 0.1);
@@ -168,8 +168,9 @@ fn a_closed_sphere_absorbs_everything() -> Result {
     Ok(())
 }
 
-/// analytic.json A10: a point source in an integrating sphere with a port of area fraction f: the
-/// port lets `f/(1 - ρ(1 - f))` of what the first wall hits leave, beside what goes straight out.
+/// A port of area fraction f in an integrating sphere around a point source lets `f/(1 - ρ(1 - f))`
+/// of what the first wall hits leave, beside what goes straight out (row A10 of
+/// tests/data/analytic.json).
 #[test]
 fn an_integrating_sphere_lets_the_exact_flux_out() -> Result {
     let (albedo, port): (f64, f64) = (0.9, 0.05);

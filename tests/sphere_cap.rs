@@ -36,7 +36,8 @@ fn run<I: Integrator<SphereCap>>(integrator: &I, samples: u32, seed: u64) -> Mom
     moments
 }
 
-/// |mean - expected| within 4 standard errors, and the standard error small enough to see a bias of 1 %.
+/// Asserts that |mean - expected| is within 4 standard errors, and the standard error small enough
+/// to see a bias of 1 %.
 fn assert_mean(name: &str, moments: Moments, expected: f64) {
     let (mean, error) = (moments.mean(), moments.standard_error());
     assert!(
@@ -110,8 +111,8 @@ fn roulette_with_a_constant_keeps_the_mean_and_lowers_the_variance() {
     );
 }
 
-/// analytic.json F13: with the balance heuristic and t ≥ 2, w(s = 0) = f_e / (k + f_e) and w(s ≥ 1)
-/// = 1 / (k + f_e).
+/// The weights of the balance heuristic for t ≥ 2: w(s = 0) = f_e / (k + f_e) and w(s ≥ 1) = 1 / (k
+/// + f_e) (row F13 of tests/data/analytic.json).
 #[test]
 fn weights_are_the_exact_ones() {
     let scene = scene();
@@ -147,7 +148,7 @@ fn weights_are_the_exact_ones() {
     assert!(seen > 10_000);
 }
 
-/// F13 with light tracing on: the lens technique adds (q / p_cam(x_1)) / f_e.
+/// The same weights with light tracing on: the lens technique adds (q / p_cam(x_1)) / f_e.
 #[test]
 fn the_lens_technique_has_the_exact_weight() {
     let scene = scene();
@@ -220,7 +221,8 @@ fn paths_verify_against_the_definitions() {
     }
 }
 
-/// analytic.json F11: k + 2 pairs (s, t), one less because the lens is never hit.
+/// The techniques of a path with k edges: k + 2 pairs (s, t), one less because the lens is never
+/// hit (row F11 of tests/data/analytic.json).
 #[test]
 fn a_path_with_k_edges_has_k_plus_one_techniques() {
     let scene = scene();
@@ -241,8 +243,8 @@ fn a_path_with_k_edges_has_k_plus_one_techniques() {
     }
 }
 
-/// analytic.json F02 and F03: variances of next event estimation and of both weighted sums,
-/// exactly.
+/// The exact variances of next event estimation and of both weighted sums (rows F02 and F03 of
+/// tests/data/analytic.json).
 #[test]
 fn variances_are_the_exact_ones() {
     let one_bounce = |mode, heuristic| PathTracer {
@@ -265,7 +267,7 @@ fn variances_are_the_exact_ones() {
         );
         assert!((measured.mean() - 0.05).abs() < 4.0 * measured.standard_error());
     }
-    // F01: a Bernoulli variable, (ρ^k Le)² f_e (1 - f_e).
+    // Uniform-area sampling: a Bernoulli variable, (ρ^k Le)² f_e (1 - f_e).
     for k in 1..=3 {
         let uniform = UniformArea { depth: Depth::exactly(k), roulette: Roulette::NEVER };
         let expected = ALBEDO.powi(2 * k as i32) * FRACTION * (1.0 - FRACTION);

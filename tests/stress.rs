@@ -1,6 +1,7 @@
-//! The stress matrix S01–S52: each row a test with an oracle, an exact answer or the same scene
-//! without stress; `cargo run --release --example stability` prints the same cases in more detail.
-//! S36 and S42 to S44 ask for methods that do not exist yet.
+//! The stress matrix S01–S52 of docs/numerics.md: each row a test with an oracle, an exact answer
+//! or the same scene without stress; `cargo run --release --example stability` prints the same
+//! cases in more detail. S36 is in leave_out/adaptive.rs; S42 to S44 ask for methods that do not
+//! exist yet.
 //!
 //! Standard errors are 0.5 % or what the case states; means must lie within 4 of them, nothing may
 //! be infinite or not a number, and with the same random numbers a scene of another scale, place or
@@ -126,7 +127,7 @@ fn stress_s30_scale_under_an_environment() {
     check_precisely("S30", 1e-9);
 }
 
-/// Without roulette nothing ends a walk in white walls but the library's own limit, which is
+/// Walks between white walls without roulette end at nothing but the library's own limit, which is
 /// reported.
 #[test]
 fn stress_s06_endless_walks_are_cut_off_and_counted() {

@@ -93,9 +93,9 @@ fn audit(
     audit
 }
 
-/// The number of techniques that can draw a path (theory: k + 2 pairs (s, t); less one since the
-/// lens is never hit; less one for a light that cannot be hit; less every pair whose connecting
-/// edge has an end that takes a Dirac lobe or a direction at infinity at both ends).
+/// The number of techniques that can draw a path: k + 2 pairs (s, t); less one since the lens is
+/// never hit; less one for a light that cannot be hit; less every pair whose connecting edge has an
+/// end that takes a Dirac lobe or a direction at infinity at both ends.
 fn expected_techniques(record: &PathRecord, hittable: bool) -> usize {
     let k = record.points.len() - 1;
     let directional = !hittable
@@ -192,8 +192,7 @@ fn long_paths_verify_at_every_scale() -> Result {
     Ok(())
 }
 
-/// Weights from what the vertices of the walks keep are those of a sweep over the path, whatever
-/// the set.
+/// Weights from MIS partial sums are those of a sweep over the path, whatever the set.
 #[test]
 fn weights_in_constant_time_are_those_of_sweeps() -> Result {
     let all = TechniqueSet::BIDIRECTIONAL;

@@ -59,7 +59,8 @@ fn named(path: &Path, import: Import) -> Result<NamedScene, Box<dyn Error>> {
     })
 }
 
-/// What integrators certainly see, whatever stands in front of what: a lens counts as a point.
+/// The integrators that certainly see everything, whatever stands in front of what: a lens counts
+/// as a point.
 fn claims(world: &World) -> Claims {
     let needs = world.needs();
     let dirac_lobes = needs.contains(Needs::DIRAC_LOBES);

@@ -10,16 +10,16 @@ use pathspace::scene::World;
 /// One of the integrators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
 pub enum AnyIntegrator {
-    /// From the camera; light is hit by chance and sampled at every vertex.
+    /// Path tracing from the camera; light is hit by chance and sampled at every vertex.
     PathTracing,
-    /// From the lights; every vertex is connected to the lens.
+    /// Light tracing from the lights; every vertex is connected to the lens.
     LightTracing,
     /// Every vertex uniform on the area of the scene: the definition of the integral, sampled.
     /// Noisy.
     UniformArea,
-    /// From both ends, with every connection between them.
+    /// Bidirectional path tracing from both ends, with every connection between them.
     Bidirectional,
-    /// As much of bidirectional path tracing as pays; a pilot finds out.
+    /// As much of bidirectional path tracing as pays, which a pilot finds out.
     Adaptive,
 }
 
@@ -62,7 +62,7 @@ impl AnyIntegrator {
         self.build(Depth { min_bounces: 0, max_bounces }, Roulette::default())
     }
 
-    /// Whether it sees every path of a scene that makes these claims.
+    /// True if it sees every path of a scene that makes these claims.
     pub fn sees_all(self, claims: &Claims) -> bool {
         match self {
             Self::PathTracing => claims.path_tracing,

@@ -1,4 +1,4 @@
-//! What the command-line examples share: reading arguments, finding a scene, choosing an
+//! The shared parts of the command-line examples: reading arguments, finding a scene, choosing an
 //! integrator, showing progress.
 
 // Every example uses a part of it.

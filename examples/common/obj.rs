@@ -25,7 +25,7 @@ const DEFAULT_ALBEDO: f64 = 0.6;
 const DEFAULT_IOR: f64 = 1.5;
 const FIELD_OF_VIEW: f64 = 40.0;
 
-/// What a material of the file becomes.
+/// The look of a surface, made from a material of the file.
 struct Look {
     material: Material,
     emission: Option<Rgb>,

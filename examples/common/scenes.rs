@@ -23,13 +23,13 @@ pub struct NamedScene {
     pub camera: AnyCamera,
     /// The depth to render with unless the user wants another; `None` for no limit.
     pub max_bounces: Option<u32>,
-    /// Which integrators see every path.
+    /// The integrators that see every path.
     pub claims: Claims,
     /// The pixel filter to render with unless the user wants another.
     pub filter: Filter,
 }
 
-/// How to read scene files.
+/// Options of reading scene files.
 #[derive(Args, Clone, Debug, Default)]
 pub struct FileOptions {
     /// Refuse scene files that ask for what is not supported, instead of warning

@@ -39,7 +39,11 @@ use std::time::Duration;
 /// Renders a scene with all integrators, measures their error and cost, tests whether they agree,
 /// and writes a page.
 #[derive(Parser, Debug)]
-#[command(after_help = format!("Exit status: 0 if the integrators agree and none is biased, 3 if not, 2 for errors.\n\nScenes of the gallery:\n{}", scene_list()))]
+#[command(after_help = format!(
+    "Exit status: 0 if the integrators agree and none is biased, 3 if not, 2 for errors.\n\n\
+     Scenes of the gallery:\n{}",
+    scene_list()
+))]
 struct Options {
     /// Name of a scene in the gallery, a scene file, or `all` for the whole gallery
     #[arg(long, default_value = "cornell-box")]
@@ -79,7 +83,11 @@ struct Options {
     #[arg(long, conflicts_with_all = ["reference_samples", "reference_time"])]
     reference: Option<PathBuf>,
     /// Samples per pixel of the reference, half of them by each of two integrators
-    #[arg(long, conflicts_with = "reference_time", value_parser = clap::value_parser!(u32).range(4..))]
+    #[arg(
+        long,
+        conflicts_with = "reference_time",
+        value_parser = clap::value_parser!(u32).range(4..)
+    )]
     reference_samples: Option<u32>,
     /// Time for rendering the reference, which is kept in target/references
     #[arg(long, default_value = "20s", value_parser = parse_duration)]
@@ -93,7 +101,7 @@ struct Options {
     out: PathBuf,
 }
 
-/// Where references are kept.
+/// The directory in which references are kept.
 const CACHE: &str = "target/references";
 /// Runs of each half of the reference.
 const REFERENCE_RUNS: u32 = 16;
@@ -122,7 +130,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all scenes' studies found nothing wrong.
+/// Runs the studies of all scenes; true if they found nothing wrong.
 fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Error>> {
     let names =
         if options.scene == "all" { gallery::NAMES.to_vec() } else { vec![options.scene.as_str()] };

@@ -64,7 +64,7 @@ pub fn print(report: &Report) {
     verdicts(report);
 }
 
-/// What each integrator leaves out, and why.
+/// Prints what each integrator leaves out, and why.
 fn left_out(report: &Report) {
     for method in &report.methods {
         let adapts = method.decisions.iter().any(|decision| decision.pilot_samples > 0);

@@ -1,6 +1,6 @@
-//! What leaving out saves: rays per sample, time per sample and variance × time of every integrator
-//! beside the same one unpruned, which leaves nothing out, and what the adaptive one decides. Makes
-//! the tables of docs/leave-out.md.
+//! The savings of leaving out: rays per sample, time per sample and variance × time of every
+//! integrator beside the same one unpruned, which leaves nothing out, and the decisions of the
+//! adaptive one. Makes the tables of docs/leave-out.md.
 
 #[path = "../common/mod.rs"]
 mod common;

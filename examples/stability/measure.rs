@@ -43,14 +43,14 @@ impl Method {
     }
 }
 
-/// What is measured, and how.
+/// A measurement: scene, camera, film and samples.
 pub struct Probe<'a> {
     pub world: &'a World,
     pub camera: &'a (dyn Camera + Send),
     pub depth: Depth,
     pub roulette: Roulette,
     pub heuristic: Heuristic,
-    /// Whether all samples look through the middle of the film.
+    /// True if all samples look through the middle of the film.
     pub fixed: bool,
 }
 
@@ -180,9 +180,9 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// As many samples as a relative standard error of `target` takes, if that is at most `rays.0`
-    /// rays; else as many as one of `acceptable` takes, but at most about `rays.1` rays. A run of
-    /// its own judges the variance.
+    /// A measurement by as many samples as a relative standard error of `target` takes, if that is
+    /// at most `rays.0` rays; else by as many as one of `acceptable` takes, but at most about
+    /// `rays.1` rays. A run of its own judges the variance.
     pub fn estimate(
         &self,
         method: Method,

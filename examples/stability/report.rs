@@ -6,7 +6,7 @@ use crate::verdict::{Line, Verdict};
 use pathspace::scene::Warning;
 use std::fmt::{self, Write};
 
-/// What building the scene of a case warned of.
+/// A warning from building the scene of a case.
 pub struct CaseWarning<'a> {
     pub case: &'a Case,
     pub warning: &'a Warning,
@@ -102,8 +102,8 @@ fn families(lines: &[Line]) -> Vec<&'static str> {
     names
 }
 
-/// What a figure shows of a line: rounding where it can be told from noise, else the distance from
-/// the answer.
+/// The error of a line in a figure: rounding where it can be told from noise, else the distance
+/// from the answer.
 fn error(line: &Line) -> f64 {
     line.rounding.unwrap_or(line.deviation).max(1e-16)
 }

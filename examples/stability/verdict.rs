@@ -1,4 +1,4 @@
-//! What a case shows about an integrator.
+//! The verdict of a case on an integrator.
 
 use crate::cases::Case;
 use crate::measure::{Method, Probe};
@@ -63,8 +63,8 @@ impl Line {
 
 /// Samples that are compared with the scene without stress.
 const TWIN_SAMPLES: u64 = 2000;
-/// How far they may differ: single walks may take another turn where a comparison is decided by
-/// rounding.
+/// The largest difference between them that passes: single walks may take another turn where a
+/// comparison is decided by rounding.
 const TWIN_TOLERANCE: f64 = 1e-3;
 /// Squares of larger or smaller numbers leave the range of f64, and with them variances.
 const RANGE: std::ops::Range<f64> = 1e-140..1e140;

@@ -156,7 +156,7 @@ impl Ggx {
     }
 }
 
-/// Both roughnesses, raised to [`LEAST_ALPHA`], and whether both were below it.
+/// The two roughnesses, raised to [`LEAST_ALPHA`], and whether both were below it.
 pub(super) fn checked_alpha(alpha_x: f64, alpha_y: f64) -> Result<([f64; 2], bool), BsdfError> {
     let range = 0.0..=GREATEST_ALPHA;
     if !range.contains(&alpha_x) || !range.contains(&alpha_y) {

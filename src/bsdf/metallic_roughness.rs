@@ -6,18 +6,20 @@
 //! reflectance f at normal incidence:
 //!
 //! ```text
-//! f_r      = F(o·h) D G2 / (4 o_z i_z) + diffuse          F(c) = f0 + (1 - f0) S(c),  f0 = (1 - m) f + m b
-//! diffuse  = (1 - m) b/π · κ (1 - F_d(o_z)) (1 - F_d(i_z)) / (1 - F̄_d)                F_d: F of the coat alone, F̄_d its mean f + (1 - f)/21
+//! f_r     = F(o·h) D G2 / (4 o_z i_z) + diffuse,
+//! diffuse = (1 - m) b/π · κ (1 - F_d(o_z)) (1 - F_d(i_z)) / (1 - F̄_d),
+//! F(c)    = f0 + (1 - f0) S(c),    f0 = (1 - m) f + m b,
 //! ```
 //!
-//! Both terms are symmetric in o and i: `o·h = i·h`. The reflection is that of the specification,
-//! where Schlick's linearity in f0 makes the mix of both parts one term. The diffuse part is not:
-//! the specification's example weighs it by `1 - F_d(o·h)`, whose sum with the reflection exceeds 1
-//! (it is 1.89 at μ = 0.01 under a white body). It is weighed here as Kelemen and Szirmay-Kalos
-//! (2001) do, by what the coat lets in and out at either end, with the coat's albedo taken to be
-//! its reflectance if it were smooth. That makes the albedo of a smooth coat over a white body
-//! exactly κ (1 - F_d) + F_d; on rough coats the reflection exceeds F_d by at most 0.26 % of `1 -
-//! F_d` (at α = 0.15), which κ = 0.997 makes room for.
+//! where F_d is F of the coat alone and F̄_d its mean f + (1 - f)/21. Both terms are symmetric in o
+//! and i: `o·h = i·h`. The reflection is that of the specification, where Schlick's linearity in f0
+//! makes the mix of both parts one term. The diffuse part is not: the specification's example
+//! weighs it by `1 - F_d(o·h)`, whose sum with the reflection exceeds 1 (it is 1.89 at μ = 0.01
+//! under a white body). It is weighed here as Kelemen and Szirmay-Kalos (2001) do, by what the coat
+//! lets in and out at either end, with the coat's albedo taken to be its reflectance if it were
+//! smooth. That makes the albedo of a smooth coat over a white body exactly κ (1 - F_d) + F_d; on
+//! rough coats the reflection exceeds F_d by at most 0.26 % of `1 - F_d` (at α = 0.15), which κ =
+//! 0.997 makes room for.
 
 use super::error::checked_reflectance;
 use super::fresnel::checked_relative_ior;

@@ -3,7 +3,7 @@
 use super::{Beckmann, Ggx};
 use glam::{DVec2, DVec3};
 
-/// A distribution of micro-normals with its masking; what the rough models are made of.
+/// A distribution of micro-normals with its masking: the rough models are made of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Microfacets {
     /// Long tails: most materials.

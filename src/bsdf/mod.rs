@@ -9,9 +9,21 @@
 //! L(to_camera) = ∫ f(to_light, to_camera) L(to_light) dσ⊥(to_light)
 //! ```
 //!
-//! Densities here are per projected solid angle with the *local* (shading) cosine |z|. What a
-//! difference between shading and geometric normal does to f and to densities is applied to every
+//! Densities here are per projected solid angle with the *local* (shading) cosine |z|. The effect
+//! of a difference between shading and geometric normal on f and on densities is applied to every
 //! model alike, outside the models, in [`shading`].
+//!
+//! | surface | models |
+//! |---|---|
+//! | diffuse | [`Lambert`]; under a coat [`Plastic`] |
+//! | smooth, opaque (Dirac lobes) | [`Mirror`], [`Conductor`] |
+//! | smooth, transmissive (Dirac lobes) | [`Dielectric`], [`ThinDielectric`], [`Null`] |
+//! | rough | [`RoughConductor`], [`RoughDielectric`] with [`Ggx`] or [`Beckmann`] |
+//! | metallic-roughness of glTF | [`MetallicRoughness`] |
+//! | sum of models; any model | [`Mixture`]; [`Model`] |
+//!
+//! Sources: Veach 1997, chapter 5, for [transport modes](TransportMode) and non-symmetric
+//! scattering; Walter et al. 2007 for rough surfaces; each model names its own.
 
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -59,8 +71,8 @@ pub use thin_dielectric::ThinDielectric;
 /// The quantity that a walk estimates, and so the end that it starts at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TransportMode {
-    /// Radiance that arrives at the camera: a walk from the camera towards the lights, which samples
-    /// `to_light` with `to_camera` fixed.
+    /// Radiance that arrives at the camera: a walk from the camera towards the lights, which
+    /// samples `to_light` with `to_camera` fixed.
     Radiance,
     /// Importance of what a light sends out: a walk from a light towards the camera, which samples
     /// `to_camera` with `to_light` fixed.
@@ -314,13 +326,13 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
     }
 }
 
-/// Both directions lie strictly on the same side of the surface.
+/// True if both directions lie strictly on the same side of the surface.
 #[inline]
 fn same_side(a: DVec3, b: DVec3) -> bool {
     (a.z > 0.0 && b.z > 0.0) || (a.z < 0.0 && b.z < 0.0)
 }
 
-/// The directions lie strictly on opposite sides of the surface.
+/// True if the directions lie strictly on opposite sides of the surface.
 #[inline]
 fn opposite_sides(a: DVec3, b: DVec3) -> bool {
     (a.z > 0.0 && b.z < 0.0) || (a.z < 0.0 && b.z > 0.0)

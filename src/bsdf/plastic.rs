@@ -31,7 +31,8 @@ pub struct Plastic {
     /// Mean reflectance of the coat from inside.
     inside: f64,
     colour_shift: bool,
-    /// What the body reflects if the coat transmits everything in and out: `a / (1 - a R_i) / n²`.
+    /// Albedo of the body under a coat that transmits everything in and out: `a / (1 - a R_i) /
+    /// n²`.
     body: Rgb,
     /// Share of samples for the body against the coat, before Fresnel's terms.
     body_share: f64,

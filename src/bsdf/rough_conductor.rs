@@ -136,7 +136,7 @@ pub(super) fn upwards(direction: DVec3, viewer: DVec3) -> DVec3 {
     DVec3::new(direction.x, direction.y, if viewer.z < 0.0 { -direction.z } else { direction.z })
 }
 
-/// Whether the rough models see a direction at all.
+/// True if the rough models see a direction at all.
 #[inline]
 pub(super) fn is_above(direction: DVec3) -> bool {
     direction.z >= LEAST_COSINE

@@ -5,11 +5,11 @@
 //!
 //! ```text
 //! reflection: f = R D G2 / (4 o_z i_z)
-//! refraction: f = n_c² T D G2 (o·h)|i·h| / (o_z i_z |m|²)          n_c: index on the side of to_camera
+//! refraction: f = n_c² T D G2 (o·h)|i·h| / (o_z i_z |m|²)
 //! ```
 //!
-//! so `f / n_c²` is symmetric, and a sampled normal's density `D_o(h)` becomes `D_o(h) T n_i² |i·h|
-//! / |m|²` of the refracted direction.
+//! with n_c the index on the side of `to_camera`. So `f / n_c²` is symmetric, and a sampled
+//! normal's density `D_o(h)` becomes `D_o(h) T n_i² |i·h| / |m|²` of the refracted direction.
 
 use super::rough_conductor::{Pair, is_above, reflect, upwards};
 use super::{Bsdf, BsdfError, BsdfSample, Dielectric, Lobes, Microfacets, TransportMode, fresnel};
@@ -118,7 +118,7 @@ impl Bsdf for RoughDielectric {
     }
 }
 
-/// What the interface does with one pair of directions, seen from the first of them.
+/// The interaction of the interface with a pair of directions, seen from the first of them.
 enum Scattering {
     Reflection { pair: Pair, reflectance: f64 },
     Refraction(Refraction),

@@ -113,7 +113,7 @@ impl<B: Bsdf> ShadedBsdf<B> {
         }
     }
 
-    /// A sample of the model in world space, with what the shading normal does to it.
+    /// A sample of the model in world space, with the factor of the shading normal.
     #[inline(always)]
     fn placed(
         &self,

@@ -143,7 +143,7 @@ impl AreaLight {
         &self.radiance
     }
 
-    /// Whether both sides emit.
+    /// True if both sides emit.
     #[must_use]
     pub fn is_two_sided(&self) -> bool {
         self.two_sided
@@ -161,7 +161,7 @@ impl AreaLight {
         self.first_primitive..self.first_primitive + self.shapes.len() as u32
     }
 
-    /// Whether the side of `point` that faces `direction` emits.
+    /// True if the side of `point` that faces `direction` emits.
     #[inline]
     fn emits(&self, point: &SurfacePoint, direction: DVec3) -> bool {
         let cosine = point.geometric_normal.dot(direction);
@@ -266,7 +266,7 @@ impl Light for AreaLight {
         self.radiance.range()[1].is_black()
     }
 
-    /// No, if it is flat, one-sided, and everything is behind it.
+    /// False if it is flat, one-sided, and everything is behind it.
     fn can_illuminate(&self, bounds: &Bounds) -> bool {
         let is_in_front = |shape: &Shape| {
             let (origin, normal) = match shape {

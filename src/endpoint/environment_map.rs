@@ -9,7 +9,7 @@ use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::ops::{Add, Mul};
 
-/// How radiance between the pixels' centres is looked up.
+/// The interpolation of radiance between the pixels' centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lookup {
     /// Each pixel is a patch of constant radiance.
@@ -46,7 +46,7 @@ pub struct EnvironmentMap {
     brightest: f64,
     /// The patches; `None` if everything is black.
     distribution: Option<PiecewiseConstant2d>,
-    /// `∫ D dσ` of what the density is proportional to.
+    /// `∫ D dσ`, D the density before it is normalised.
     density_integral: f64,
     /// `∫ L dσ`.
     integral: Rgb,
@@ -58,12 +58,12 @@ pub struct EnvironmentMap {
 struct Band {
     /// sin²(θ/2) at its upper edge, which is (1 - cos θ)/2 and so uniform in solid angle.
     upper: f64,
-    /// What is added to it at the lower edge.
+    /// The difference from there to its lower edge.
     step: f64,
 }
 
 impl Band {
-    /// Between two polar angles.
+    /// The band between two polar angles.
     fn new(upper: f64, lower: f64) -> Self {
         Self {
             upper: (0.5 * upper).sin().powi(2),
@@ -71,7 +71,7 @@ impl Band {
         }
     }
 
-    /// How much of its solid angle lies above a direction with the up axis at +Y.
+    /// The share of its solid angle that lies above a direction with the up axis at +Y.
     fn part_above(&self, w: DVec3) -> f64 {
         // Without the difference near the upper pole.
         let s =
@@ -92,7 +92,7 @@ impl EnvironmentMap {
     /// of the width at +X.
     pub const Z_UP: DMat3 = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y);
 
-    /// From row-major pixels (W/(m² sr)), the uppermost row first. `rotation` turns the image's
+    /// A map of row-major pixels (W/(m² sr)), the uppermost row first. `rotation` turns the image's
     /// axes into the world's: the identity for +Y up, [`EnvironmentMap::Z_UP`], or any orthogonal
     /// matrix, reflections included.
     ///
@@ -175,8 +175,8 @@ impl EnvironmentMap {
         self.interpolate(&self.place(self.rotation.transpose() * towards), |pixel| pixel)
     }
 
-    /// What the density per solid angle is proportional to, where `within` is a part of the patch's
-    /// solid angle.
+    /// The density per solid angle but for a constant factor, where `within` is a part of the
+    /// patch's solid angle.
     fn density(&self, place: &Place) -> f64 {
         self.interpolate(place, |pixel| pixel.max_component()) / self.brightest
     }
@@ -210,7 +210,7 @@ impl EnvironmentMap {
         self.pixels[row * self.width + column]
     }
 
-    /// By how much patches are displaced against pixels, in columns to the right and rows upwards.
+    /// The displacement of patches against pixels, in columns to the right and rows upwards.
     fn displacement(&self) -> f64 {
         match self.lookup {
             Lookup::PiecewiseConstant => 0.0,

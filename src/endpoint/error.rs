@@ -1,8 +1,8 @@
-//! Why a light or a camera could not be made.
+//! The reasons for which a light or a camera cannot be made.
 
 use glam::UVec2;
 
-/// Why a light or a camera could not be made. `object` says which kind it was.
+/// The reason for which a light or a camera could not be made. `object` says which kind it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EndpointError {
@@ -11,7 +11,7 @@ pub enum EndpointError {
     NotFinite {
         /// Kind of endpoint.
         object: &'static str,
-        /// What the number stands for.
+        /// The quantity that the number stands for.
         quantity: &'static str,
     },
     /// A quantity that cannot be negative is.
@@ -19,7 +19,7 @@ pub enum EndpointError {
     Negative {
         /// Kind of endpoint.
         object: &'static str,
-        /// What the number stands for.
+        /// The quantity that the number stands for.
         quantity: &'static str,
     },
     /// A quantity that must be positive is not.
@@ -27,7 +27,7 @@ pub enum EndpointError {
     NotPositive {
         /// Kind of endpoint.
         object: &'static str,
-        /// What the number stands for.
+        /// The quantity that the number stands for.
         quantity: &'static str,
         /// Its value.
         value: f64,
@@ -37,7 +37,7 @@ pub enum EndpointError {
     ZeroDirection {
         /// Kind of endpoint.
         object: &'static str,
-        /// What the direction stands for.
+        /// The quantity that the direction stands for.
         quantity: &'static str,
     },
     /// An angle is out of its range.
@@ -45,7 +45,7 @@ pub enum EndpointError {
     AngleOutOfRange {
         /// Kind of endpoint.
         object: &'static str,
-        /// What the angle stands for.
+        /// The quantity that the angle stands for.
         quantity: &'static str,
         /// The angle in degrees.
         degrees: f64,
@@ -94,7 +94,7 @@ pub enum EndpointError {
     /// An area light whose shapes have no area in total.
     #[error("area light: its {shapes} shapes have no area")]
     NoArea {
-        /// How many shapes it has.
+        /// The number of its shapes.
         shapes: usize,
     },
     /// The radius of a shape is negative, or its area is infinite or not a number.
@@ -109,15 +109,15 @@ pub enum EndpointError {
     /// There are more shapes than primitive numbers.
     #[error("area light: {shapes} shapes are more than there are primitive numbers left")]
     TooManyShapes {
-        /// How many shapes the light has.
+        /// The number of the light's shapes.
         shapes: usize,
     },
     /// An area light has texture coordinates for another number of triangles than it has shapes.
     #[error("area light: texture coordinates for {triangles} triangles, but {shapes} shapes")]
     TextureCoordinates {
-        /// How many shapes it has.
+        /// The number of its shapes.
         shapes: usize,
-        /// How many triangles have texture coordinates.
+        /// The number of triangles that have texture coordinates.
         triangles: usize,
     },
     /// The number of pixels is not the product of width and height, or is zero.

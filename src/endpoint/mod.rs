@@ -1,17 +1,25 @@
 //! Both ends of a path: a light emits radiance, a camera emits importance, and both are an
 //! [`Endpoint`].
 //!
-//! An endpoint is sampled in two steps, point then direction. What "point" and "direction" mean
-//! follows the [`Place`] of the point:
+//! An endpoint is sampled in two steps, point then direction. The measures of both follow the
+//! [`Place`] of the point, and with them the emitted quantity, radiance Le or importance We:
 //!
-//! | place | density of the point | density of the direction | emitted quantity (radiance or importance) |
+//! | place | density of the point | density of the direction | emitted quantity |
 //! |---|---|---|---|
 //! | `Area` | per area | per projected solid angle | per area and projected solid angle |
 //! | `Dirac` | probability | per solid angle | per solid angle |
-//! | `Infinite` | per solid angle, or a probability if the direction is Dirac | per area perpendicular to the ray | radiance, or irradiance on a perpendicular plane if the direction is Dirac |
+//! | `Infinite` | per solid angle | per area perpendicular to the ray | radiance |
+//! | `Infinite`, Dirac direction | probability | the same | irradiance on a perpendicular plane |
 //!
 //! With these, `p(x_0) · p⊥(x_0 → x_1) · G(x_0, x_1)` is the density of the first edge in every
 //! case.
+//!
+//! Lights: [`AreaLight`], [`PointLight`], [`SpotLight`], [`DirectionalLight`],
+//! [`ConstantEnvironment`], [`EnvironmentMap`]. Cameras: [`PinholeCamera`], [`ThinLensCamera`],
+//! [`OrthographicCamera`]. Importance is normalised over the film, so all integrators normalise
+//! alike.
+//!
+//! Source: Veach 1997, chapter 4, for importance as the dual of radiance.
 
 mod area;
 mod check;
@@ -67,7 +75,7 @@ pub struct DirectionSample {
     pub weight: Rgb,
 }
 
-/// What a camera and a light have in common. Open for users to implement.
+/// An end of a path: the interface that cameras and lights share. Open for users to implement.
 pub trait Endpoint: Sync {
     /// Samples a point to start a walk from. `None` if there is nothing to emit.
     fn sample_point(&self, u1: f64, u2: DVec2) -> Option<PointSample>;
@@ -99,8 +107,8 @@ pub trait Endpoint: Sync {
         self.point_pdf(point)
     }
 
-    /// The same point, positioned so that the segment between it and `receiver` is the one that
-    /// visibility must be tested on. Only points at infinity, which have a direction but no
+    /// The same point, positioned so that the shadow ray between it and `receiver` tests the
+    /// visibility of the two. Only points at infinity, which have a direction but no
     /// position of their own, need to move.
     fn facing(&self, point: &SurfacePoint, _receiver: &SurfacePoint) -> SurfacePoint {
         *point
@@ -117,21 +125,21 @@ pub trait Light: Endpoint {
     /// never the image's mean.
     fn power(&self) -> Rgb;
 
-    /// Whether a ray can reach it by chance: area lights and environments, not Dirac lights.
+    /// True if a ray can reach it by chance: area lights and environments, not Dirac lights.
     fn can_be_hit(&self) -> bool;
 
-    /// Whether it can be connected to: everything but a light with both Dirac position and Dirac
+    /// True if it can be connected to: everything but a light with both Dirac position and Dirac
     /// direction.
     fn can_be_connected(&self) -> bool {
         true
     }
 
-    /// Whether it emits nothing at all. `false` is always safe.
+    /// True if it emits nothing at all. `false` is always safe.
     fn is_black(&self) -> bool {
         false
     }
 
-    /// Whether its light can reach anything inside the box, the bounds of all surfaces. `true` is
+    /// True if its light can reach anything inside the box, the bounds of all surfaces. `true` is
     /// always safe.
     fn can_illuminate(&self, bounds: &Bounds) -> bool {
         !bounds.is_empty()
@@ -148,15 +156,15 @@ pub trait Camera: Endpoint {
     /// The film's resolution and the window of it that is rendered.
     fn film(&self) -> FilmRegion;
 
-    /// What kind of point the lens is made of. Asked at every connection to the lens: where it is a
-    /// point ([`Place::Dirac`]) no numbers are drawn for it, and [`Endpoint::sample_point`] and
-    /// [`Endpoint::sample_from`] get zeros.
+    /// The kind of point that the lens is made of. Asked at every connection to the lens: where it
+    /// is a point ([`Place::Dirac`]) no numbers are drawn for it, and [`Endpoint::sample_point`]
+    /// and [`Endpoint::sample_from`] get zeros.
     fn place(&self) -> Place {
         self.sample_point(0.5, DVec2::splat(0.5)).map_or(Place::Area, |sample| sample.point.place)
     }
 
-    /// Where on the film (in pixels of the full film) the ray from `point` into `direction` is
-    /// recorded; `None` if it cannot be, as behind the camera. The result may lie outside the
-    /// window.
+    /// The position on the film (in pixels of the full film) at which the ray from `point` into
+    /// `direction` is recorded; `None` if it cannot be, as behind the camera. The result may lie
+    /// outside the window.
     fn raster(&self, point: &SurfacePoint, direction: DVec3) -> Option<DVec2>;
 }

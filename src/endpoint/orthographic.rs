@@ -44,7 +44,7 @@ impl OrthographicCamera {
         Ok(Self { view: self.view.with_window(min, max)? })
     }
 
-    /// How far in front of the camera's plane a point is.
+    /// The distance of a point in front of the camera's plane.
     fn depth(&self, point: &SurfacePoint) -> f64 {
         self.view.forward.dot(point.position - self.view.position)
     }

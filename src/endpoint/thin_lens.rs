@@ -68,7 +68,7 @@ impl ThinLensCamera {
         Ok(Self { view: self.view.with_window(min, max)?, ..self })
     }
 
-    /// Where on the lens a point of it is, relative to the centre.
+    /// The position of a point of the lens on it, relative to the centre.
     fn on_lens(&self, point: &SurfacePoint) -> DVec2 {
         self.view.across(point.position - self.view.position)
     }

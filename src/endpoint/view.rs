@@ -1,5 +1,5 @@
-//! What all cameras share: where they are, which way they look, and how the film maps to the plane
-//! at distance 1.
+//! The part that all cameras share: their position, their axes, and the map between the film and
+//! the plane at distance 1.
 
 use super::{EndpointError, check};
 use crate::film::FilmRegion;
@@ -17,7 +17,7 @@ pub(super) struct View {
     pub(super) film: FilmRegion,
     /// Side of a pixel on the film plane.
     pitch: f64,
-    /// Where the view's axis meets the film, in pixels of the full film.
+    /// The point at which the view's axis meets the film, in pixels of the full film.
     principal_point: DVec2,
 }
 
@@ -85,13 +85,13 @@ impl View {
         f64::from(self.film.pixels()) * self.pitch * self.pitch
     }
 
-    /// From window coordinates to the film plane, x to the right and y up.
+    /// The point of the film plane, x to the right and y up, for window coordinates.
     pub(super) fn plane_at(&self, u: DVec2) -> DVec2 {
         let from_center = self.film.from_window(u) - self.principal_point;
         DVec2::new(from_center.x, -from_center.y) * self.pitch
     }
 
-    /// From the film plane to pixels of the full film.
+    /// The point of the full film, in pixels, for a point of the film plane.
     pub(super) fn raster_at(&self, plane: DVec2) -> DVec2 {
         DVec2::new(plane.x, -plane.y) / self.pitch + self.principal_point
     }

@@ -6,13 +6,13 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::fmt;
 
-/// How the radiance around a pixel is averaged into it.
+/// The pixel filter: the kernel that averages the radiance around a pixel into it.
 ///
 /// Every filter is the pixel's box convolved with a kernel, and is realised by sampling: a sample's
 /// position inside the pixel covers the box and an offset drawn from the kernel covers the rest
 /// (filter importance sampling: Ernst, Stamminger and Greiner 2006). The shifted copies of such a
 /// filter sum to 1 everywhere, so nothing darkens at the film's border, whether a sample comes from
-/// a camera walk or is splatted by a light walk. All filters are positive.
+/// a camera subpath or is splatted by a light subpath. All filters are positive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Filter {
@@ -52,7 +52,7 @@ impl Error for FilterError {}
 
 /// Variance of a pixel's box per axis.
 const BOX_VARIANCE: f64 = 1.0 / 12.0;
-/// Where the Gaussian kernel ends, in its own standard deviations before the cut.
+/// The end of the Gaussian kernel, in its own standard deviations before the cut.
 const CUT: f64 = 4.0;
 
 /// A checked [`Filter`], ready to draw offsets. By default that of the box.
@@ -127,8 +127,8 @@ mod tests {
     use super::*;
     use crate::sampler::{Independent, Replay, SampleSource};
 
-    /// With n = 200 000 the standard error of a variance σ² is about σ² √(2/n) = 0.3 % of it; bound
-    /// 5 standard errors.
+    /// The variance of each filter's samples. With n = 200 000 the standard error of a variance σ²
+    /// is about σ² √(2/n) = 0.3 % of it; bound 5 standard errors.
     #[test]
     fn total_variance_is_the_filters() {
         let n = 200_000;

@@ -1,4 +1,21 @@
-//! What integrators produce and where it goes: contributions, sinks and the film.
+//! The film: the contributions of integrators, and the image that is made of them.
+//!
+//! A path adds its weighted estimate `w f/p` to the pixel that it is seen in, so pixel j averages
+//! `I_j = ∫ h_j(x̄) f(x̄) dμ(x̄)`, h_j the pixel's filter.
+//!
+//! | what | item |
+//! |---|---|
+//! | resolution and rendered window | [`FilmRegion`] |
+//! | position of a sample, with the filter's displacement | [`FilmSample`], [`Sample`] |
+//! | pixel filter | [`Filter`], [`Kernel`] |
+//! | estimate of one path, and the technique that drew it | [`Contribution`], [`Technique`] |
+//! | receiver of contributions, splats included | [`Sink`] |
+//! | sums per pixel, in an order that no number of threads changes | [`Film`], [`ChunkFilm`] |
+//! | contributions that are infinite or not a number | [`NonFinite`] |
+//! | finished image, and its files (feature `image`) | [`Image`], `ImageFile` |
+//!
+//! Filters are sampled and not evaluated (filter importance sampling: Ernst, Stamminger and
+//! Greiner 2006), so neither contributions nor their weights need to know them.
 
 mod filter;
 mod image;
@@ -50,14 +67,14 @@ impl FilmRegion {
         size.x * size.y
     }
 
-    /// From pixels of the full film to window coordinates, (0, 0) to (1, 1).
+    /// Window coordinates, (0, 0) to (1, 1), of a point in pixels of the full film.
     #[inline]
     #[must_use]
     pub fn to_window(&self, raster: DVec2) -> DVec2 {
         (raster - self.window_min.as_dvec2()) / self.window_size().as_dvec2()
     }
 
-    /// From window coordinates to pixels of the full film.
+    /// The point, in pixels of the full film, of window coordinates.
     #[must_use]
     pub fn from_window(&self, u: DVec2) -> DVec2 {
         self.window_min.as_dvec2() + u * self.window_size().as_dvec2()
@@ -76,11 +93,11 @@ impl FilmRegion {
     }
 }
 
-/// Where one sample looks.
+/// The view of one sample: its position on the film, and the displacement of its filter.
 ///
 /// The pixel filter is the pixel's box convolved with a kernel. A sample draws an offset from that
-/// kernel and everything it does is as if the film were displaced by it: camera walks start at
-/// `raster + offset`, and what a light walk projects to a point `p` of the film is recorded at `p -
+/// kernel and everything it does is as if the film were displaced by it: camera subpaths start at
+/// `raster + offset`, and a light subpath's splat at a point `p` of the film is recorded at `p -
 /// offset`. For a given offset all techniques see the same box-filtered film, so their weights need
 /// not know the filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -114,12 +131,12 @@ impl FilmSample {
     }
 }
 
-/// A sample of the image that is to be drawn: one camera subpath, one light subpath, or one of each.
+/// A sample of the image to be drawn: one camera subpath, one light subpath, or one of each.
 #[derive(Clone, Debug)]
 pub struct Sample<P> {
-    /// Where it looks.
+    /// The position on the film.
     pub film: FilmSample,
-    /// Its numbers.
+    /// The random numbers of the sample.
     pub sampler: P,
 }
 
@@ -133,7 +150,7 @@ pub struct Technique {
     pub s: u16,
     /// Number of vertices drawn from the camera.
     pub t: u16,
-    /// Whether the last vertices of the subpaths are taken as one.
+    /// True if the last vertices of the subpaths are taken as one.
     pub merged: bool,
 }
 
@@ -173,7 +190,7 @@ impl fmt::Display for Technique {
     }
 }
 
-/// What one path adds to the film.
+/// The value that one path adds to the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
     /// Position on the film, in pixels of the full film.
@@ -182,7 +199,7 @@ pub struct Contribution {
     pub value: Rgb,
     /// Multiple importance sampling weight.
     pub weight: f64,
-    /// How the path was drawn.
+    /// The technique that drew the path.
     pub technique: Technique,
 }
 

@@ -13,7 +13,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// What an image file holds.
+/// The contents of an image file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageFile {
     /// Linear radiance.
@@ -29,7 +29,7 @@ pub struct ImageFile {
     pub exposure: f64,
 }
 
-/// Why a file could not be written or read.
+/// The reason for which a file could not be written or read.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum OutputError {
@@ -43,9 +43,9 @@ pub enum OutputError {
     Region(FilmRegion),
     /// The file could not be written or read.
     File {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What went wrong.
+        /// The error underneath.
         source: Box<dyn Error + Send + Sync>,
     },
 }

@@ -66,7 +66,7 @@ impl Film {
         Ok(Self { region, sums, non_finite: NonFinite::default() })
     }
 
-    /// Whether the window has pixels and they are all inside the film.
+    /// True if the window has pixels and they are all inside the film.
     pub(super) fn contains_window(region: &FilmRegion) -> bool {
         region.window_min.cmplt(region.window_max).all()
             && region.window_max.cmple(region.resolution).all()
@@ -84,7 +84,7 @@ impl Film {
         &self.sums
     }
 
-    /// What was not added because it was infinite or not a number.
+    /// The values that were not added because they were infinite or not a number.
     #[must_use]
     pub fn non_finite(&self) -> &NonFinite {
         &self.non_finite
@@ -131,18 +131,18 @@ pub struct NonFiniteContribution {
     pub pixel_index: u32,
     /// Number of the sample within the pixel.
     pub pass: u32,
-    /// What was contributed.
+    /// The contribution itself.
     pub contribution: Contribution,
 }
 
 impl NonFinite {
-    /// How many there were.
+    /// The number of all of them.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.counts.iter().map(|(_, n)| n).sum()
     }
 
-    /// How many there were per technique, ordered by (s, t).
+    /// Their numbers per technique, ordered by (s, t).
     #[must_use]
     pub fn by_technique(&self) -> &[(Technique, u64)] {
         &self.counts
@@ -221,7 +221,7 @@ impl ChunkFilm {
             .extend(own.filter(|(own, _)| !own.is_black()).map(|(own, pixel)| (pixel, own)));
     }
 
-    /// What was not recorded because it was infinite or not a number.
+    /// The values that were not recorded because they were infinite or not a number.
     #[must_use]
     pub fn non_finite(&self) -> &NonFinite {
         &self.non_finite

@@ -17,7 +17,8 @@ use crate::math::Rgb;
 use crate::scene::WorldBuilder;
 use glam::{DAffine3, DVec3, UVec2};
 
-pub(super) const DESCRIPTION: &str = "The Cornell box from its published measurements: diffuse, one area light, seen by every integrator.";
+pub(super) const DESCRIPTION: &str = "The Cornell box from its published measurements: \
+     diffuse, one area light, seen by every integrator.";
 
 const WHITE: Rgb = Rgb::new(0.885809, 0.698859, 0.666422);
 const RED: Rgb = Rgb::new(0.570068, 0.0430135, 0.0443706);

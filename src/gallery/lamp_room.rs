@@ -15,7 +15,8 @@ use crate::math::Rgb;
 use crate::scene::WorldBuilder;
 use glam::{DAffine3, DVec3, UVec2};
 
-pub(super) const DESCRIPTION: &str = "A room lit by a lamp inside a glass bulb and by one in an opaque bowl: the difficult case for path tracing.";
+pub(super) const DESCRIPTION: &str = "A room lit by a lamp inside a glass bulb and by one \
+     in an opaque bowl: the difficult case for path tracing.";
 
 const BULB: DVec3 = DVec3::new(-0.95, 0.85, -1.5);
 const BULB_RADIUS: f64 = 0.2;

@@ -7,7 +7,7 @@ use glam::DVec2;
 /// Common glass behind the front side of a surface.
 pub(super) const GLASS: Material = Material::Dielectric { relative_ior: 1.5 };
 
-/// What lamps are made of: reflects nothing.
+/// The material of lamps: reflects nothing.
 pub(super) const BLACK: Material = Material::Black;
 
 pub(super) const fn diffuse(albedo: Rgb) -> Material {

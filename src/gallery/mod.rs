@@ -8,6 +8,17 @@
 //! assert!(scene.claims.bidirectional);
 //! # Ok::<(), gallery::GalleryError>(())
 //! ```
+//!
+//! | scene | difficulty |
+//! |---|---|
+//! | cornell-box | diffuse surfaces, one area light: for all integrators |
+//! | sphere-cap | exact answer: every pixel is 0.1 |
+//! | lamp-room | lamps that cannot be connected to: hard for path tracing |
+//! | caustic | light focused by glass that is itself seen: paths from both ends |
+//! | glossy-plates | plates and lights of many sizes: multiple importance sampling (Veach 1997) |
+//! | smooth-mesh | shading normals, light at infinity: transport modes |
+//!
+//! [`Claims`] tell which integrators see every path of a scene.
 
 mod caustic;
 mod cornell_box;
@@ -27,9 +38,9 @@ use glam::UVec2;
 
 /// A scene of the gallery.
 pub struct GalleryScene {
-    /// Its name, one of [`NAMES`].
+    /// The name, one of [`NAMES`].
     pub name: &'static str,
-    /// One sentence.
+    /// A sentence about the scene.
     pub description: &'static str,
     /// Surfaces, materials and lights.
     pub world: World,

@@ -7,12 +7,12 @@
 use super::{Disk, Quad, Shape, SurfacePoint, Triangle};
 use glam::{DVec2, DVec3};
 
-/// A ray with what the watertight triangle test needs once per ray.
+/// A ray with the terms that the watertight triangle test needs once per ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where the ray starts.
+    /// The start of the ray.
     pub origin: DVec3,
-    /// Its direction, of unit length.
+    /// The direction, of unit length.
     pub direction: DVec3,
     /// The axis of the largest component of the direction.
     largest: u8,
@@ -20,7 +20,7 @@ pub struct Ray {
     shear: DVec3,
 }
 
-/// Where a ray meets a shape.
+/// The point at which a ray meets a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Intersection {
     /// Distance along the ray in units of its direction's length, positive.
@@ -33,8 +33,8 @@ pub struct Intersection {
     pub v: f64,
 }
 
-/// The ends of a ray that are known to lie on the shape that is tested, so that these contacts are not
-/// hits.
+/// The ends of a ray that are known to lie on the shape that is tested, so that these contacts are
+/// not hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contact {
     /// Neither.
@@ -86,8 +86,8 @@ impl Ray {
         AXES[usize::from(self.largest) % 3]
     }
 
-    /// Where the ray meets a triangle, whose corners have their coordinates along [`Self::axes`]:
-    /// bit by bit what [`Triangle::intersect`] finds, without a branch by axis.
+    /// The intersection with a triangle whose corners have their coordinates along [`Self::axes`]:
+    /// bit by bit that of [`Triangle::intersect`], without a branch by axis.
     #[inline(always)]
     pub(crate) fn meet(&self, [a, b, c]: [DVec3; 3]) -> Option<Intersection> {
         let [i, j, k] = self.axes();

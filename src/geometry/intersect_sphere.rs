@@ -1,4 +1,4 @@
-//! Where rays meet spheres and zones of spheres.
+//! Intersections of rays with spheres and zones of spheres.
 
 use super::{Contact, Intersection, Ray, Sphere};
 use glam::DVec3;
@@ -11,7 +11,7 @@ impl Sphere {
         self.intersect_apart_from(ray, Contact::None)
     }
 
-    /// Whether the mask keeps the point in direction `outward` (any length) from the centre.
+    /// True if the mask keeps the point in direction `outward` (any length) from the centre.
     #[inline]
     fn keeps(&self, outward: DVec3) -> bool {
         if self.is_whole() {

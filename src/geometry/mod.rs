@@ -1,4 +1,16 @@
 //! Points on surfaces, shapes, frames and robust intersection.
+//!
+//! | what | item |
+//! |---|---|
+//! | vertex of a path: position, both normals, error bound | [`SurfacePoint`], [`Place`] |
+//! | triangle, quad, disk, sphere or part of one; sampled uniformly by area | [`Shape`] |
+//! | ray and the point where it meets a shape | [`Ray`], [`Intersection`] |
+//! | orthonormal frame | [`Frame`] |
+//! | axis-aligned bounding box | [`Bounds`] |
+//!
+//! There is no absolute epsilon: a point knows the bound of its own rounding error, rays start just
+//! beyond it (Wächter 2008; Pharr, Jakob and Humphreys 2023, section 6.8), and a [`Contact`] says
+//! which end of a ray lies on a shape by construction.
 
 mod bounds;
 mod frame;

@@ -18,8 +18,7 @@ pub enum Place {
 /// generics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// World position. At infinity: where the segment to test for visibility ends, or where the ray
-    /// starts.
+    /// World position. At infinity: the point where the shadow ray ends, or where the ray starts.
     pub position: DVec3,
     /// Bound on the rounding error of `position` along any axis, in world units.
     pub error: f64,

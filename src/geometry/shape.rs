@@ -33,10 +33,9 @@ pub struct Sphere {
     pub radius: f64,
     /// Unit vector from the centre to the pole.
     pub axis: DVec3,
-    /// Only points with `cos_min <= n · axis <= cos_max` belong to the shape, n the outward normal;
-    /// -1 and 1 for the whole sphere.
+    /// The lower bound of `n · axis` over the shape, n the outward normal; -1 for the whole sphere.
     pub cos_min: f64,
-    /// See `cos_min`.
+    /// The upper bound of `n · axis`; 1 for the whole sphere.
     pub cos_max: f64,
     /// True if the front side is the inside.
     pub inward: bool,

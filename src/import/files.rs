@@ -1,4 +1,4 @@
-//! Which files a scene may read, and how much of them.
+//! The files that a scene may read, and a budget for their size.
 
 use super::{Error, Limits, Location};
 use std::fs::File;
@@ -11,7 +11,7 @@ const MOST_DIRECTORIES: usize = 64;
 /// Finds and reads the files that a scene refers to, within the limits.
 #[derive(Debug)]
 pub(crate) struct Files {
-    /// Where relative paths are looked for; the first is the directory of the scene.
+    /// The directories in which relative paths are looked for; the first is that of the scene.
     directories: Vec<PathBuf>,
     /// The directory of the scene without links; what is not below it is refused.
     root: PathBuf,
@@ -20,7 +20,7 @@ pub(crate) struct Files {
 }
 
 impl Files {
-    /// For the scene in a file.
+    /// The files of the scene that a file describes.
     pub fn new(scene: &Path, limits: &Limits) -> Result<Self, Error> {
         let directory = scene
             .parent()
@@ -81,7 +81,7 @@ impl Files {
         }
     }
 
-    /// How many bytes may still be read.
+    /// The number of bytes that may still be read.
     pub fn bytes_left(&self) -> u64 {
         self.bytes_left
     }

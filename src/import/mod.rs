@@ -1,9 +1,10 @@
-//! Scenes from files, one module per format.
+//! Scenes from files, one module per format: `gltf` and `mitsuba`, each behind a feature of its
+//! name.
 //!
-//! What a file asks for and the crate lacks is never replaced silently: it is a [`Warning`], or an
-//! [`Error`] where nothing sensible is left to render; [strict](Options) readers make every warning
-//! an error. Files are not trusted: their size, the number of what they hold, and where they refer
-//! to are [limited](Limits).
+//! Anything that a file asks for and the crate lacks is replaced with a [`Warning`], never
+//! silently, or refused with an [`Error`] where nothing sensible is left to render; [strict
+//! options](Options) make every warning an error. Files are not trusted: their size, the number of
+//! items in them, and the places that they refer to are [limited](Limits).
 
 #[cfg_attr(not(feature = "mitsuba"), allow(dead_code, reason = "one format uses all of it"))]
 mod files;
@@ -18,7 +19,7 @@ use crate::scene::World;
 use std::fmt;
 use std::path::PathBuf;
 
-/// What a file became.
+/// A scene from a file, ready to be rendered.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Import {
@@ -26,16 +27,16 @@ pub struct Import {
     pub world: World,
     /// The cameras in the file's order, with film size and crop window; at least one.
     pub views: Vec<ImportedView>,
-    /// What the file says about how to render.
+    /// The file's settings of the rendering.
     pub hints: Hints,
-    /// What was left out or replaced, in the order of discovery.
+    /// Warnings of everything that was left out or replaced, in the order of discovery.
     pub warnings: Vec<Warning>,
 }
 
 /// A camera of a file.
 #[non_exhaustive]
 pub struct ImportedView {
-    /// Its name in the file; "camera" and a number if it has none.
+    /// The name in the file; "camera" and a number if it has none.
     pub name: String,
     /// The camera, with resolution and window.
     pub camera: Box<dyn Camera + Send>,
@@ -52,7 +53,7 @@ impl fmt::Debug for ImportedView {
     }
 }
 
-/// What a file says about how to render; free to be ignored.
+/// Settings of the rendering that a file asks for; free to be ignored.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Hints {
@@ -66,16 +67,16 @@ pub struct Hints {
     pub sampler: Option<String>,
 }
 
-/// How to read a file.
+/// Options of reading a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// Makes every warning an error.
     pub strict: bool,
-    /// How much a file may ask for.
+    /// Limits to the size of the scene.
     pub limits: Limits,
 }
 
-/// How much a file may ask for, before it is refused.
+/// Limits to the size of a scene; a file that asks for more is refused.
 ///
 /// The defaults admit large scenes on a desktop computer. All of them together keep a reader below
 /// about 15 GB: a triangle takes about 0.6 kB while its world is built, a pixel of an image 24
@@ -96,7 +97,7 @@ pub struct Limits {
     pub pixels: u64,
     /// Characters of all values together that parameters have been put into.
     pub expansion: u64,
-    /// Whether a file may refer to files that are not below the directory of the scene.
+    /// True if a file may refer to files that are not below the directory of the scene.
     pub outside_files: bool,
 }
 
@@ -114,16 +115,16 @@ impl Default for Limits {
     }
 }
 
-/// Where in a file something is.
+/// A place in a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Location {
     /// The file.
     pub file: PathBuf,
     /// Kind of the element, "bsdf of type plastic" for instance.
     pub element: String,
-    /// Its id or name, if it has one.
+    /// The id or name, if it has one.
     pub id: Option<String>,
-    /// Its line, if the format has lines.
+    /// The line, if the format has lines.
     pub line: Option<u32>,
 }
 
@@ -144,9 +145,9 @@ impl fmt::Display for Location {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Warning {
-    /// What it is about.
+    /// The place in the file that it is about.
     pub location: Location,
-    /// What is missing, and what is done instead.
+    /// A sentence on what is missing, and what is done instead.
     pub reason: String,
 }
 
@@ -156,13 +157,13 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Why a file was refused.
+/// The reason for which a file was refused.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Error {
-    /// What it is about.
+    /// The place in the file that it is about.
     pub location: Location,
-    /// What is wrong.
+    /// A sentence on what is wrong.
     pub reason: String,
     /// The error of another part of the crate, or of another crate, that is behind it.
     pub source: Option<Box<dyn std::error::Error + Send + Sync>>,

@@ -1,4 +1,4 @@
-//! From a description to a checked material.
+//! Checks of descriptions, which make materials of them.
 
 use super::finish::{Finish, Layer, Share, is_alone};
 use super::{Material, Texture};
@@ -29,7 +29,7 @@ impl Material {
         }
     }
 
-    /// What is seen from one side.
+    /// The layers that are seen from one side.
     fn side(&self, front: bool) -> Result<[Layer; 2], BsdfError> {
         let alone = |layer: Layer| Ok([layer, Layer::nothing()]);
         match self {

@@ -17,13 +17,14 @@ pub(crate) enum Finish {
     Model(Model),
     /// Two models, or one in a colour; the same everywhere and on both sides.
     Mixture(Mixture<Model, 2>),
-    /// What is seen from the front and from the back. Both transmit the same, or nothing.
+    /// The layers that are seen from the front and from the back. Both transmit the same, or
+    /// nothing.
     Layers {
         sides: Box<[[Layer; 2]; 2]>,
-        /// Of both sides, anywhere.
+        /// The lobes of both sides, anywhere.
         lobes: Lobes,
     },
-    /// A user's own.
+    /// A BSDF of a user's own.
     Custom(CustomBsdf),
 }
 
@@ -31,7 +32,7 @@ pub(crate) enum Finish {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Layer {
     pub model: Model,
-    /// What takes the place of the model's own colours: the albedo of plastic's body; of
+    /// The textures in place of the model's own colours: the albedo of plastic's body; of
     /// metallic-roughness its base colour, and roughness in green with metalness in blue.
     pub textures: Vec<Texture>,
     /// Factors of the BSDF.
@@ -45,7 +46,7 @@ pub(crate) enum Share {
     Constant(f64),
     /// The luminance of a texture.
     Amount(Texture),
-    /// What that luminance leaves of 1.
+    /// 1 minus that luminance.
     Rest(Texture),
 }
 
@@ -78,7 +79,7 @@ impl Layer {
         }
     }
 
-    /// What is beside a model that is alone.
+    /// The empty layer beside a model that is alone.
     pub fn nothing() -> Self {
         Self { share: Share::Constant(0.0), ..Self::alone(Model::Black) }
     }
@@ -124,7 +125,7 @@ impl Layer {
     }
 }
 
-/// Whether the first of two layers is a model alone, perhaps in a colour.
+/// True if the first of two layers is a model alone, perhaps in a colour.
 pub(super) fn is_alone([first, second]: &[Layer; 2]) -> bool {
     first.share == Share::Constant(1.0)
         && second.share == Share::Constant(0.0)

@@ -1,8 +1,9 @@
-//! Materials: what a scene is told about how a surface scatters.
+//! Materials: descriptions of the scattering of surfaces, in the words of a user.
 //!
 //! A [`Material`] is a description. When it is added to a scene its parameters are checked once,
-//! and it becomes a model, a mixture of two, or layers of which a mixture is made at each point;
-//! integrators ask these through a [`SurfaceBsdf`].
+//! and it becomes a model of [`bsdf`](crate::bsdf), a mixture of two, or layers of which a mixture
+//! is made at each point; integrators ask these through a [`SurfaceBsdf`]. A [`Texture`] varies a
+//! colour over a surface, and a [`CustomBsdf`] brings a user's own model.
 
 mod checked;
 mod custom;
@@ -104,7 +105,7 @@ pub enum Material {
     },
     /// A rough mirror, rough metal or frosted glass with Beckmann's distribution in place of GGX.
     Beckmann {
-        /// One of the three.
+        /// The rough material, one of the three.
         rough: Box<Material>,
     },
     /// A material in a colour: its BSDF is multiplied by a texture. Over a white Lambertian
@@ -127,14 +128,15 @@ pub enum Material {
     Blend {
         /// The two; neither of them a mixture or a blend.
         components: Box<[Material; 2]>,
-        /// Its luminance, 0 to 1, is the weight of the second; the rest of 1 is that of the first.
+        /// The texture whose luminance, 0 to 1, is the weight of the second; the rest of 1 is that
+        /// of the first.
         amount: Texture,
     },
     /// A weighted sum of two of the others.
     Mixture {
         /// The two; neither of them a mixture.
         components: Box<[Material; 2]>,
-        /// Their weights; a sum of at most 1 conserves energy.
+        /// The weights; a sum of at most 1 conserves energy.
         weights: [f64; 2],
     },
     /// A BSDF of a user's own, the same everywhere and on both sides but for what it makes of the

@@ -15,7 +15,7 @@ fn board() -> Texture {
     Texture::checkerboard(Rgb::new(0.2, 0.5, 0.8), Rgb::new(0.9, 0.1, 0.3))
 }
 
-/// Where the board has its first and its second colour.
+/// Texture coordinates at which the board has its first and its second colour.
 const PLACES: [DVec2; 2] = [DVec2::splat(0.25), DVec2::new(0.75, 0.25)];
 
 #[test]

@@ -15,7 +15,7 @@ pub struct Texture {
     pattern: Pattern,
     to_uv: DAffine2,
     factor: Rgb,
-    /// Where no channel reaches this it is black, elsewhere white.
+    /// The threshold of a texture in black and white: black where no channel reaches it.
     cutoff: Option<f64>,
 }
 
@@ -39,12 +39,12 @@ pub enum Interpolation {
 /// The continuation of an image beyond its border along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// Again and again.
+    /// Repeated again and again.
     #[default]
     Repeat,
-    /// Again and again, every other time mirrored.
+    /// Repeated again and again, every other time mirrored.
     Mirror,
-    /// With its outermost pixels.
+    /// Continued by its outermost pixels.
     Clamp,
 }
 
@@ -141,7 +141,7 @@ impl Texture {
         if let Pattern::Constant(colour) = self.pattern { Some(self.finish(colour)) } else { None }
     }
 
-    /// What the factor and the cutoff make of a colour of the pattern.
+    /// A colour of the pattern after the factor and the cutoff.
     fn finish(&self, colour: Rgb) -> Rgb {
         let colour = colour * self.factor;
         match self.cutoff {

@@ -10,7 +10,7 @@ use glam::DVec2;
 /// The largest number below 1.
 const ONE_MINUS_EPSILON: f64 = 1.0 - 0.5 * f64::EPSILON;
 
-/// Into `[0, 1)`; not a number becomes 0.
+/// A number clamped to `[0, 1)`; not a number becomes 0.
 #[inline]
 fn unit(u: f64) -> f64 {
     if u > 0.0 { u.min(ONE_MINUS_EPSILON) } else { 0.0 }
@@ -165,7 +165,7 @@ fn invert(sums: &[f64], guide: &[u32], u: f64) -> (usize, f64) {
     (cell, if width > 0.0 { unit((x - sums[cell]) / width) } else { 0.0 })
 }
 
-/// What [`PiecewiseConstant2d::sample`] returns.
+/// A cell and the point in it, drawn by [`PiecewiseConstant2d::sample`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridSample {
     /// Column of the chosen cell.
@@ -194,23 +194,23 @@ pub struct PiecewiseConstant2d {
     row_guide: Vec<u32>,
     /// Running sums within each row, `width + 1` numbers a row.
     columns: Vec<f64>,
-    /// One after the other.
+    /// The guides of the rows, one after the other.
     column_guides: Vec<u32>,
     shares: Vec<Share>,
 }
 
-/// What the probabilities of a row's cells have in common.
+/// The numbers that the probabilities of a row's cells have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Share {
-    /// Of the row.
+    /// Probability of the row.
     pmf: f64,
-    /// Of the weights; 1 if they are all zero.
+    /// Sum of the row's weights; 1 if they are all zero.
     total: f64,
 }
 
 impl PiecewiseConstant2d {
-    /// From row-major weights. `None` unless there are `width * height > 0` weights, non-negative,
-    /// finite and not all zero, in less than 2³² rows and columns.
+    /// The density of row-major weights. `None` unless there are `width * height > 0` weights,
+    /// non-negative, finite and not all zero, in less than 2³² rows and columns.
     #[must_use]
     pub fn new(width: usize, height: usize, weights: &[f64]) -> Option<Self> {
         if width == 0 || width.checked_mul(height) != Some(weights.len()) {

@@ -1,5 +1,16 @@
-//! Mathematics that knows nothing of rendering: typed densities, colour, warps, distributions,
-//! statistics.
+//! Mathematics that knows nothing of rendering.
+//!
+//! | what | module |
+//! |---|---|
+//! | densities that carry their measure, `p_A = p_ω \|cos θ'\| / r² = p⊥ G` | [`measure`] |
+//! | linear RGB | [`spectrum`] |
+//! | maps from the unit square to disks, spheres, cones and triangles | [`warp`] |
+//! | discrete and piecewise-constant distributions | [`distribution`] |
+//! | hypothesis tests and running moments | [`statistics`] |
+//! | Student's t distribution | [`student`] |
+//! | sines, cosines and angles, the same on every platform | `angle` |
+//!
+//! Source: Veach 1997, chapter 8, for the measures.
 
 pub(crate) mod angle;
 pub mod distribution;

@@ -15,7 +15,7 @@ impl Rgb {
     /// (1, 1, 1).
     pub const WHITE: Self = Self([1.0; 3]);
 
-    /// From red, green and blue.
+    /// A colour of red, green and blue.
     #[inline]
     #[must_use]
     pub const fn new(red: f64, green: f64, blue: f64) -> Self {
@@ -71,14 +71,14 @@ impl Rgb {
         self.0[0].max(self.0[1]).max(self.0[2])
     }
 
-    /// Whether all components are exactly 0.
+    /// True if all components are exactly 0.
     #[inline]
     #[must_use]
     pub fn is_black(self) -> bool {
         self.0 == [0.0; 3]
     }
 
-    /// Whether no component is infinite or not a number.
+    /// True if no component is infinite or not a number.
     #[inline]
     #[must_use]
     pub fn is_finite(self) -> bool {

@@ -37,13 +37,13 @@ impl Estimate {
         self.squares += other.squares + delta * delta * (n * m / (n + m));
     }
 
-    /// How many numbers.
+    /// The number of values.
     #[must_use]
     pub const fn count(&self) -> u64 {
         self.count
     }
 
-    /// Their mean; 0 for an empty sequence.
+    /// The mean; 0 for an empty sequence.
     #[must_use]
     pub const fn mean(&self) -> f64 {
         self.mean
@@ -226,7 +226,7 @@ fn upper_fraction(a: f64, x: f64) -> f64 {
     fraction
 }
 
-/// Both expansions need about √a terms near x = a.
+/// The most terms of either expansion, which needs about √a of them near x = a.
 const MOST_TERMS: u32 = 100_000;
 
 /// `ln Γ(x)` for x > 0 by Stirling's series (Abramowitz and Stegun 1964, 6.1.41), after moving x to

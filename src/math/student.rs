@@ -1,4 +1,4 @@
-//! Student's t distribution: what is known of a mean whose variance is estimated from few values.
+//! Student's t distribution: the error of a mean whose variance is estimated from few values.
 
 use super::statistics::{Estimate, ln_gamma};
 

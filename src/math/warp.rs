@@ -21,8 +21,8 @@ pub fn square_to_disk(u: DVec2) -> DVec2 {
     r * if is_near_x { DVec2::new(cos, sin) } else { DVec2::new(sin, cos) }
 }
 
-/// On the upper hemisphere with density `cos θ / π` per solid angle, that is `1/π` per projected
-/// solid angle (Malley's method).
+/// A direction in the upper hemisphere with density `cos θ / π` per solid angle, that is `1/π` per
+/// projected solid angle (Malley's method).
 #[inline]
 #[must_use]
 pub fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn narrow_cones_keep_their_digits() {
-        // B20: r/d = 1e-12.
+        // A sphere as small as r/d = 1e-12.
         assert_relative_eq!(one_minus_cosine(1e-12), 5e-25, max_relative = 1e-15);
         assert_relative_eq!(one_minus_cosine(1.0), 1.0);
         let w = square_to_cone(DVec2::new(1.0, 0.0), 5e-25);

@@ -1,13 +1,13 @@
-//! What a rendering did: rays, vertices, rejected contributions and the energy ledger.
+//! The counters of a rendering: rays, vertices, rejected contributions and the energy ledger.
 
 use crate::math::Rgb;
 use std::ops::AddAssign;
 
-/// Where the flux of the light walks went. In expectation, emitted = absorbed + escaped + truncated
-/// + rejected.
+/// The energy ledger of light subpaths: the flux that they start with and where it ends. In
+/// expectation, emitted = absorbed + escaped + truncated + rejected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
-    /// Flux that light walks started with.
+    /// Flux that light subpaths started with.
     pub emitted: Rgb,
     /// Flux that surfaces absorbed.
     pub absorbed: Rgb,
@@ -32,13 +32,13 @@ impl AddAssign for Ledger {
 /// Counts of what integrators did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counters {
-    /// Samples: camera paths, light paths or pairs of them.
+    /// Samples, each a camera subpath, a light subpath, or one of each.
     pub samples: u64,
-    /// Walks started at a light.
+    /// Light subpaths started.
     pub light_subpaths: u64,
     /// Rays traced for the nearest hit.
     pub closest_rays: u64,
-    /// Segments tested for visibility.
+    /// Shadow rays traced.
     pub shadow_rays: u64,
     /// Scattering vertices sampled.
     pub scattered: u64,
@@ -49,7 +49,7 @@ pub struct Counters {
     pub non_finite: u64,
     /// Walks that the limit on bounces cut off.
     pub truncated_subpaths: u64,
-    /// Energy ledger of the light walks.
+    /// Energy ledger of the light subpaths.
     pub ledger: Ledger,
 }
 

@@ -1,19 +1,19 @@
-//! How many walks from the light a sample has.
+//! The number of light subpaths that a sample has.
 
-/// Walks from the light per walk from the camera: a power of two, 1 unless said otherwise.
+/// The number of light subpaths per camera subpath: a power of two, 1 unless said otherwise.
 ///
-/// Of 2ⁿ ≥ 1 walks each is connected to the one camera walk and to the lens. With 2ⁿ < 1 a sample
-/// has a light walk with that probability.
+/// Each of 2ⁿ ≥ 1 light subpaths is connected to the one camera subpath and to the lens. With 2ⁿ <
+/// 1 a sample has a light subpath with that probability.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LightSubpaths(i8);
 
 impl LightSubpaths {
-    /// One walk from the light for each from the camera.
+    /// One light subpath for each camera subpath.
     pub const ONE: Self = Self(0);
     /// The largest exponent, and minus the smallest.
     pub const LARGEST_EXPONENT: i8 = 16;
 
-    /// `2^exponent` walks; `None` if that is not between 2⁻¹⁶ and 2¹⁶.
+    /// `2^exponent` light subpaths; `None` if that is not between 2⁻¹⁶ and 2¹⁶.
     #[must_use]
     pub const fn power_of_two(exponent: i8) -> Option<Self> {
         if exponent.unsigned_abs() <= Self::LARGEST_EXPONENT.unsigned_abs() {

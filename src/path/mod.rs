@@ -1,18 +1,34 @@
-//! The core: vertices, the one random walk, paths, techniques and their weights.
+//! The core: vertices, the one random walk, connections, paths, techniques and their weights.
 //!
-//! A pixel is an integral over paths `x_0 … x_k` from the lens to a light, `∫ We · T · Le dμ`, with
-//! the throughput `T = Π f Π G`. A technique (s, t) draws s of the k + 1 vertices from the light
-//! and t from the camera. Everything an integrator does is made of these bricks:
+//! A pixel is an integral over paths `x_0 … x_k` from the lens to a light,
 //!
-//! | what | where |
+//! ```text
+//! I = ∫ We(x_0 → x_1) G(x_0, x_1) T(x_1 … x_k) Le(x_k → x_{k-1}) dμ(x̄),
+//! T = Π_{i=1}^{k-1} f(x_{i+1} → x_i → x_{i-1}) G(x_i, x_{i+1}).
+//! ```
+//!
+//! A technique (s, t) draws s of the k + 1 vertices as a light subpath and t as a camera subpath,
+//! and connects the two. Its density `p_{s,t}` is a product of densities per area, its contribution
+//! `w f/(n p)`. Everything an integrator does is made of these bricks:
+//!
+//! | what | item |
 //! |---|---|
-//! | geometry term G | [`Edge`] |
-//! | vertices, and the walk that finds them | [`Vertex`], [`RandomWalk`] |
-//! | joining a camera part and a light part | [`Path`], [`sample_emitter`], [`sample_lens`] |
-//! | densities of all techniques, and weights | [`PathDensities`], [`Heuristic`], [`TechniqueSet`] |
-//! | what a scene does not need | [`LeftOut`], [`Reason`] |
+//! | geometry term `G = V \|cos θ cos θ'\| / r²` | [`Edge`] |
+//! | vertices, and the random walk that finds them | [`Vertex`], [`RandomWalk`] |
+//! | the loop over many walks, and its steps | [`advance`], [`Steps`] |
+//! | next event estimation (s = 1) | [`NextEvent`] |
+//! | connection of a light subpath to the lens (t = 1) | [`LensConnection`] |
+//! | two subpaths joined to one path | [`Path`] |
+//! | techniques of an integrator | [`TechniqueSet`] |
+//! | densities of all techniques, and weights | [`PathDensities`], [`Heuristic`], [`Weighting`] |
+//! | techniques that a scene rules out | [`LeftOut`], [`Reason`] |
 //! | Russian roulette | [`Roulette`] |
+//! | rays, vertices and flux, counted | [`Counters`], [`Ledger`] |
 //! | the definitions, evaluated without anything cached | [`PathRecord`] |
+//!
+//! Sources: the integral is that of Veach 1997, section 8.2, which solves the rendering equation of
+//! Kajiya 1986; bidirectional techniques are of Lafortune and Willems 1993 and of Veach 1997,
+//! chapter 10.
 
 mod connect;
 mod counters;

@@ -1,5 +1,5 @@
-//! A path evaluated from the definitions alone: what an audit compares an integrator's numbers
-//! with, and what a teacher writes on the board.
+//! A path evaluated from the definitions alone, factor by factor: the measure of an audit for an
+//! integrator's numbers.
 
 use super::connect::are_joinable;
 use super::mis::{Ends, PathDensities};
@@ -18,7 +18,7 @@ use crate::scene::Scene;
 pub struct PathRecord {
     /// The vertices x_0 … x_k.
     pub points: Vec<SurfacePoint>,
-    /// Whether the path takes a Dirac lobe at a vertex.
+    /// True at the vertices where the path takes a Dirac lobe.
     pub dirac: Vec<bool>,
     /// Importance We at x_0, the BSDF f (Dirac: its coefficient) at x_1 … x_{k-1}, radiance Le at
     /// x_k.
@@ -98,7 +98,7 @@ impl PathRecord {
         }
     }
 
-    /// The lecture's throughput `T = Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1})`.
+    /// The throughput `T = Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1})`.
     #[must_use]
     pub fn throughput(&self) -> Rgb {
         let k = self.edges();
@@ -169,7 +169,7 @@ impl PathDensities for PathRecord {
     }
 }
 
-/// How far an integrator's numbers for a path are from the definitions.
+/// The distances of an integrator's numbers for a path from the definitions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verification {
     /// Relative difference of the unweighted estimate f/p, Russian roulette taken out; infinite if
@@ -177,7 +177,8 @@ pub struct Verification {
     pub value_error: f64,
     /// Difference of the weight.
     pub weight_error: f64,
-    /// |Σ w - 1| over all techniques of the set that can draw the path, each weight by a sweep of its own.
+    /// |Σ w - 1| over all techniques of the set that can draw the path, each weight by a sweep of
+    /// its own.
     pub weight_sum_error: f64,
 }
 
@@ -225,7 +226,7 @@ impl<'s, S: Scene + ?Sized + 's> Path<'_, 's, S> {
 }
 
 impl PathRecord {
-    /// Whether the technique's density is positive, decided without forming the product.
+    /// True if the technique's density is positive, decided without forming the product.
     fn density_is_nonzero(&self, t: usize) -> bool {
         self.end_density(t) > 0.0
             && (0..t - 1).all(|i| self.towards_light[i] * self.geometry_terms[i] > 0.0)

@@ -1,4 +1,5 @@
-//! Russian roulette in the lecture's form: an estimator F is replaced by
+//! Russian roulette (Arvo and Kirk 1990), with a constant as in Pharr, Jakob and Humphreys 2023,
+//! section 2.2.4: an estimator F is replaced by
 //!
 //! ```text
 //! F' = (F - q c) / (1 - q)   with probability 1 - q,
@@ -28,7 +29,7 @@ pub enum Survival {
     Always,
 }
 
-/// When and how walks are terminated at random.
+/// The rule by which walks are terminated at random.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roulette {
     /// Number of scattering events before roulette starts.
@@ -63,9 +64,9 @@ pub enum Termination {
 /// The outcome of a scattering event and of the roulette behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scattered {
-    /// Whether the walk goes on.
+    /// True if the walk goes on.
     pub goes_on: bool,
-    /// What the constant c adds to the estimate: c times the throughput before roulette, times
+    /// The part of the constant c in the estimate: c times the throughput before roulette, times
     /// `-q / (1 - q)` if the walk survived.
     pub constant: Rgb,
     /// Probability 1 - q of surviving, if it did.
@@ -78,9 +79,8 @@ impl Scattered {
     /// The walk ends.
     pub const ENDED: Self = Self { goes_on: false, ..Self::ON };
 
-    /// Whether the walk goes on, for [`Steps::scatter`](super::Steps::scatter).
+    /// The decision in the form that [`Steps::scatter`](super::Steps::scatter) returns.
     #[inline]
-    #[must_use]
     pub fn flow(&self) -> ControlFlow<()> {
         if self.goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
@@ -133,7 +133,7 @@ impl Roulette {
         }
     }
 
-    /// The constant for a walk.
+    /// The constant for a walk in a transport mode.
     #[inline]
     #[must_use]
     pub fn constant(&self, mode: TransportMode) -> Rgb {
@@ -143,7 +143,7 @@ impl Roulette {
         }
     }
 
-    /// Applies roulette to a finished estimate: the lecture's formula itself.
+    /// A finished estimate after roulette: the formula of [this module](self), literally.
     #[must_use]
     pub fn apply(q: f64, c: f64, xi: f64, estimate: impl FnOnce() -> f64) -> f64 {
         if xi < q { c } else { (estimate() - q * c) / (1.0 - q) }
@@ -154,9 +154,9 @@ impl Roulette {
 mod tests {
     use super::*;
 
-    /// analytic.json F06: the mean stays, the variance is V/(1-q) + q/(1-q) (E - c)².
+    /// The mean stays, and the variance is V/(1-q) + q/(1-q) (E - c)².
     #[test]
-    fn the_lectures_formula_keeps_the_mean_and_has_the_exact_variance() {
+    fn roulette_keeps_the_mean_and_has_the_exact_variance() {
         use rand::{RngExt, SeedableRng};
         let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
         let (q, mean, variance) = (0.4, 0.5, 0.04f64);

@@ -8,7 +8,7 @@ use std::fmt;
 /// Buffers and counters of one thread; reused, so that nothing is allocated per sample once they
 /// have grown.
 pub struct Scratch<'s, S: Scene + ?Sized + 's> {
-    /// What was done so far.
+    /// The counters of everything done so far.
     pub counters: Counters,
     /// The subpaths of the samples of a batch, by the samples' numbers.
     pub subpaths: Vec<Subpaths<'s, S>>,

@@ -1,4 +1,4 @@
-//! A vertex of a path, with what the walk that found it knows about it.
+//! A vertex of a subpath, with everything that the walk which found it knows about it.
 
 use crate::bsdf::shading::ShadedBsdf;
 use crate::bsdf::{Bsdf, Lobes};
@@ -11,9 +11,9 @@ use glam::DVec3;
 /// A vertex of a walk. "Next" and "previous" are meant in the direction of the walk.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex<B> {
-    /// Where it is.
+    /// The point in the scene.
     pub point: SurfacePoint,
-    /// How it scatters; `None` at an endpoint (lens, start of a light walk, environment).
+    /// The BSDF; `None` at an endpoint (lens, start of a light subpath, environment).
     pub bsdf: Option<ShadedBsdf<B>>,
     /// The light that the point belongs to, if it emits.
     pub light: Option<LightId>,
@@ -33,7 +33,7 @@ pub struct Vertex<B> {
     pub pdf_back: PerProjected,
     /// Geometry term of the edge to the previous vertex.
     pub geometry: f64,
-    /// Whether a Dirac lobe was sampled here.
+    /// True if a Dirac lobe was sampled here.
     pub dirac: bool,
     /// Densities of an endpoint as a starting point; zero elsewhere.
     pub start: StartDensity,
@@ -44,15 +44,15 @@ pub struct Vertex<B> {
 /// The two densities of an endpoint's position.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StartDensity {
-    /// As the start of a walk, probability of choosing the light included.
+    /// The density as the start of a walk, probability of choosing the light included.
     pub walk: PerArea,
-    /// As the point that the neighbouring vertex connects to, probability of choosing the light
-    /// included.
+    /// The density as the point that the neighbouring vertex connects to, probability of choosing
+    /// the light included.
     pub connection: PerArea,
 }
 
 impl StartDensity {
-    /// How much denser a connection's point is than a walk's.
+    /// The ratio of the density of a connection's point to that of a walk's.
     #[inline]
     pub(super) fn bias(&self) -> f64 {
         self.connection.value() / self.walk.value()
@@ -80,8 +80,8 @@ impl<B: Bsdf> Vertex<B> {
         }
     }
 
-    /// The light that the point belongs to, and what it emits to the previous vertex; `None` if
-    /// that is nothing.
+    /// The light that the point belongs to, and the radiance that it emits to the previous vertex;
+    /// `None` if that is nothing.
     #[inline]
     #[must_use]
     pub fn emission<S: Scene + ?Sized>(&self, scene: &S) -> Option<(LightId, Rgb)> {
@@ -95,7 +95,7 @@ impl<B: Bsdf> Vertex<B> {
         Self::endpoint(SurfacePoint::dirac(DVec3::ZERO), None, StartDensity::default())
     }
 
-    /// Whether the surface has lobes that are functions, so that a connection can carry light.
+    /// True if the surface has lobes that are functions, so that a connection can carry light.
     #[inline]
     #[must_use]
     pub fn is_connectible(&self) -> bool {

@@ -52,7 +52,7 @@ pub enum ReportError {
     },
 }
 
-/// For `map_err` on what is done with a file.
+/// The conversion of an error in reading or writing a file, for `map_err`.
 pub(super) fn file_error(path: &Path) -> impl FnOnce(io::Error) -> ReportError {
     move |source| ReportError::File { path: path.to_owned(), source }
 }

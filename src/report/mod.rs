@@ -30,9 +30,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Three floors: `study` renders, [`stats`] makes numbers, `page` shows them. What a study found is
-//! the plain data of [`Report`]; docs/report.md defines every number and lists the fields of the
-//! JSON file.
+//! Three parts: `study` renders, [`stats`] makes numbers, `page` shows them. The findings of a
+//! study are the plain data of a [`Report`]; docs/report.md defines every number and lists the
+//! fields of the JSON file.
 
 mod error;
 mod page;

@@ -1,5 +1,5 @@
-//! Which dimension of the sample space the next number belongs to: the stream and the count within
-//! it.
+//! The dimension of the sample space that the next number belongs to: the stream and the count
+//! within it.
 
 use super::Stream;
 
@@ -9,7 +9,7 @@ use super::Stream;
 pub(super) struct Dimension {
     /// Identifies the stream, and the repetition if a stream was announced more than once.
     pub stream: u64,
-    /// How many dimensions of the stream were used.
+    /// The number of dimensions of the stream that were used.
     pub count: u32,
     announced: u128,
     repeats: u32,

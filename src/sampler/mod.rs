@@ -1,5 +1,17 @@
-//! Where random numbers come from: a [`Sampler`] per sample, made by a [`SampleSource`] from the
-//! sample's index.
+//! Random numbers: a [`Sampler`] per sample, made by a [`SampleSource`] from the sample's index.
+//!
+//! A path of any length is a function of a point `u ∈ [0, 1)^∞`; a sampler is that point, number by
+//! number. Since it follows from pixel, pass and seed alone, a sample can be drawn again at any
+//! time, and no number of threads changes an image. [`Stream`] names the purpose of the next
+//! numbers, so that the same decision of different paths uses the same dimension.
+//!
+//! | points | item |
+//! |---|---|
+//! | independent | [`Independent`] |
+//! | stratified over the samples of a pixel | [`Stratified`] |
+//! | Sobol' points with Owen's scrambling | [`Sobol`] |
+//! | any of them, chosen at run time | [`SamplerKind`], [`AnySource`] |
+//! | recorded and played back | [`Recorder`], [`Replay`] |
 
 mod dimension;
 mod hash;
@@ -21,23 +33,23 @@ pub use stratified::{Stratified, StratifiedSampler};
 
 use glam::DVec2;
 
-/// What the next numbers are for; lets structured samplers keep their dimensions aligned whatever a
-/// path does.
+/// The purpose of the next numbers; lets structured samplers keep their dimensions aligned whatever
+/// a path does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stream {
     /// Position on the film and the offset of the pixel filter.
     Film,
-    /// The endpoint of the camera walk: a point on the lens.
+    /// The start of the camera subpath: a point on the lens.
     Lens,
-    /// The start of the light walk: choice of light, point and direction.
+    /// The start of the light subpath: choice of light, point and direction.
     Emission,
-    /// Scattering at the given vertex of the camera walk (1 = first surface).
+    /// Scattering at the given vertex of the camera subpath (1 = first surface).
     CameraVertex(u32),
-    /// Scattering at the given vertex of the light walk (1 = first surface).
+    /// Scattering at the given vertex of the light subpath (1 = first surface).
     LightVertex(u32),
-    /// Next event estimation from the given vertex of the camera walk.
+    /// Next event estimation from the given vertex of the camera subpath.
     NextEvent(u32),
-    /// Sampling of the lens from the given vertex of the light walk.
+    /// Sampling of the lens from the given vertex of the light subpath.
     LensSampling(u32),
 }
 

@@ -72,7 +72,7 @@ impl Replay {
         self.position = 0;
     }
 
-    /// Whether more numbers were asked for than there are; those were 0.
+    /// True if more numbers were asked for than there are; those were 0.
     #[must_use]
     pub fn overran(&self) -> bool {
         self.position > self.numbers.len()

@@ -26,8 +26,8 @@ const SEQUENCE_LENGTH: u32 = 1 << 16;
 /// Dimensions that are stratified together.
 const SET: u32 = 4;
 
-/// What each value of each hexadecimal digit of an index, its bits in reverse order, contributes to
-/// the first four dimensions of Sobol' points, theirs in reverse order too, 16 each. The digits'
+/// The contribution of each value of each hexadecimal digit of an index, its bits in reverse order,
+/// to the first four dimensions of Sobol' points, theirs in reverse order too, 16 each. The digits'
 /// contributions combine by exclusive or.
 static CONTRIBUTIONS: LazyLock<[[u64; 16]; 4]> = LazyLock::new(|| {
     let lanes = |reversed_index: u32| {

@@ -21,7 +21,7 @@ pub enum SceneError {
     Missing {
         /// The kind of object looked for: "material", "surface".
         kind: &'static str,
-        /// Its name or number.
+        /// The name or number looked for.
         name: String,
     },
     /// A second environment.
@@ -39,7 +39,7 @@ pub enum SceneError {
         parameter: &'static str,
         /// The value.
         value: f64,
-        /// Its range.
+        /// The range.
         requirement: &'static str,
     },
     /// A parameter of a material outside its range.
@@ -70,7 +70,7 @@ pub enum SceneError {
         attribute: &'static str,
         /// Index of the vertex.
         vertex: usize,
-        /// Its fault.
+        /// The fault.
         reason: &'static str,
     },
     /// A triangle that refers to a vertex which does not exist.
@@ -85,14 +85,14 @@ pub enum SceneError {
         /// Number of vertices.
         vertices: usize,
     },
-    /// As many normals or texture coordinates as positions are needed.
+    /// Normals or texture coordinates that are not as many as positions.
     #[error("\"{object}\": {found} {attribute}s for {expected} vertices")]
     AttributeCount {
         /// The mesh.
         object: String,
         /// The attribute.
         attribute: &'static str,
-        /// Their number.
+        /// The number of them.
         found: usize,
         /// The number of vertices.
         expected: usize,

@@ -32,7 +32,7 @@ pub(crate) fn prepare(
 pub(crate) struct Choice(Option<AliasTable>);
 
 impl Choice {
-    /// From finite weights that are not negative.
+    /// A choice by finite weights that are not negative.
     pub fn new(weights: &[f64]) -> Self {
         // Scaled first: the sum of large weights must not overflow.
         let largest = weights.iter().copied().fold(0.0, f64::max);

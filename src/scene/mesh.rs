@@ -1,4 +1,4 @@
-//! Triangle meshes: what a user hands in, and the vertex attributes that a scene keeps.
+//! Triangle meshes as a user hands them in, and the vertex attributes that a scene keeps.
 
 use super::error::SceneError;
 use crate::geometry::{Shape, SurfacePoint, Triangle, interpolated};
@@ -212,8 +212,8 @@ impl Attributes {
         Some(self.indices.iter().map(|corners| corners.map(|i| uvs[i as usize])).collect())
     }
 
-    /// What the attributes make of a point of a triangle of this surface that is `flat` without
-    /// them, its uv barycentric.
+    /// The shading of a point of a triangle of this surface by the attributes; without them it is
+    /// `flat`, its uv barycentric.
     ///
     /// A shading normal on the back of its triangle is negated, so that both normals always agree
     /// about the side.

@@ -1,4 +1,18 @@
-//! The [`Scene`] trait, the one seam for other renderers, and the ready-made [`World`].
+//! Scenes: the [`Scene`] trait, the one seam for other renderers, and the ready-made [`World`].
+//!
+//! Integrators know of a scene what the path integral asks for:
+//!
+//! | quantity | item |
+//! |---|---|
+//! | next vertex along a ray | [`Scene::intersect`] |
+//! | visibility V of the geometry term (shadow rays) | [`Scene::visible`] |
+//! | f at a point | [`Scene::bsdf`] |
+//! | Le, and the light that a point belongs to | [`Scene::light`], [`Scene::light_at`] |
+//! | choice of a light, and its probability | [`Scene::pick_light`], [`Scene::pick_pmf`] |
+//! | features that the scene has at all | [`Needs`] |
+//!
+//! A [`WorldBuilder`] makes a [`World`] of shapes, [`Mesh`]es, [`Material`]s and lights. It refuses
+//! what cannot be rendered with a [`SceneError`]; a [`Warning`] tells where f64 gets short.
 
 mod builder;
 mod error;
@@ -41,8 +55,8 @@ pub trait Scene: Sync {
     /// never `from` itself.
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint>;
 
-    /// True if the open segment between two points is free. For a point at infinity the position
-    /// tells where the segment ends.
+    /// True if a shadow ray between two points meets nothing: the open segment between them is
+    /// free. For a point at infinity the position tells where it ends.
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool;
 
     /// The answers of [`intersect`](Self::intersect) for many rays. `found` gets each answer once,
@@ -60,8 +74,8 @@ pub trait Scene: Sync {
         }
     }
 
-    /// The answers of [`visible`](Self::visible) for many segments. `answer` gets each answer once,
-    /// with the segment's place in the iterator, in any order.
+    /// The answers of [`visible`](Self::visible) for many shadow rays. `answer` gets each answer
+    /// once, with the ray's place in the iterator, in any order.
     fn visible_many<'a>(
         &self,
         segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>,

@@ -37,7 +37,7 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
-    /// Its part of what belongs to all primitives.
+    /// The surface's part of a list with an item for each primitive.
     pub fn range<'a, T>(&self, primitives: &'a [T]) -> &'a [T] {
         let first = self.first_primitive as usize;
         &primitives[first..first + self.primitives as usize]

@@ -1,5 +1,5 @@
-//! Where a scene asks more of f64 than it has: found when the scene is built, reported, and
-//! rendered all the same.
+//! Warnings where a scene asks more of f64 than it has: found when the scene is built, reported,
+//! and rendered all the same.
 
 use super::surface::Surface;
 use crate::bsdf::{INDEX_MATCHED, LEAST_ALPHA};
@@ -71,12 +71,12 @@ pub enum Warning {
 }
 
 impl Warning {
-    /// See [`Warning::FewDigits`].
+    /// The digits below which [`Warning::FewDigits`] is given.
     pub const LEAST_DIGITS: f64 = 6.0;
     /// Radiances in between have squares that are normal numbers.
     const RADIANCE: std::ops::RangeInclusive<f64> = 1e-150..=1e150;
 
-    /// What is lost in making the model of a material.
+    /// Adds the warnings of what is lost in making the model of a material.
     pub(super) fn of_material(name: &str, material: &Material, warnings: &mut Vec<Self>) {
         let mut rough = |alpha: DVec2| {
             // 0 is a choice.
@@ -101,7 +101,7 @@ impl Warning {
         }
     }
 
-    /// What is lost by where surfaces are and how bright.
+    /// Adds the warnings of what is lost by where surfaces are and how bright.
     pub(super) fn of_surfaces(
         surfaces: &[Surface],
         shapes: &[Shape],

@@ -17,7 +17,7 @@ use obvhs::triangle::Triangle;
 /// Places along an axis where many references can be divided are fewer than this by one.
 const BINS: usize = 32;
 
-/// Up to so many references are sorted, and divided wherever it is best.
+/// The most references that are sorted, and divided wherever it is best.
 const FEW: usize = 32;
 
 /// Below this depth nodes are halved, so that no arrangement of boxes makes a tree too deep.

@@ -8,11 +8,11 @@ use fearless_simd::{Simd, f32x4, f32x8, i32x8, prelude::*, u32x8};
 pub(super) struct BoxRay {
     origin: [f32; 3],
     direction: [f32; 3],
-    /// Of the direction's components.
+    /// The reciprocals of the direction's components.
     reciprocal: [f32; 3],
     /// Minus origin times reciprocal.
     offset: [f32; 3],
-    /// For axes along which the ray runs downwards: which of a box's two planes it meets first.
+    /// True for axes along which the ray runs downwards, and so meets a box's upper plane first.
     backwards: [bool; 3],
 }
 

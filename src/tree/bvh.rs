@@ -1,4 +1,4 @@
-//! The tree and what it says of one ray: the nearest hit, or whether a segment is free.
+//! The tree and its answers to a single query: the nearest hit, or whether a segment is free.
 
 use super::boxes::{BoxRay, Splat};
 use super::layout::{Block, Candidate, Line, Wide};
@@ -52,7 +52,7 @@ impl Bvh {
         self.level = level;
     }
 
-    /// What the tree consists of.
+    /// The numbers of the tree's parts.
     pub fn statistics(&self) -> TreeStatistics {
         let Wide { lines, nodes, blocks } = &self.wide;
         TreeStatistics {
@@ -77,8 +77,8 @@ impl Bvh {
         self.shapes.get(primitive as usize)
     }
 
-    /// What `result` makes of the nearest hit, of equally near ones that with the lowest primitive.
-    /// A direction that is not of unit length is made so.
+    /// The nearest hit, of equally near ones that with the lowest primitive, as `result` returns
+    /// it. A direction that is not of unit length is made so.
     #[inline]
     pub fn closest<'a, R>(&'a self, query: Query, result: impl FnOnce(Hit<'a>) -> R) -> Option<R> {
         // Moving more than is needed through memory takes time.
@@ -107,8 +107,8 @@ impl Bvh {
         Some(found.hit(&ray, moved))
     }
 
-    /// Where a ray enters the scene, its direction with unit length, and by how much the origin was
-    /// moved; `None` if it does not enter or is no ray.
+    /// The point at which a ray enters the scene, its direction with unit length, and the distance
+    /// that the origin was moved; `None` if it does not enter or is no ray.
     #[inline(always)]
     pub(super) fn entry(&self, origin: DVec3, direction: DVec3) -> Option<(DVec3, DVec3, f64)> {
         let direction = unit(direction)?;
@@ -150,7 +150,7 @@ impl Bvh {
         self.wide.step_to_nearest(simd, box_ray, wide, walk, stack, origin_primitive, prepare, test)
     }
 
-    /// Whether nothing lies on a segment. A direction that is not of unit length is made so.
+    /// True if nothing lies on a segment. A direction that is not of unit length is made so.
     #[inline]
     pub fn is_free(&self, segment: &Segment) -> bool {
         dispatch!(self.level, simd => self.is_free_with(simd, segment))

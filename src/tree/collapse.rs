@@ -5,7 +5,7 @@
 use super::layout::{Block, Child, Facet, LANES, Line, WIDTH, Wide, block_of};
 use obvhs::bvh2::node::Bvh2Node;
 
-/// What testing a node's boxes costs, in tests of a block.
+/// The cost of testing a node's boxes, in tests of a block.
 const NODE_COST: f32 = 1.0;
 
 /// Least costs of the subtree below a binary node: as one leaf or node, and as a forest of at most
@@ -110,7 +110,8 @@ fn costs(tree: &[Bvh2Node]) -> (Vec<u32>, Vec<Costs>) {
     (counts, costs)
 }
 
-/// How many of `roots` to give to the first of two siblings, and what they cost then.
+/// The share of `roots` that the first of two siblings has where both together cost least, and that
+/// cost.
 fn best_share(costs: &[Costs], first: u32, roots: usize) -> (usize, f32) {
     let (left, right) = (&costs[first as usize], &costs[first as usize + 1]);
     let mut best = (1, f32::INFINITY);
@@ -123,7 +124,7 @@ fn best_share(costs: &[Costs], first: u32, roots: usize) -> (usize, f32) {
     best
 }
 
-/// Of a subtree that fits into one leaf, whether that is what it should be.
+/// True if a subtree that fits into one leaf should be one.
 fn leaf_is_best(tree: &[Bvh2Node], costs: &[Costs], index: u32) -> bool {
     let node = &tree[index as usize];
     node.is_leaf() || costs[index as usize][0] >= node.aabb().half_area()

@@ -47,10 +47,10 @@ fn dot<S: Simd, V: SimdFloat<S>>(a: [V; 3], b: [V; 3]) -> V {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
-/// What the test in f32 says about rays and triangles, in each lane one of each; see "Why no
+/// The verdict of the test in f32 on rays and triangles, in each lane one of each; see "Why no
 /// triangle is missed" in [`super::rounding`].
 pub(super) struct Tested<S: Simd, V: SimdBase<S>> {
-    /// Which triangles the ray may hit before the limit.
+    /// The triangles that the ray may hit before the limit.
     pub hits: V::Mask,
     tolerance: V,
     slack: V,
@@ -82,7 +82,7 @@ impl<S: Simd, V: SimdFloat<S, Element = f32>> Tested<S, V> {
         Self { hits: inside & reached, tolerance, slack, least, most, determinant, t }
     }
 
-    /// Which triangles the ray certainly hits somewhere.
+    /// The triangles that the ray certainly hits somewhere.
     #[inline(always)]
     pub fn certain(&self) -> V::Mask {
         let inside = self.least.simd_gt(self.tolerance) | self.most.simd_lt(-self.tolerance);

@@ -31,19 +31,19 @@ impl<'a> Node<'a> {
         &self.0[axis].0[usize::from(upper)]
     }
 
-    /// Where a lane leads.
+    /// The child in a lane.
     #[inline(always)]
     pub fn child(self, lane: usize) -> Child {
         Child(self.0[3].0[0][lane % WIDTH])
     }
 }
 
-/// Where a lane of a node leads: to the first line of a node or of a block of triangles.
+/// A child of a node: the first line of a node or of a block of triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Child(pub u32);
 
 impl Child {
-    /// Where walks end: no node has as many before it.
+    /// The end of every walk: no node has as many before it.
     pub const NOWHERE: Self = Self(Self::LEAF - 1);
 
     pub const LEAF: u32 = 1 << 31;
@@ -66,23 +66,23 @@ pub(super) enum Facet {
     Triangle {
         /// Its corners.
         corners: [DVec3; 3],
-        /// Whether they tell exactly where those of a primitive that is a triangle are.
+        /// True if they are exactly those of a primitive that is a triangle.
         exact: bool,
     },
     /// Something that only its exact test can decide.
     Opaque,
 }
 
-/// Four triangles: for each axis a vertex and the edges to the others, by how much what is computed
-/// from them may be off, and their primitives.
+/// Four triangles: for each axis a vertex and the edges to the others, the error bounds of the
+/// numbers computed from them, and their primitives.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<'a>(pub &'a [Line; Block::LINES]);
 
 impl<'a> Block<'a> {
     pub const LINES: usize = 3;
 
-    /// By how much the edge functions may be off: 0 for what is always a candidate, negative for a
-    /// lane that is empty.
+    /// The row of the edge functions' error bounds: 0 for what is always a candidate, negative for
+    /// a lane that is empty.
     const TOLERANCE: usize = 9;
     const DISTANCE_TOLERANCE: usize = 10;
     const PRIMITIVE: usize = 11;
@@ -115,7 +115,7 @@ impl<'a> Block<'a> {
         self.row(Self::TOLERANCE)
     }
 
-    /// By how much the distance times the determinant may be off.
+    /// The error bounds of the distance times the determinant.
     #[inline(always)]
     pub fn distance_tolerance(self) -> &'a [u32; LANES] {
         self.row(Self::DISTANCE_TOLERANCE)
@@ -140,7 +140,7 @@ impl Candidate<'_> {
         self.number(Block::PRIMITIVE) & !Block::EXACT
     }
 
-    /// Whether its corners are those of the shape.
+    /// True if its corners are those of the shape.
     #[inline(always)]
     pub fn is_exact(self) -> bool {
         self.number(Block::PRIMITIVE) & Block::EXACT != 0

@@ -15,7 +15,7 @@ use std::ops::Range;
 /// Queries that the kernel is given at a time.
 const BLOCK: usize = 128;
 
-/// Queries from which on what it takes to begin pays.
+/// The fewest queries for which the effort of beginning pays.
 const SOME: usize = 4;
 
 /// Lines of a tree up to which taking turns does not pay: 2 MiB. Few in tests, whose trees are to
@@ -35,20 +35,20 @@ const COHERENT_SEGMENTS: f64 = 0.9;
 // What is not to be inlined is long and compiled for all instruction sets, but not for every
 // caller.
 impl Bvh {
-    /// Whether the tree is so large that rays wait for memory.
+    /// True if the tree is so large that rays wait for memory.
     pub(super) fn pays_to_take_turns(&self) -> bool {
         self.wide.lines.len() > CACHED
     }
 
-    /// Whether two origins are so close that rays into nearly the same direction visit mostly the
+    /// True if two origins are so close that rays into nearly the same direction visit mostly the
     /// same.
     #[inline(always)]
     fn is_close(&self, a: DVec3, b: DVec3) -> bool {
         (b - a).abs().max_element() <= CLOSE * self.extent
     }
 
-    /// What [`closest`](Self::closest) says of many rays, each with its place in the iterator, in
-    /// order.
+    /// The nearest hits of many rays, as [`closest`](Self::closest) finds them, each with its place
+    /// in the iterator, in order.
     #[inline]
     pub fn closest_many<'a>(
         &'a self,
@@ -95,8 +95,8 @@ impl Bvh {
         });
     }
 
-    /// What [`is_free`](Self::is_free) says of many segments, or what is known of one already, with
-    /// its place in the iterator, in order.
+    /// The answers of [`is_free`](Self::is_free) for many segments, or the answer for one that is
+    /// known already, each with its place in the iterator, in order.
     #[inline]
     pub fn are_free(
         &self,
@@ -146,7 +146,7 @@ impl Bvh {
 }
 
 /// Hands out queries by the block, each block with the place of its first in the iterator and with
-/// room for as many answers. What the room holds before does not matter.
+/// memory for as many answers. The contents before do not matter.
 #[inline(always)]
 fn in_blocks<Q: Copy, A: Copy>(
     queries: impl Iterator<Item = Q>,
@@ -176,7 +176,7 @@ fn in_blocks<Q: Copy, A: Copy>(
     });
 }
 
-/// Gives `then` room on the stack for a block. To fill it takes time, which few queries would not
+/// Gives `then` a block of memory on the stack. To fill it takes time, which few queries would not
 /// make up for.
 #[inline(always)]
 fn with_room<T: Copy>(most: usize, content: T, then: impl FnOnce(&mut [T])) {

@@ -1,11 +1,11 @@
-//! What is asked of the tree, and what it answers: rays and segments that start and end where the
-//! primitives that they lie on are not in the way.
+//! Queries to the tree and its answers: rays and segments that start and end where the primitives
+//! that they lie on are not in the way.
 
 use super::layout::Candidate;
 use crate::geometry::{Intersection, Place, Ray, SurfacePoint, gamma};
 use glam::DVec3;
 
-/// What a ray knows about its ends: the primitives that they lie on, `SurfacePoint::NONE` for none.
+/// The ends of a ray: the primitives that they lie on, `SurfacePoint::NONE` for none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ends {
     /// The primitive that the origin lies on.
@@ -22,9 +22,9 @@ impl Ends {
 /// A ray to find the nearest hit of.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Query {
-    /// Where it starts.
+    /// The start.
     pub origin: DVec3,
-    /// Where to.
+    /// The direction.
     pub direction: DVec3,
     /// The primitive that the origin lies on.
     pub origin_primitive: u32,
@@ -47,25 +47,25 @@ impl Query {
 /// A ray up to a distance, to find out whether anything is in its way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment {
-    /// Where it starts.
+    /// The start.
     pub origin: DVec3,
-    /// Where to.
+    /// The direction.
     pub direction: DVec3,
-    /// How far.
+    /// The length.
     pub length: f64,
-    /// What its ends lie on.
+    /// The primitives at its ends.
     pub ends: Ends,
 }
 
 impl Segment {
-    /// Up to a length, from and to points that lie on no surface.
+    /// A segment up to a length, from and to points that lie on no surface.
     #[inline]
     pub fn free(origin: DVec3, direction: DVec3, length: f64) -> Self {
         Self { origin, direction, length, ends: Ends::FREE }
     }
 
-    /// What to ask of the tree to find out whether two points of a scene around `center` see each
-    /// other, or whether they do if that is clear without.
+    /// The segment to test for two points of a scene around `center` that may see each other, or
+    /// the answer if that is clear without.
     #[inline(always)]
     pub fn between(a: &SurfacePoint, b: &SurfacePoint, center: DVec3) -> Result<Self, bool> {
         let (a, b) = match (a.place, b.place) {
@@ -112,27 +112,27 @@ impl Segment {
 pub(crate) struct Hit<'a> {
     /// The primitive that was hit.
     pub primitive: u32,
-    /// Where it is in the tree.
+    /// The place in the tree.
     pub(super) candidate: Candidate<'a>,
-    /// Where the ray starts that the intersection refers to, which may be further on than where the
-    /// one that was asked for does.
+    /// The start of the ray that the intersection refers to, which may be further on than that of
+    /// the one that was asked for.
     pub origin: DVec3,
-    /// Its direction, of unit length.
+    /// The direction, of unit length.
     pub direction: DVec3,
-    /// How much further on.
+    /// The distance between the two starts.
     pub moved: f64,
-    /// Where it was hit.
+    /// The intersection.
     pub intersection: Intersection,
 }
 
-/// What the exact test says.
+/// The answer of the exact test.
 pub(super) struct Found<'a> {
     pub candidate: Candidate<'a>,
     pub intersection: Intersection,
 }
 
 impl<'a> Found<'a> {
-    /// Of equally near ones that with the lower primitive is nearer.
+    /// True if this one is nearer; of equally near ones that is the one with the lower primitive.
     #[inline(always)]
     pub fn is_nearer(&self, other: &Self) -> bool {
         let (t, other_t) = (self.intersection.t, other.intersection.t);

@@ -42,7 +42,8 @@
 //! | D | n; d; products | 11 ε M ≤ 19 ε S |
 //! | W | U, V and D; two differences | 27 ε S + 19 ε S + 13 ε S = 59 ε S |
 //! | T | n; c; products | 24 ε M + 7 ε M + 11 ε M = 42 ε M |
-//! | T - t D | T; D times t < 3.5; its rounding; the limit's, rounded up by 5 ε | 42 ε M + 39 ε M + 4 ε M + 18 ε M = 103 ε M |
+//! | t D | D times t < 3.5; its rounding; the limit's, by 5 ε upwards | 39 ε M + 4 ε M + 18 ε M |
+//! | T - t D | T; t D | 42 ε M + 61 ε M = 103 ε M |
 //!
 //! U, V and W are compared with ∓64 ε S, T with 0 and the limit times D up to 112 ε M, all plus
 //! 2⁻³⁹ for the exact test's own rounding: its edge functions are those of coordinates up to 4 with
@@ -79,14 +80,14 @@ pub(super) const SMALLEST: f32 = 1.0 / (1u64 << 60) as f32;
 /// A bound on the distance of any hit, since rays start in or at the cube [-1, 1]³.
 pub(super) const FAR: f32 = 4.0;
 
-/// What a triangle's edge functions may be off by, in units of the sum of its edges' components.
+/// The error bound of a triangle's edge functions, in units of the sum of its edges' components.
 const EDGE_TOLERANCE: f64 = 64.0 * ROUNDOFF as f64;
 
-/// What the distance to a triangle times the determinant may be off by, in units of the product of
+/// The error bound of the distance to a triangle times the determinant, in units of the product of
 /// its edges' lengths.
 const DISTANCE_TOLERANCE: f64 = 112.0 * ROUNDOFF as f64;
 
-/// What either may be off by in f64.
+/// The error bound of either in f64.
 const TOLERANCE_F64: f64 = 1.0 / (1u64 << 39) as f64;
 
 /// Rays are moved to a cube that is larger than the scene by this much, so that moving does not cut
@@ -100,8 +101,8 @@ pub(super) fn uncertainty_of_place(place: DVec3) -> f64 {
     place.abs().max_element() * (8.0 * f64::EPSILON)
 }
 
-/// By how much the edge functions of a triangle with these edges, and its distance times the
-/// determinant, may be off; rounded up.
+/// The error bounds of the edge functions of a triangle with these edges, and of its distance times
+/// the determinant; rounded up.
 pub(super) fn tolerances_of_triangle(edge1: DVec3, edge2: DVec3) -> [f32; 2] {
     let up = |x: f64| (x as f32).next_up();
     let size = edge1.abs().element_sum() + edge2.abs().element_sum();

@@ -1,4 +1,4 @@
-//! What a ray has yet to visit, and how memory is asked for that it will need.
+//! The stack of nodes that a ray has yet to visit, and prefetches of memory that it will need.
 
 use super::layout::WIDTH;
 use fearless_simd::Simd;
@@ -7,8 +7,8 @@ use fearless_simd::Simd;
 /// comes to that.
 pub(super) const STACK: usize = if cfg!(test) { 16 } else { 64 };
 
-/// What a ray has yet to visit, the nearest last. How many of the entries count is told by the
-/// walk, which the compiler keeps in registers that way.
+/// The nodes that a ray has yet to visit, the nearest last. The number of entries that count is
+/// kept by the walk, in a register.
 pub(super) struct Stack<T> {
     pub entries: [T; STACK],
     heap: Vec<T>,

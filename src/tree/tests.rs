@@ -264,7 +264,8 @@ fn the_traversal_agrees_with_all_shapes_one_by_one() {
     }
 }
 
-/// Which of several triangles is hit first, when all of them certainly are, but f32 cannot tell.
+/// The nearest of several triangles is found when all of them are certainly hit, but f32 cannot
+/// tell their distances apart.
 #[test]
 fn sheets_closer_together_than_f32_resolves_are_told_apart() {
     let mut rng = Pcg64Mcg::seed_from_u64(8);
@@ -294,7 +295,7 @@ fn sheets_closer_together_than_f32_resolves_are_told_apart() {
     );
 }
 
-/// However many they are, answers are those of single queries, also for rays that are none, from
+/// Answers to any number of queries are those of single queries, also for rays that are none, from
 /// outside, or past the scene.
 #[test]
 fn queries_at_once_are_answered_like_single_ones() {

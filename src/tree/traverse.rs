@@ -1,4 +1,4 @@
-//! How a ray walks through the wide tree: front to back for the nearest hit, in any order to find
+//! The walk of a ray through the wide tree: front to back for the nearest hit, in any order to find
 //! out whether there is one.
 //!
 //! Eight boxes or four triangles are tested at a time; what passes is handed to the caller, whose
@@ -17,14 +17,14 @@ fn key(distance: i32, child: Child) -> u64 {
     u64::from(distance as u32) << 32 | u64::from(child.0)
 }
 
-/// How far a walk is.
+/// The state of a walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Step {
-    /// At something that was just asked for and may take a while to come.
+    /// A walk at something that was just asked for and may take a while to come.
     Descended,
-    /// At something that was asked for earlier.
+    /// A walk at something that was asked for earlier.
     Returned,
-    /// At its end.
+    /// A walk at its end.
     Done,
 }
 
@@ -54,7 +54,7 @@ impl Default for Nearest<'_> {
 }
 
 impl Nearest<'_> {
-    /// That of a ray without hits.
+    /// The walk of a ray without hits.
     #[inline(always)]
     pub fn ended() -> Self {
         Self { child: Child::NOWHERE, ..Self::default() }
@@ -66,7 +66,7 @@ pub(super) struct Any {
     limit: f32,
     pub child: Child,
     length: usize,
-    /// Whether there is one.
+    /// True if there is one.
     pub hit: bool,
 }
 
@@ -76,7 +76,7 @@ impl Any {
         Self { limit: limit.min(FAR), child: Child(0), length: 0, hit: false }
     }
 
-    /// One of which the answer is known.
+    /// A walk whose answer is known.
     #[inline(always)]
     pub fn ended(hit: bool) -> Self {
         Self { limit: 0.0, child: Child::NOWHERE, length: 0, hit }
@@ -84,7 +84,7 @@ impl Any {
 }
 
 impl Wide {
-    /// Asks for what a ray will visit later.
+    /// Asks for memory that a ray will visit later.
     #[inline(always)]
     pub fn prefetch<S: Simd>(&self, simd: S, child: Child) {
         prefetch(simd, self.lines.as_ptr().wrapping_add(child.line()).cast::<[Line; 4]>());

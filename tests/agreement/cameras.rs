@@ -27,7 +27,7 @@ fn orthographic() {
     );
 }
 
-/// Both ends at infinity: no technique may join them directly.
+/// A lens and a light at infinity: no technique may join them directly.
 #[test]
 fn orthographic_under_an_environment() {
     let mut room = Room::open(grey());

@@ -15,7 +15,7 @@ use pathspace::sampler::{Independent, SampleSource};
 use pathspace::scene::{Material, Mesh, Needs, Scene, World};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
-/// What [`pathspace::bsdf::Lambert`] is.
+/// A copy of [`pathspace::bsdf::Lambert`].
 struct Diffuse(Rgb);
 
 fn same_side(a: DVec3, b: DVec3) -> bool {

@@ -27,7 +27,8 @@ fn large_quad_light() {
     Team::with_light(Depth::up_to(2)).emission_only().agree("large quad light", room);
 }
 
-/// Where surfaces touch, the variance of uniform-area sampling is infinite; here none do.
+/// Uniform-area sampling of a large light. Its variance is infinite where surfaces touch; here none
+/// do.
 #[test]
 fn large_quad_light_by_uniform_area_sampling() {
     let world = apart(grey());

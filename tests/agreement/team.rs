@@ -1,4 +1,4 @@
-//! Which integrators take part in a comparison.
+//! The integrators that take part in a comparison.
 
 use crate::compare::{Comparison, Named, assert_agree};
 use crate::rooms::{Room, camera, lambert, v};

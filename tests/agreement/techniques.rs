@@ -48,7 +48,7 @@ fn bounces_add_up() {
     }
 }
 
-/// Without a limit and with roulette: the same as a limit so deep that nothing is left.
+/// Roulette without a limit: the same as a limit so deep that nothing is left.
 #[test]
 fn roulette_replaces_a_deep_limit() {
     let world = lit_room();

@@ -88,7 +88,7 @@ fn a04_coloured_furnace() {
 #[test]
 fn a13_wedge_under_an_environment() {
     // The wedge's opening angle φ: a plane sees the other one under the form factor (1 + cos φ)/2,
-    // so L = ρ (1 - cos φ)/(2 - ρ (1 + cos φ)). A13 states the same numbers for the angle π - φ.
+    // so L = ρ (1 - cos φ)/(2 - ρ (1 + cos φ)). The row has the same numbers for the angle π - φ.
     for (degrees, expected) in [
         (60.0f64, 0.272_727_272_727_272_7),
         (90.0, 0.428_571_428_571_428_55),

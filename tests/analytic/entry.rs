@@ -14,8 +14,8 @@ pub const BUDGET: u64 = 100_000;
 pub const MOST: u64 = 3_000_000;
 /// The largest relative standard error by which a bias of 1 % is still seen.
 pub const ERROR: f64 = 0.0025;
-/// Where light walks rarely meet what is looked at, or camera walks the light: a bias of 3 % is
-/// seen.
+/// The resolution where light walks rarely meet what is looked at, or camera walks the light: a
+/// bias of 3 % is seen.
 pub const RARE: f64 = 0.0075;
 
 /// The most rays for one value where every entry's own tolerance is asked for, if it is.
@@ -80,7 +80,7 @@ impl<'a> Entry<'a> {
         self
     }
 
-    /// Whether the entry names the integrator.
+    /// True if the entry names the integrator.
     fn names(&self, method: Method) -> bool {
         let keys = self.data["integrators"].as_array().expect("integrators");
         keys.iter().filter_map(Value::as_str).any(|key| {
@@ -93,7 +93,7 @@ impl<'a> Entry<'a> {
         self.check_value(methods, key, self.expected(key));
     }
 
-    /// As `check`, of a value that follows from the entry's formula.
+    /// A `check` of a value that follows from the entry's formula.
     pub fn check_value(&self, methods: &[Method], what: &str, expected: f64) {
         self.check_rgb(methods, what, [expected; 3]);
     }

@@ -53,8 +53,8 @@ fn a02_truncated_furnace() {
     }
 }
 
-/// Without roulette every path of k bounces brings the same: no variance from the camera, little
-/// from the light.
+/// The white furnace. Without roulette every path of k bounces brings the same: no variance from
+/// the camera, little from the light.
 #[test]
 fn a03_white_furnace() {
     let (world, eye) = sphere(0.9999);
@@ -80,7 +80,7 @@ fn a03_white_furnace() {
     );
 }
 
-/// The series of A03 up to the limit of all walks, 4 % below that without end.
+/// The series up to the limit of all walks, 4 % below that without end.
 fn to_the_end_of_walks() -> f64 {
     (1.0 - 0.9999f64.powi(MAX_BOUNCES as i32 + 1)) / 1e-4
 }

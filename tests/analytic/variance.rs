@@ -48,8 +48,8 @@ fn f01_variance_of_hits() {
     }
 }
 
-/// With p = 0.3 the fourth moment is infinite, so the measured variance means nothing; the mean
-/// still does.
+/// The variance of roulette. With p = 0.3 the fourth moment is infinite, so the measured variance
+/// means nothing; the mean still does.
 #[test]
 fn f04_variance_of_roulette() {
     let world = furnace_sphere(DVec3::ZERO, 1.0, &lambert(0.5), 1.0);
@@ -173,8 +173,8 @@ fn f12_variances_under_a_square_light() {
     assert_variance("F12 var_area_sampling", &measured, expected("F12", "var_area_sampling"), 0.02);
 }
 
-/// F15's means: the whole sphere emits, so next event estimation and cosine sampling are the same
-/// density.
+/// Means in a sphere that emits everywhere, so that next event estimation and BSDF sampling have
+/// the same density.
 #[test]
 fn f15_means_in_an_emissive_sphere() {
     let world = furnace_sphere(DVec3::ZERO, 1.0, &lambert(0.9), 1.0);

@@ -22,7 +22,7 @@ fn images(bsdf: &dyn Bsdf, fixed: DVec3, mode: TransportMode) -> Vec<BsdfSample>
     images
 }
 
-/// What a Dirac sample scatters of the power, refraction's n² taken out.
+/// The share of the power that a Dirac sample scatters, refraction's n² taken out.
 fn power(image: &BsdfSample, mode: TransportMode) -> Rgb {
     let n_squared = image.relative_ior * image.relative_ior;
     image.weight * if mode == TransportMode::Radiance { n_squared } else { 1.0 }

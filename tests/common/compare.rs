@@ -32,7 +32,7 @@ const PILOT_SAMPLES: u32 = 16;
 /// An integrator with the name that messages call it by.
 pub type Named<'a> = (&'a str, &'a dyn Render<World>);
 
-/// How to compare.
+/// Settings of a comparison.
 #[derive(Clone, Copy)]
 pub struct Comparison {
     pub filter: Filter,
@@ -43,9 +43,9 @@ pub struct Comparison {
     pub target: f64,
     /// Most samples per pixel of one image.
     pub most: u32,
-    /// Whether to compare blocks, too. Where an integrator finds a part of the light so rarely that
-    /// most images of a block miss it, the block has too small a mean and too small a variance at
-    /// once, and only the whole image can be tested.
+    /// True if blocks are compared, too. Where an integrator finds a part of the light so rarely
+    /// that most images of a block miss it, the block has too small a mean and too small a variance
+    /// at once, and only the whole image can be tested.
     pub blocks: bool,
 }
 
@@ -205,7 +205,8 @@ impl Measured {
         Mean::of(&self.images.iter().map(mean).collect::<Vec<_>>())
     }
 
-    /// |mean - expected| ≤ 4 standard errors, for standard errors of at most `resolution` relatively; exact images pass by rounding.
+    /// Asserts |mean - expected| ≤ 4 standard errors, for standard errors of at most `resolution`
+    /// relatively; exact images pass by rounding.
     pub fn assert_mean(&self, expected: [f64; 3], resolution: f64) {
         for (c, expected) in expected.into_iter().enumerate() {
             let mean = self.channel(c);

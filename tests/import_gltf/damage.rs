@@ -65,7 +65,11 @@ fn survive(name: &str, bytes: &[u8]) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 400,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
 
     #[test]
     fn damaged_files_never_panic(
@@ -85,7 +89,10 @@ proptest! {
     }
 
     #[test]
-    fn hostile_numbers_never_panic(file in 0..FILES.len(), numbers in prop::collection::vec((any::<u16>(), 0..HOSTILE.len()), 1..4)) {
+    fn hostile_numbers_never_panic(
+        file in 0..FILES.len(),
+        numbers in prop::collection::vec((any::<u16>(), 0..HOSTILE.len()), 1..4),
+    ) {
         let name = if FILES[file] == "box.glb" { "box.gltf" } else { FILES[file] };
         let mut text = std::fs::read_to_string(data(name)).expect("readable");
         for (k, value) in numbers {

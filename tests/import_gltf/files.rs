@@ -33,7 +33,7 @@ pub fn render(
     rendering.image
 }
 
-/// What a ray from a point sees.
+/// The point that a ray from a point meets.
 pub fn seen(world: &World, from: DVec3, direction: DVec3) -> SurfacePoint {
     world.intersect(&SurfacePoint::dirac(from), direction.normalize()).expect("aimed at a surface")
 }

@@ -1,4 +1,4 @@
-//! What is refused, and what is left out with a warning.
+//! Refusals, and warnings of what is left out.
 
 use crate::files::{SQUARE, altered, data, directory, load_bytes, load_text};
 use glam::UVec2;

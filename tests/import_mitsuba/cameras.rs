@@ -1,4 +1,4 @@
-//! Where cameras look.
+//! The views of cameras.
 
 use crate::files::{Directory, GLOW, load};
 use approx::assert_relative_eq;

@@ -122,19 +122,35 @@ fn small_limits() -> Options {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 150,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
 
     #[test]
-    fn mutated_files_never_panic(changes in prop::collection::vec((any::<u32>(), any::<u8>()), 0..6), cut in any::<u32>(), which in 0usize..10) {
+    fn mutated_files_never_panic(
+        changes in prop::collection::vec((any::<u32>(), any::<u8>()), 0..6),
+        cut in any::<u32>(),
+        which in 0usize..10,
+    ) {
         let directory = Directory::new(&format!("fuzz-{which}"));
         let xml = ["diffuse.xml", "textures.xml", "mixtures.xml", "meshes.xml"];
-        let parts = ["tetrahedron.obj", "tetrahedron.ply", "binary.ply", "two.serialized", "colours.png", "sky.exr"];
+        let parts = [
+            "tetrahedron.obj",
+            "tetrahedron.ply",
+            "binary.ply",
+            "two.serialized",
+            "colours.png",
+            "sky.exr",
+        ];
         let mut scene = "textures.xml";
         if let Some(name) = xml.get(which) {
             scene = name;
         } else {
             let name = parts[which - xml.len()];
-            let original = std::fs::read(Path::new(DATA).join("parts").join(name)).expect("test data");
+            let path = Path::new(DATA).join("parts").join(name);
+            let original = std::fs::read(path).expect("test data");
             directory.write(&format!("parts/{name}"), mutated(&original, &changes, cut));
             if which < xml.len() + 4 {
                 scene = "meshes.xml";
@@ -143,7 +159,8 @@ proptest! {
         let text = std::fs::read(Path::new(DATA).join(scene)).expect("test data");
         let text = if which < xml.len() { mutated(&text, &changes, cut) } else { text };
         let path = directory.write("scene.xml", text);
-        if let Err(error) = mitsuba::load(path, &small_limits(), [("res".to_owned(), "8".to_owned())]) {
+        let parameters = [("res".to_owned(), "8".to_owned())];
+        if let Err(error) = mitsuba::load(path, &small_limits(), parameters) {
             prop_assert!(!error.to_string().is_empty());
         }
     }

@@ -1,4 +1,4 @@
-//! What the files show.
+//! Images of the files.
 
 use crate::compare::{Comparison, assert_agree};
 use crate::files::{DATA, load};

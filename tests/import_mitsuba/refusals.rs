@@ -1,4 +1,4 @@
-//! What is refused, and what is left out with a warning.
+//! Refusals, and warnings of what is left out.
 
 use crate::files::{Directory, GLOW, SENSOR};
 use pathspace::import::{Options, mitsuba};

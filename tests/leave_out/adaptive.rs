@@ -1,4 +1,4 @@
-//! What the adaptive integrator decides.
+//! Decisions of the adaptive integrator.
 
 use super::common::Moments;
 use super::{DEPTH, assert_same_mean, rooms, worlds};
@@ -115,7 +115,7 @@ fn predictions_hold() {
         for candidate in &decision.candidates {
             let set = candidate.set;
             let exponent = set.light_subpaths.count().log2();
-            let has_splats = set.lens_sampling && set.next_event != !set.has_camera_subpath();
+            let has_splats = set.lens_sampling && set.next_event == set.has_camera_subpath();
             if exponent != 0.0 || !has_splats {
                 continue;
             }
@@ -165,8 +165,8 @@ fn the_adaptive_image_is_unbiased() -> Result {
     Ok(())
 }
 
-/// Where light walks are of no use, the adaptive integrator beats plain bidirectional path tracing
-/// by at least half. Measured as variance × counted cost, with the pilot's share added.
+/// The adaptive integrator beats plain bidirectional path tracing by at least half where light
+/// walks are of no use. Measured as variance × counted cost, with the pilot's share added.
 #[test]
 fn useless_light_walks_are_left_out() {
     let mut furnace = Room::default();

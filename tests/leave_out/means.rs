@@ -11,7 +11,7 @@ use pathspace::path::{Heuristic, LightSubpaths, Scratch, TechniqueSet};
 use pathspace::scene::Scene;
 use rooms::{Room, lambert};
 
-/// Dropping redundant techniques, needless light walks, or drawing another number of light walks
+/// Dropping redundant techniques, needless light subpaths, or drawing another number of them
 /// changes weights, not means.
 #[test]
 fn choices_of_sets_keep_the_mean() {
@@ -55,7 +55,7 @@ fn choices_of_sets_keep_the_mean() {
     }
 }
 
-/// Weights sum to one whatever the number of light walks.
+/// Weights sum to one whatever the number of light subpaths.
 #[test]
 fn weights_with_sample_counts_are_the_definitions() {
     let scene = gallery::build("cornell-box", UVec2::splat(8)).expect("a scene");

@@ -1,4 +1,4 @@
-//! What scenes say they need, and the reasons that are given.
+//! The needs that scenes state, and the reasons that are given.
 
 use super::{rooms, sparing_scenes};
 use glam::{DAffine3, DVec2, DVec3, UVec2};
@@ -200,7 +200,7 @@ fn every_feature_is_needed_where_it_is_and_nowhere_else() {
     );
 }
 
-/// What light reaches another surface from, or another part of the same one.
+/// Light that arrives from another surface, or from another part of the same one.
 #[test]
 fn illumination_and_interreflection_are_claimed_unless_impossible() {
     // A lamp above everything that shines up, and one that shines both ways.

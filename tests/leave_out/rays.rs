@@ -10,8 +10,8 @@ use pathspace::path::{Counters, Roulette};
 use pathspace::scene::Emission;
 use rooms::lambert;
 
-/// analytic.json F17 in a closed box with a lamp: never more rays than the closed forms, which hold
-/// where nothing is culled.
+/// Rays in a closed box with a lamp are never more than the closed forms (row F17 of
+/// tests/data/analytic.json), which hold where nothing is culled.
 #[test]
 fn culling_keeps_rays_below_the_closed_forms() {
     let at = worlds::Placement::UNIT;

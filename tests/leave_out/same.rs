@@ -1,4 +1,4 @@
-//! What is left out contributes nothing: the rest is the same to the bit.
+//! Contributions of pruned integrators: nothing is lost, and the rest is the same to the bit.
 
 use super::{assert_nothing_is_lost, contributions, is_redundant, rooms, sparing_scenes, worlds};
 use glam::DVec3;
@@ -15,11 +15,15 @@ use worlds::{Result, TestScene};
 #[test]
 fn pruned_contributions_are_the_same_to_the_bit() -> Result {
     for TestScene { name, world, camera } in worlds::all()? {
-        for_each_integrator!(integrator => { assert_nothing_is_lost(&name, &world, &*camera, &integrator, 400); });
+        for_each_integrator!(integrator => {
+            assert_nothing_is_lost(&name, &world, &*camera, &integrator, 400);
+        });
     }
     for (name, world, camera, saves) in sparing_scenes() {
         let mut saved = 0;
-        for_each_integrator!(integrator => { saved += assert_nothing_is_lost(name, &world, &camera, &integrator, 400); });
+        for_each_integrator!(integrator => {
+            saved += assert_nothing_is_lost(name, &world, &camera, &integrator, 400);
+        });
         assert_eq!(saved > 0, saves, "{name}: {}", world.needs());
     }
     Ok(())
@@ -38,18 +42,22 @@ fn a_point_light_is_seen_through_a_lens() {
     );
     room.light(PointLight::new(v(0.0, 0.0, 1.0), Rgb::WHITE).expect("valid"));
     let (world, camera) = (room.build(), rooms::lens_camera());
-    for_each_integrator!(integrator => { assert_nothing_is_lost("lens", &world, &camera, &integrator, 300); });
+    for_each_integrator!(integrator => {
+        assert_nothing_is_lost("lens", &world, &camera, &integrator, 300);
+    });
     let (seen, _) = contributions(&world, &camera, &LightTracer::default(), 300);
     assert!(!seen.is_empty());
 }
 
-/// A light that cannot be connected to is seen through connections of light walks.
+/// A light that cannot be connected to is seen through connections to light subpaths.
 #[test]
 fn a_beam_lights_by_connections() {
     let mut room = Room::open(lambert(0.5, 0.5, 0.5));
     room.light(super::needs::Beam);
     let (world, camera) = (room.build(), rooms::camera());
-    for_each_integrator!(integrator => { assert_nothing_is_lost("beam", &world, &camera, &integrator, 300); });
+    for_each_integrator!(integrator => {
+        assert_nothing_is_lost("beam", &world, &camera, &integrator, 300);
+    });
     let (seen, _) = contributions(&world, &camera, &Bidirectional::default(), 300);
     assert!(
         seen.iter().any(|c| c.technique.s >= 2 && c.technique.t >= 2)
@@ -103,15 +111,22 @@ fn nothing_is_lost_in_random_scenes() {
             }
             for (i, (kind, position)) in lights.into_iter().enumerate() {
                 match kind {
-                    0 if i == 0 => room.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid")),
-                    1 => room.light(SpotLight::new(position, -DVec3::Z, Rgb::WHITE, 20.0, 60.0).expect("valid")),
+                    0 if i == 0 => {
+                        room.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid"))
+                    }
+                    1 => {
+                        let spot = SpotLight::new(position, -DVec3::Z, Rgb::WHITE, 20.0, 60.0);
+                        room.light(spot.expect("valid"))
+                    }
                     _ => room.light(PointLight::new(position, Rgb::WHITE).expect("valid")),
                 }
             }
             let Ok(world) = room.builder.build() else { return Ok(()) };
-            let camera: Box<dyn Camera + Send> = if lens { Box::new(rooms::lens_camera()) } else { Box::new(rooms::camera()) };
+            let camera: Box<dyn Camera + Send> =
+                if lens { Box::new(rooms::lens_camera()) } else { Box::new(rooms::camera()) };
             for_each_integrator!(integrator => {
-                saved.set(saved.get() + assert_nothing_is_lost("random", &world, &*camera, &integrator, 40));
+                let fewer = assert_nothing_is_lost("random", &world, &*camera, &integrator, 40);
+                saved.set(saved.get() + fewer);
             });
             Ok(())
         })
@@ -139,8 +154,11 @@ fn supersets_of_what_is_needed_contribute_the_same() -> Result {
                 let (needed, fewer) = contributions(&world, &*camera, &integrator, 60);
                 assert!(fewer.rays() <= more.rays(), "{name} and {need}: {fewer:?} {more:?}");
                 differing += u32::from(fewer.rays() < more.rays());
-                if is_redundant(&integrator, &world, &*camera) == is_redundant(&superset, &world, &*camera) {
-                    assert!(needed == all, "{name} and {need}: {} contributions of {}", needed.len(), all.len());
+                if is_redundant(&integrator, &world, &*camera)
+                    == is_redundant(&superset, &world, &*camera)
+                {
+                    let (some, total) = (needed.len(), all.len());
+                    assert!(needed == all, "{name} and {need}: {some} contributions of {total}");
                 }
             });
         }

@@ -1,4 +1,4 @@
-//! What a study writes, keeps and refuses.
+//! The files that a study writes, keeps and refuses.
 
 use super::{contestants, cornell_box, exactly, go_on};
 use pathspace::film::Image;

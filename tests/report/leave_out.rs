@@ -1,4 +1,4 @@
-//! What is left out, what it saves and what a pilot decided, in the report, in CSV and on the page.
+//! Leaving out, its savings and a pilot's decisions, in the report, in CSV and on the page.
 
 use super::{cornell_box, exactly, go_on};
 use pathspace::endpoint::{Camera, PinholeCamera, PointLight};
@@ -126,7 +126,7 @@ fn the_image_of_the_unpruned_integrator_is_the_same_to_the_bit() {
     assert!(!pruned.notes.left_out.is_empty() && unpruned.notes.left_out.is_empty());
 }
 
-/// What is saved is what rays and times say.
+/// The savings are those that rays and times tell.
 #[test]
 fn what_leaving_out_saves_is_measured_between_two_contestants() {
     let study = mirror_study();

@@ -310,8 +310,8 @@ fn roulette_in_the_furnace_has_the_exact_variance() {
     assert_unbiased(&report.methods[0]);
 }
 
-/// With survival capped at 0.95 the weight grows by ρ/0.95 per event in the furnace, and so
-/// the tail index is ln(1/0.95)/ln(ρ/0.95).
+/// The tail under survival capped at 0.95: in the furnace the weight grows by ρ/0.95 per event, and
+/// so the tail index is ln(1/0.95)/ln(ρ/0.95).
 #[test]
 fn a_cap_on_survival_is_recognised_as_heavy_tailed() {
     const CAP: f64 = 0.95;

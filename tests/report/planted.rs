@@ -68,11 +68,11 @@ impl<'a, S: Scene + ?Sized + 'a, I: Sync, R: Run<'a, S>> Run<'a, S> for PlantedR
     }
 }
 
-/// With all that `compare` has by default but its budget: 8 runs of the four integrators, to the
-/// scene's own depth, and a reference of twice 16 runs. Its 10 s for an integrator are at least
-/// half a million samples of bidirectional path tracing, and its 20 s a reference of three million;
-/// here are a quarter and one million. Uniform-area sampling is too noisy to tell, as its standard
-/// error says.
+/// A study with all that `compare` has by default but its budget: 8 runs of the four integrators,
+/// to the scene's own depth, and a reference of twice 16 runs. Its 10 s for an integrator are at
+/// least half a million samples of bidirectional path tracing, and its 20 s a reference of three
+/// million; here are a quarter and one million. Uniform-area sampling is too noisy to tell, as its
+/// standard error says.
 #[test]
 fn a_bias_of_half_a_percent_is_flagged_and_none_is_not() {
     let scene = cornell_box(64);

@@ -1,4 +1,4 @@
-//! What is summed, and in which order.
+//! Sums on the film, and their order.
 
 use crate::measure::{Method, Probe};
 use crate::scenes::{Stage, camera, furnace_box, furnace_sphere, lambert};
@@ -61,7 +61,7 @@ fn stress_s33_filters_at_the_border() {
     }
 }
 
-/// What is infinite or not a number is counted by technique, and adds nothing.
+/// Values that are infinite or not a number are counted by technique, and add nothing.
 #[test]
 fn stress_s39_contributions_that_are_not_finite() {
     let region = FilmRegion::full(UVec2::ONE);
@@ -168,8 +168,8 @@ fn stress_s45_film_of_many_samples() {
     assert_eq!(film.image(1 << 26).mean(), Rgb::WHITE);
 }
 
-/// Where all values are denormal, an image costs less than twice as much as at radiance 1 (a third
-/// more was measured), and it is the same.
+/// An image of denormal values costs less than twice as much as at radiance 1 (a third more was
+/// measured), and it is the same.
 #[test]
 fn stress_s51_denormals() {
     let eye = camera(DVec3::splat(0.5), DVec3::X, 60.0);

@@ -25,9 +25,10 @@ fn two_lights(scale: f64) -> World {
     stage.build()
 }
 
-/// Inside a diffuse sphere all densities per area are 1 / (4π R²) but that of the point on the
-/// light, which is r times as large: for k bounces w = 1 / (1 + k r) by hitting the light, r / (1 +
-/// k r) by any other technique (analytic.json F13, for two lights).
+/// The weight of a technique inside a diffuse sphere. All densities per area are 1 / (4π R²) but
+/// that of the point on the light, which is r times as large: for k bounces w = 1 / (1 + k r) by
+/// hitting the light, r / (1 + k r) by any other technique (row F13 of tests/data/analytic.json,
+/// for two lights).
 fn weight(world: &World, light: LightId, s: u16, k: u32) -> f64 {
     let area = [0.9, 0.1][light.0 as usize];
     let r = world.pick_pmf(light) / area;
@@ -99,7 +100,7 @@ fn stress_s18_weights_of_path_tracing() {
     assert!(contributions.len() > 4000);
 }
 
-/// What walks and connections remember of densities, against the definitions: bent and rough
+/// The densities that vertices and connections keep, against the definitions: bent and rough
 /// surfaces, where forwards is not backwards.
 #[test]
 fn stress_s38_weights_by_definition() {

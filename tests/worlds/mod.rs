@@ -350,9 +350,9 @@ fn displaced(
     PathRecord::evaluate(scene.0, scene.1, &points, &record.dirac, light)
 }
 
-/// How much value and weight may change: eight times the most that they do over some random
-/// displacements, since these add up to the root of their number while the worst case adds up to
-/// their number.
+/// The largest change of value and weight that is let pass: eight times the most that they do over
+/// some random displacements, since these add up to the root of their number while the worst case
+/// adds up to their number.
 pub fn sensitivity(
     path: &Path<'_, '_, World>,
     scene: (&World, &(dyn Camera + Send)),

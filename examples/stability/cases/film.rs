@@ -1,4 +1,4 @@
-//! Which part of the film, the lens and the paths is asked for.
+//! Cases that push the film, the lens and the numbers that paths take.
 
 use super::{Case, ONE, WALKS};
 use crate::measure::Method;

@@ -98,8 +98,8 @@ pub(super) fn materials(cases: &mut Vec<Case>) {
             ..case
         });
     }
-    // The sun through the surface of glass onto a floor inside: a light walk's refraction, where a
-    // camera walk's is that of S23.
+    // The sun through the surface of glass onto a floor inside: the refraction of a light walk.
+    // That of a camera walk is row S23.
     for ior in [0.8, 1.0, 1.5, 10.0] {
         let mut stage = Stage::default();
         stage.square(0.0, 0.5, true, lambert(0.5));

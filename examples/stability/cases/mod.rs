@@ -22,9 +22,9 @@ use std::f64::consts::PI;
 pub struct Case {
     /// The row of the matrix.
     pub row: &'static str,
-    /// What is pushed.
+    /// The quantity that is pushed.
     pub family: &'static str,
-    /// How far; also the abscissa of a figure.
+    /// Its value; also the abscissa of a figure.
     pub value: f64,
     pub expected: [f64; 3],
     pub world: World,
@@ -36,8 +36,8 @@ pub struct Case {
     pub blind: &'static [Method],
     /// Relative standard error that suffices.
     pub error: f64,
-    /// How well the answer is known, or how improbable are events that it contains and no sample
-    /// may meet.
+    /// The error of the answer, or the improbability of events that it contains and no sample may
+    /// meet.
     pub tolerance: f64,
     /// The same scene without stress and the factor between both images: with the same random
     /// numbers they differ by rounding only.

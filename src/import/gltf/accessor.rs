@@ -127,7 +127,7 @@ impl Document {
     }
 }
 
-/// How many numbers may still be read.
+/// The budget of numbers that may still be read.
 pub(super) struct Budget {
     /// Elements of accessors.
     elements: u64,

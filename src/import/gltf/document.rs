@@ -86,7 +86,7 @@ impl Document {
         Ok(document)
     }
 
-    /// Where an element is.
+    /// The place of an element in the file.
     pub fn location(&self, element: impl Into<String>, name: Option<&String>) -> Location {
         Location { file: self.path.clone(), element: element.into(), id: name.cloned(), line: None }
     }

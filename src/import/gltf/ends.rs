@@ -1,4 +1,4 @@
-//! What paths begin and end at: lights and cameras.
+//! The ends of paths: lights and cameras.
 
 use super::scene::SceneReader;
 use crate::endpoint::{

@@ -11,7 +11,7 @@ use gltf::json::material::AlphaMode;
 use gltf::json::texture::Info;
 use gltf::json::validation::Checked;
 
-/// What a material of the file becomes.
+/// The look of a surface, made from a material of the file.
 #[derive(Clone)]
 pub(super) struct Look {
     pub material: Material,
@@ -23,7 +23,7 @@ pub(super) struct Look {
 }
 
 impl Look {
-    /// Where the file gives no material: white, rough metal, as the format wants it.
+    /// The look that the format wants where the file gives no material: white, rough metal.
     pub fn default_look() -> Self {
         let material = Material::MetallicRoughness {
             base_color: Rgb::WHITE.into(),
@@ -127,7 +127,7 @@ pub(super) fn look(
     Ok(Look { material, emission, double_sided: source.double_sided, coordinates })
 }
 
-/// What the transmitting part of a material is.
+/// The transmitting part of a material.
 fn glass(
     document: &mut Document,
     source: &json::Material,
@@ -176,7 +176,7 @@ fn glass(
     Ok(glass.tinted(base_color))
 }
 
-/// How much of the surface is there; `None` if all of it.
+/// The share of the surface that is there; `None` if all of it.
 fn visibility(
     document: &mut Document,
     textures: &mut Textures,
@@ -226,7 +226,7 @@ fn common_coordinates(
     Ok(first)
 }
 
-/// Names what a material asks for in vain.
+/// Adds warnings of everything that a material asks for in vain.
 fn warn_about_the_rest(
     document: &mut Document,
     source: &json::Material,

@@ -1,4 +1,4 @@
-//! Nodes and meshes, and what the scene is in the end.
+//! Nodes and meshes of a file, put together to a scene.
 
 use super::accessor::Budget;
 use super::document::Document;

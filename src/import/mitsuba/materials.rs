@@ -1,4 +1,4 @@
-//! How surfaces scatter.
+//! Materials of surfaces: the elements `bsdf`.
 
 use super::super::Error;
 use super::Loader;
@@ -11,7 +11,7 @@ use crate::math::Rgb;
 use crate::scene::{Material, MaterialId};
 use glam::DVec2;
 
-/// What is there if the file asks for what the crate lacks.
+/// The material in place of one that the crate lacks.
 fn stand_in() -> Material {
     Material::Lambert { albedo: Rgb::splat(0.5) }.one_sided()
 }

@@ -173,7 +173,7 @@ fn obj(bytes: &[u8], most: u64) -> Result<Mesh, String> {
     })
 }
 
-/// What a PLY file says about a vertex: x, y, z, nx, ny, nz, u, v, and which of them it has said.
+/// A vertex of a PLY file: x, y, z, nx, ny, nz, u, v, and which of them the file gives.
 #[derive(Default)]
 struct PlyVertex {
     values: [f64; 8],
@@ -382,7 +382,7 @@ impl Stream<'_> {
         Ok(Mesh { positions, normals, uvs, indices })
     }
 
-    /// Grows with what is read: the count alone takes no memory.
+    /// Vectors of a file, in memory that grows as they are read: the count alone takes none.
     fn vectors<const N: usize>(&mut self, count: u64) -> Result<Vec<[f64; N]>, String> {
         let mut vectors = Vec::new();
         for _ in 0..count {

@@ -3,7 +3,8 @@
 //! ```no_run
 //! use pathspace::import::{Options, mitsuba};
 //!
-//! let import = mitsuba::load("scene.xml", &Options::default(), [("spp".to_owned(), "16".to_owned())])?;
+//! let parameters = [("spp".to_owned(), "16".to_owned())];
+//! let import = mitsuba::load("scene.xml", &Options::default(), parameters)?;
 //! for warning in &import.warnings {
 //!     eprintln!("{warning}");
 //! }
@@ -16,12 +17,16 @@
 //! | elements | types |
 //! |---|---|
 //! | documents | `default`, `$parameters`, `include`, `ref`, `alias`, `path` |
-//! | shapes | `obj`, `ply`, `serialized`, `rectangle`, `sphere`, `disk`, `cube`; `to_world`, `flip_normals`, `face_normals`, `flip_tex_coords` |
-//! | bsdfs | `diffuse`, `twosided`, `dielectric`, `thindielectric`, `roughdielectric`, `conductor`, `roughconductor`, `plastic`, `mask`, `null`, `blendbsdf` |
+//! | shapes | `obj`, `ply`, `serialized`, `rectangle`, `sphere`, `disk`, `cube` |
+//! | settings of shapes | `to_world`, `flip_normals`, `face_normals`, `flip_tex_coords` |
+//! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic` |
+//! | bsdfs that transmit light | `dielectric`, `thindielectric`, `roughdielectric`, `null` |
+//! | bsdfs made of others | `twosided`, `mask`, `blendbsdf` |
 //! | emitters | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
-//! | sensors | `perspective`, `thinlens`, `orthographic` with film, crop window and reconstruction filter |
+//! | sensors | `perspective`, `thinlens`, `orthographic` |
+//! | parts of sensors | film, crop window, reconstruction filter |
 //! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials |
-//! | colours | `rgb`, `float`, `spectrum` as one value, or as list or file of wavelengths and values |
+//! | colours | `rgb`, `float`, `spectrum` as a value, or a list or file of wavelengths and values |
 //!
 //! # Conventions
 //!
@@ -85,7 +90,7 @@ pub fn load(
     loader.scene(path)
 }
 
-/// What is known while a scene is put together.
+/// A scene that is being put together, and everything known on the way.
 struct Loader<'a> {
     document: &'a Document,
     ids: HashMap<&'a str, &'a Element>,

@@ -8,7 +8,7 @@
 
 use crate::math::Rgb;
 
-/// What lights a spectrum.
+/// The illuminant under which a spectrum is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Illuminant {
     /// Emitted spectra: the same energy at all wavelengths.
@@ -60,7 +60,7 @@ pub(super) fn extended(spectrum: &[(f64, f64)], wavelength: f64) -> f64 {
     }
 }
 
-/// What can be seen, nanometre by nanometre.
+/// The visible wavelengths, nanometre by nanometre.
 pub(super) fn wavelengths() -> impl Iterator<Item = f64> {
     let steps = (STEP * (OBSERVER.len() - 1) as f64) as u32;
     (0..=steps).map(|i| FIRST + f64::from(i))

@@ -207,8 +207,8 @@ fn matrix(element: &Element) -> Result<DMat4, Error> {
     }
 }
 
-/// From a camera's space, which looks along z with y up and x to the *left* in the image, to the
-/// world.
+/// The map to the world from a camera's space, which looks along z with y up and x to the *left* in
+/// the image.
 fn look_at(element: &Element) -> Result<DMat4, Error> {
     let point = |name: &str| three(element, element.required(name)?);
     let (origin, target) = (point("origin")?, point("target")?);

@@ -1,18 +1,21 @@
-//! Weights in constant time: each vertex of a walk keeps what the techniques have in the sum that
-//! would have ended its walk before it.
+//! MIS partial sums: weights in constant time. Each vertex of a subpath keeps the part of the sum
+//! over techniques that belongs to those which end the subpath before it.
 //!
-//! Number the vertices of a walk v_1 … v_n from its start and let
+//! Number the vertices of a subpath v_1 … v_n from its start and let
 //!
 //! ```text
-//! d_1 = p(v_1),  d_j = p⊥(v_{j-1} → v_j) G_j   with which the walk reached v_j over the edge with geometry term G_j,
-//! c_j = p⊥(v_j → v_{j-1})                      with which the other walk would go on from v_j.
+//! d_1 = p(v_1),  d_j = p⊥(v_{j-1} → v_j) G_j   with which the walk reached v_j,
+//! c_j = p⊥(v_j → v_{j-1})                      with which the other walk would go on from v_j,
 //! ```
 //!
-//! Seen from a technique that ends this walk at v_m and samples v_m from there with density x by
-//! the other walk, the techniques that end it at v_{m-1}, v_{m-2}, … have relative densities
+//! G_j the geometry term of the edge from v_{j-1} to v_j. Seen from a technique that ends this
+//! subpath at v_m and samples v_m from there with density x by the other walk, the techniques that
+//! end it at v_{m-1}, v_{m-2}, … have relative densities
 //!
 //! ```text
-//! x / d_m,    x / d_m · c_m G_m / d_{m-1},    x / d_m · c_m G_m / d_{m-1} · c_{m-1} G_{m-1} / d_{m-2},    …
+//! x / d_m,
+//! x / d_m · c_m G_m / d_{m-1},
+//! x / d_m · c_m G_m / d_{m-1} · c_{m-1} G_{m-1} / d_{m-2},    …
 //! ```
 //!
 //! Of these only x and c_m depend on the connection. With r the power of the heuristic and n_j the
@@ -20,12 +23,13 @@
 //! or cannot draw the path) their sum is, by Horner's rule,
 //!
 //! ```text
-//! r(x / d_m) (n_{m-1} + r(c_m G_m / d_{m-1}) R_{m-1}),        R_j = n_{j-1} + r(c_j G_j / d_{j-1}) R_{j-1},
+//! r(x / d_m) (n_{m-1} + r(c_m G_m / d_{m-1}) R_{m-1}),
+//! R_j = n_{j-1} + r(c_j G_j / d_{j-1}) R_{j-1},
 //! ```
 //!
-//! where R_1 is n_0 for a walk from a light, which a camera walk can hit, and 0 for one from the
-//! lens. The walk's start may be drawn differently for a connection to it: n_1 has the ratio of the
-//! two densities.
+//! where R_1 is n_0 for a light subpath, whose start a camera walk can hit, and 0 for a camera
+//! subpath. The start may be drawn differently for a connection to it: n_1 has the ratio of the two
+//! densities.
 //!
 //! Sources: weights by recursion are of van Antwerpen 2011 and Georgiev 2012; this one, of ratios
 //! as in [`PathDensities`](super::PathDensities), is derived here.
@@ -35,13 +39,13 @@ use crate::endpoint::{Camera, Endpoint, Light};
 use crate::path::{Path, TechniqueSet, Vertex};
 use crate::scene::Scene;
 
-/// The multiple importance sampling weights of a set of techniques, from partial sums over those
-/// that would have ended a subpath earlier, which the vertices of complete subpaths keep.
+/// The multiple importance sampling weights of a set of techniques, from the MIS partial sums that
+/// the vertices of complete subpaths keep.
 #[derive(Clone, Copy, Debug)]
 pub struct Weighting {
     set: TechniqueSet,
     heuristic: Heuristic,
-    /// The shares of the families, 0 of those that are not in the set.
+    /// Shares of the families, 0 of those that are not in the set.
     bsdf_sampling: f64,
     next_event: f64,
     connections: f64,
@@ -90,7 +94,7 @@ impl Weighting {
         }
     }
 
-    /// Given n_0 and the share of connections to the start.
+    /// Enters the partial sums, given n_0 and the share of connections to the start.
     fn complete<B>(&self, walk: &mut [Vertex<B>], hitting: f64, to_start: f64) {
         for m in 0..walk.len() {
             walk[m].partial = match &walk[..=m] {
@@ -117,7 +121,7 @@ impl Weighting {
         }
         let (camera, light) = (path.camera_part, path.light_part);
         let (emitter, joint) = (path.scene.light(path.light), path.joint_densities());
-        let rivals = match (path.joint, light) {
+        let others = match (path.joint, light) {
             (None, _) | (_, []) => {
                 let start = path.light_start();
                 let (walk, connection) = (start.walk.value(), start.connection.value());
@@ -158,11 +162,11 @@ impl Weighting {
                 (by_camera + by_light) / self.heuristic.raise(self.set.count(path.technique()))
             }
         };
-        1.0 / (1.0 + rivals)
+        1.0 / (1.0 + others)
     }
 
-    /// What the techniques have in the sum that end a walk before its last vertex, which the other
-    /// walk would sample from there with density x: one x of the technique that ends the walk one
+    /// The part of the sum of the techniques that end a subpath before its last vertex, which the
+    /// other walk would sample from there with density x: one x of the technique that ends it one
     /// vertex earlier, and one of all others.
     fn side<B>(&self, walk: &[Vertex<B>], x: [f64; 2], onwards: f64, shares: [f64; 2]) -> f64 {
         let [nearest, farther] = x.map(|x| x / density(walk));
@@ -170,7 +174,7 @@ impl Weighting {
             + self.farther(walk, farther, onwards)
     }
 
-    /// n of the technique that ends a walk one vertex earlier, given the shares of connections to
+    /// n of the technique that ends a subpath one vertex earlier, by the shares of connections to
     /// the start and to others.
     fn share<B>(&self, walk: &[Vertex<B>], [to_start, to_others]: [f64; 2]) -> f64 {
         match walk {
@@ -180,7 +184,7 @@ impl Weighting {
         }
     }
 
-    /// The sum over the techniques that end a walk two or more vertices earlier, if the one that
+    /// The sum over the techniques that end a subpath two or more vertices earlier, if the one that
     /// ends it one earlier has density `ratio`.
     fn farther<B>(&self, walk: &[Vertex<B>], ratio: f64, onwards: f64) -> f64 {
         let [before @ .., last] = walk else { return 0.0 };
@@ -200,7 +204,7 @@ impl Weighting {
     }
 }
 
-/// d: the density with which a walk reached its last vertex.
+/// d: the density with which a walk reached the last vertex of a subpath.
 fn density<B>(walk: &[Vertex<B>]) -> f64 {
     match walk {
         [.., before, last] => before.pdf_next.value() * last.geometry,

@@ -13,7 +13,8 @@
 //! factors only,
 //!
 //! ```text
-//! p(t+1) / p(t) = a_{t-1} G_{t-1} / (b_{t+1} G_t)         p(s = 0) / p(s = 1) = a_{k-1} G_{k-1} / p(x_k),
+//! p(t+1) / p(t)       = a_{t-1} G_{t-1} / (b_{t+1} G_t),
+//! p(s = 0) / p(s = 1) = a_{k-1} G_{k-1} / p(x_k),
 //! ```
 //!
 //! and the sweep multiplies outwards from the technique that drew the path. It divides only by
@@ -38,7 +39,7 @@
 use crate::film::Technique;
 use crate::path::TechniqueSet;
 
-/// How the densities of several techniques make a weight.
+/// The heuristic that makes a weight of the densities of several techniques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Heuristic {
     /// w_i = p_i / Σ p_j (Veach and Guibas 1995).
@@ -59,7 +60,7 @@ impl Heuristic {
         }
     }
 
-    /// The weight of a technique whose competitors have densities with the given ratios to its own.
+    /// The weight of a technique, given the ratios of the other techniques' densities to its own.
     #[inline]
     #[must_use]
     pub fn weight(self, ratios: impl IntoIterator<Item = f64>) -> f64 {
@@ -84,11 +85,11 @@ pub struct Ends {
     pub light: f64,
     /// Density of x_k as the point that x_{k-1} connects to, probability of the light included.
     pub light_connection: f64,
-    /// Whether a camera walk can hit the light by chance.
+    /// True if a camera walk can hit the light by chance.
     pub hittable: bool,
-    /// Whether the light can be connected to.
+    /// True if the light can be connected to.
     pub connectible: bool,
-    /// Whether light and lens can be connected to each other: not if the film would see a Dirac
+    /// True if light and lens can be connected to each other: not if the film would see a Dirac
     /// distribution.
     pub joinable: bool,
 }
@@ -104,7 +105,7 @@ pub trait PathDensities {
     fn towards_camera(&self, i: usize) -> f64;
     /// G_i for 0 ≤ i < k.
     fn geometry(&self, i: usize) -> f64;
-    /// Whether the path takes a Dirac lobe at x_i, 0 < i < k.
+    /// True if the path takes a Dirac lobe at x_i, 0 < i < k.
     fn is_dirac(&self, i: usize) -> bool;
     /// The ends.
     fn ends(&self) -> Ends;
@@ -114,7 +115,7 @@ pub trait PathDensities {
         Technique::new((self.edges() + 1 - t) as u16, t as u16)
     }
 
-    /// Whether the technique with t vertices from the camera can draw this path at all.
+    /// True if the technique with t vertices from the camera can draw this path at all.
     fn is_admissible(&self, t: usize) -> bool {
         let (k, ends) = (self.edges(), self.ends());
         if t == 0 || t > k + 1 {
@@ -295,8 +296,8 @@ mod tests {
         }
     }
 
-    /// analytic.json F16: across a planar mirror between two Lambertian surfaces the ratio of
-    /// densities is 1, whatever the distances.
+    /// The ratio of densities across a planar mirror between two Lambertian surfaces is 1, whatever
+    /// the distances.
     #[test]
     fn a_mirror_between_two_diffuse_surfaces_does_not_change_the_ratio() {
         // x_0 lens, x_1 = a, x_2 mirror, x_3 = b, x_4 light. The mirror samples with probability 1

@@ -49,7 +49,7 @@ fn omissions(left_out: &[Omission]) -> Markup {
     }
 }
 
-/// The decision of each run, and what the first one chose from.
+/// The decision of each run, and the choices that the first one had.
 fn decisions(decisions: &[DecisionReport]) -> Markup {
     if decisions.iter().all(|decision| decision.pilot_samples == 0) {
         return html! {

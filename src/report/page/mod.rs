@@ -1,4 +1,7 @@
 //! The page: one HTML file with everything in it, for screens of any size and for paper.
+//!
+//! Each section has a file: the summary of all integrators, error plots, images beside each other,
+//! omissions, the pyramid of techniques. The same numbers are written as JSON and CSV.
 
 mod csv;
 mod files;

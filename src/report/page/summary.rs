@@ -145,7 +145,7 @@ pub(super) fn claims(report: &Report) -> Markup {
     table("scattering events", names(report), seen.chain(claims))
 }
 
-/// The ends of the flux of the light walks.
+/// The table of the energy ledgers of the light subpaths.
 pub(super) fn ledger(report: &Report) -> Markup {
     let walkers = || report.methods.iter().filter(|m| m.ledger.emitted > 0.0);
     if walkers().next().is_none() {

@@ -16,9 +16,9 @@ pub struct Omission {
 /// An integrator that has no technique for the scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WithoutTechnique {
-    /// Its name.
+    /// The integrator's name.
     pub name: String,
-    /// All that it would have run.
+    /// All techniques that it would have run, and why not.
     pub left_out: Vec<Omission>,
 }
 
@@ -37,7 +37,7 @@ pub struct DecisionReport {
     pub candidates: Vec<CandidateReport>,
 }
 
-/// A set of techniques and what the pilot says of it: [`Candidate`].
+/// A set of techniques and the pilot's estimates for it: [`Candidate`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CandidateReport {
     /// The techniques.
@@ -83,7 +83,7 @@ impl From<&Decision> for DecisionReport {
 }
 
 impl Omission {
-    /// All of them in one line, or "nothing".
+    /// All omissions in one line, or "nothing".
     #[must_use]
     pub fn sentence(left_out: &[Self]) -> String {
         let items: Vec<String> =

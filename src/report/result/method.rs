@@ -6,10 +6,10 @@ use crate::report::stats::{
 };
 use serde::{Deserialize, Serialize};
 
-/// The energy ledger of the light walks, as luminance of flux per sample.
+/// The energy ledger of the light subpaths, as luminance of flux per sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LedgerReport {
-    /// Flux that walks started with.
+    /// Flux that light subpaths started with.
     pub emitted: f64,
     /// Absorbed by surfaces.
     pub absorbed: f64,
@@ -87,7 +87,7 @@ pub struct MethodReport {
     pub first_non_finite: Option<String>,
     /// Pixels of run images that are not finite.
     pub non_finite_pixels: u64,
-    /// Energy ledger of the light walks; all zero without any.
+    /// Energy ledger of the light subpaths; all zero without any.
     pub ledger: LedgerReport,
     /// Mean luminance by number of scattering events; the last entry has all longer paths. What an
     /// integrator cannot see is missing.

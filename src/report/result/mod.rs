@@ -1,5 +1,10 @@
 //! The findings of a study as plain data, serialised to JSON as they stand. docs/report.md
 //! describes the fields.
+//!
+//! A [`Study`] is a [`Report`], all numbers, and the images of its methods. A report has a
+//! [`MethodReport`] for each integrator, with its [`LedgerReport`] of flux, its [`Omission`]s and
+//! its [`DecisionReport`], and a [`PyramidReport`] for the techniques of bidirectional path
+//! tracing.
 
 mod left_out;
 mod method;

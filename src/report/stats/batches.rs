@@ -92,7 +92,7 @@ impl Batch {
     }
 }
 
-/// A mean and what is known of its error.
+/// A mean and its error, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BatchMean {
     /// The mean.

@@ -49,7 +49,7 @@ pub struct Checkpoint {
 /// A slope in log-log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slope {
-    /// Of which measure.
+    /// The measure of the error.
     pub measure: String,
     /// Samples per pixel of the first checkpoint in the fit.
     pub from: u32,
@@ -155,8 +155,8 @@ impl Slope {
 }
 
 impl TimeToTarget {
-    /// Of relMSE, for each run. Where the variance is infinite the error does not fall as 1/t, and
-    /// nothing is extrapolated.
+    /// The time to a target of relMSE, for each run. Where the variance is infinite the error does
+    /// not fall as 1/t, and nothing is extrapolated.
     pub(in crate::report) fn of(m: &Measured, target: f64) -> Option<Self> {
         let curve = |run: usize| -> Vec<(f64, f64)> {
             m.marks

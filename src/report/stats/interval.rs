@@ -30,7 +30,7 @@ impl Interval {
         Self { value: estimate.mean(), low: estimate.mean() - half, high: estimate.mean() + half }
     }
 
-    /// For positive values that scatter by a factor: the arithmetic mean, with a t-interval of the
+    /// The arithmetic mean of positive values that scatter by a factor, with a t-interval of the
     /// mean of logarithms around it. Errors, times and their products are of this kind. Values that
     /// are not positive give the interval of [`of_mean`](Self::of_mean).
     #[must_use]

@@ -42,11 +42,11 @@ impl AddAssign for Cost {
 /// Efficiency over that of the baseline: ratios of variance × cost with runs paired by seed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpeedUp {
-    /// In wall-clock time.
+    /// The ratio in wall-clock time.
     pub wall: Interval,
-    /// In processor time.
+    /// The ratio in processor time.
     pub cpu: Interval,
-    /// In rays: does not depend on the machine.
+    /// The ratio in rays: does not depend on the machine.
     pub rays: Interval,
 }
 

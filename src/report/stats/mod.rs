@@ -1,4 +1,15 @@
 //! Numbers: from images, costs and batches to errors, intervals and tests. Nothing here renders.
+//!
+//! | number | item |
+//! |---|---|
+//! | error of an image against a reference | [`Errors`], [`Reference`] |
+//! | fall of the error with cost, and the time to a target | [`Slope`], [`TimeToTarget`] |
+//! | interval of a mean from few runs | [`Interval`] |
+//! | cost, and efficiency `1 / (variance × cost)` over a baseline's | [`Cost`], [`SpeedUp`] |
+//! | agreement of two integrators | [`Pair`], [`Welch`] |
+//! | bias against the reference | [`Bias`] |
+//! | variance from independent batches | [`Batch`], [`Layout`] |
+//! | tail of the contributions, whether the variance is finite | [`Tail`] |
 
 mod agreement;
 mod batches;

@@ -100,7 +100,7 @@ pub struct Probe {
 
 /// Numbers of scattering events that are told apart.
 const BOUNCES: usize = 8;
-/// How many of the largest values are kept.
+/// The number of the largest values that are kept.
 const LARGEST: usize = 8192;
 
 struct ProbeSink {
@@ -108,7 +108,7 @@ struct ProbeSink {
     /// One over the luminance that is usual for a pixel.
     scales: Vec<f64>,
     largest: Largest,
-    /// What the sample under way contributes to its own pixel, scaled.
+    /// The sample's contributions to its own pixel so far, scaled.
     own: f64,
     energy: [f64; BOUNCES + 1],
 }

@@ -1,4 +1,9 @@
-//! Studies: who is measured, for how long, against what; everything that renders.
+//! Studies: the part of a report that renders.
+//!
+//! A [`Plan`] gives each [`Contestant`] budget and seeds; [`study`] renders its runs, watches error
+//! and cost on the way, and hands images and costs to [`stats`](super::stats). A reference comes
+//! from a file, from two integrators, or from the [cache](cached_reference); [`measure_pyramid`]
+//! takes bidirectional path tracing apart technique by technique (Veach 1997, figure 10.3).
 
 mod cache;
 mod compare;

@@ -6,7 +6,7 @@ use crate::render::{Budget, Settings};
 /// Budget, runs and settings of a study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// For each integrator, all its runs together: when they end, or end at the latest if
+    /// The budget of each integrator, all its runs together: when they end, or end at the latest if
     /// `until_target`.
     pub budget: Budget,
     /// Independent runs of each integrator; at least two. Default: 8.
@@ -56,7 +56,7 @@ pub struct Step<'a> {
 /// Budget, runs and settings of a rendered reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferencePlan {
-    /// For both halves together.
+    /// The budget of both halves together.
     pub budget: Budget,
     /// Runs of each half; at least two.
     pub runs: u32,

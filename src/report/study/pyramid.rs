@@ -1,13 +1,13 @@
-//! The pyramid of techniques (Veach 1997, figure 10.3): what each way (s, t) to draw a path
-//! contributes, unweighted and weighted, what share of energy, variance and cost it has, and how
-//! efficient the rest would be without it.
+//! The pyramid of techniques (Veach 1997, figure 10.3): the contributions of each technique (s, t),
+//! unweighted and weighted, its share of energy, variance and cost, and the efficiency of the rest
+//! without it.
 //!
 //! Variances are per sample of one pixel, mean over pixels, of luminance. Without technique j the
 //! others' weights are evaluated anew on the same paths (the sweep without j), so the second
 //! moments of the reduced set are exact for the samples at hand. Two things are approximated:
-//! contributions through the lens (t = 1) are taken as independent of what the sample's camera walk
-//! contributes to the same pixel; and the cost is the number of rays, measured by running the
-//! reduced set on a part of the pixels.
+//! contributions through the lens (t = 1) are taken as independent of what the sample's camera
+//! subpath contributes to the same pixel; and the cost is the number of rays, measured by running
+//! the reduced set on a part of the pixels.
 
 use super::method::for_each_sample;
 use crate::endpoint::Camera;
@@ -61,7 +61,7 @@ struct Work {
     weighted: Image,
     alone: Variance,
     without: Variance,
-    /// Whether another technique could draw every path that this one drew.
+    /// True if another technique could draw every path that this one drew.
     replaceable: bool,
 }
 
@@ -202,7 +202,7 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
     Ok(Some(Pyramid { layers, passes, variance, rays: all_rays }))
 }
 
-/// Whether another technique of the set can draw the path.
+/// True if another technique of the set can draw the path.
 fn has_competitor(path: &impl PathDensities, set: &TechniqueSet, technique: Technique) -> bool {
     let mut found = false;
     path.sweep(usize::from(technique.t), |t, ratio| {

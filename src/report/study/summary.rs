@@ -1,4 +1,4 @@
-//! From runs to numbers with intervals.
+//! The way from runs to numbers with intervals.
 
 use super::plan::Plan;
 use super::runs::Runs;

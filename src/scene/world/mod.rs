@@ -1,4 +1,7 @@
 //! The ready-made scene: meshes, spheres, quads and disks, named materials, and lights of any kind.
+//!
+//! The ray kernel answers rays, a primitive's surface leads to its material and its light, and
+//! lights are chosen by their power. [`Needs`] are computed once, when the world is built.
 
 mod needs;
 mod rays;

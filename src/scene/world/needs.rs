@@ -26,7 +26,10 @@ pub(super) fn needs(
         .iter()
         .fold(Lobes::NONE, |lobes, s| lobes | materials[s.material.0 as usize].lobes());
     let is_flat = |shape: &Shape| !matches!(shape, Shape::Sphere(_));
-    let is_ball = |shape: &Shape| matches!(shape, Shape::Sphere(sphere) if sphere.is_whole() && !sphere.inward);
+    let is_ball = |shape: &Shape| match shape {
+        Shape::Sphere(sphere) => sphere.is_whole() && !sphere.inward,
+        _ => false,
+    };
     let single = match surfaces {
         [surface] if surface.primitives == 1 => shapes.shape(0).map(|shape| (surface, shape)),
         _ => None,

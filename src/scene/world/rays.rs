@@ -68,7 +68,8 @@ impl World {
         Some(self.complete(hit.primitive, None, x))
     }
 
-    /// Gives a point of a shape, perhaps of a triangle, what the scene knows about it.
+    /// Completes a point of a shape, perhaps of a triangle, with everything that the scene knows
+    /// about it.
     #[inline(always)]
     fn complete(
         &self,

@@ -1,4 +1,4 @@
-//! Which segments of a packet are free.
+//! Packets of segments: those that nothing lies on.
 
 use super::rays::{Packet, RAYS, Rows, pays};
 use crate::tree::bvh::Bvh;
@@ -10,7 +10,8 @@ use crate::tree::stack::take;
 use fearless_simd::{Simd, dispatch, prelude::*, u32x16};
 use glam::DVec3;
 
-/// What [`Bvh::is_free`] says of many segments in a scene of few facets. Returns whether that pays.
+/// The answers of [`Bvh::is_free`] for many segments in a scene of few facets. Returns true if that
+/// pays.
 #[inline(never)]
 pub(in crate::tree) fn are_free(
     bvh: &Bvh,
@@ -55,7 +56,7 @@ fn are_free_with<S: Simd>(
     true
 }
 
-/// Which segments of a packet, given by a bit for each, nothing lies on.
+/// The segments of a packet, given by a bit for each, that nothing lies on.
 #[inline(always)]
 fn unblocked<S: Simd>(
     simd: S,

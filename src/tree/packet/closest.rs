@@ -9,7 +9,8 @@ use crate::tree::rounding::SMALLEST;
 use crate::tree::stack::{Stack, take};
 use fearless_simd::{Simd, dispatch, f32x16, mask32x16, prelude::*, u32x16};
 
-/// What [`Bvh::closest`] says of many rays in a scene of few facets. Returns whether that pays.
+/// The answers of [`Bvh::closest`] for many rays in a scene of few facets. Returns true if that
+/// pays.
 #[inline(never)]
 pub(in crate::tree) fn closest<'a>(
     bvh: &'a Bvh,
@@ -38,9 +39,9 @@ fn closest_with<'a, S: Simd>(
     true
 }
 
-/// What [`Bvh::closest`] says of up to sixteen rays that visit mostly the same: they walk through
-/// the tree together. Returns whether they can and it pays: not if the signs of their directions
-/// differ.
+/// The answers of [`Bvh::closest`] for up to sixteen rays that visit mostly the same: they walk
+/// through the tree together. Returns true if they can and it pays: not if the signs of their
+/// directions differ.
 #[inline(never)]
 pub(in crate::tree) fn closest_together<'a>(
     bvh: &'a Bvh,
@@ -48,7 +49,9 @@ pub(in crate::tree) fn closest_together<'a>(
     hits: &mut [Option<Hit<'a>>],
 ) -> bool {
     queries.len() >= RAYS / 2
-        && dispatch!(bvh.level, simd => pays(simd) && closest_together_with(simd, bvh, queries, hits))
+        && dispatch!(bvh.level, simd => {
+            pays(simd) && closest_together_with(simd, bvh, queries, hits)
+        })
 }
 
 #[inline(always)]
@@ -66,15 +69,15 @@ fn closest_together_with<'a, S: Simd>(
     true
 }
 
-/// What the rays of a packet have yet to visit: where they enter it, and what it is.
+/// A part of the tree that a packet has yet to visit, and the distances at which its rays enter it.
 #[derive(Clone, Copy, Default)]
 struct Entry {
     near: [f32; RAYS],
     child: u32,
 }
 
-/// How the rays of a packet meet planes: reciprocals of directions, minus origin times them, and
-/// along which axes all rays run downwards.
+/// The terms with which the rays of a packet meet planes: reciprocals of directions, minus origin
+/// times them, and the axes along which all rays run downwards.
 struct Planes<S: Simd> {
     reciprocal: [f32x16<S>; 3],
     offset: [f32x16<S>; 3],
@@ -105,7 +108,8 @@ impl<S: Simd> Planes<S> {
         Some(planes)
     }
 
-    /// Where the rays enter a box of a node, and which of them do so before their limits.
+    /// The distances at which the rays enter a box of a node, and which of them do so before their
+    /// limits.
     #[inline(always)]
     fn enter(
         &self,
@@ -137,7 +141,7 @@ struct Search<'a, 'r, S: Simd> {
     held: [Option<Candidate<'a>>; RAYS],
     held_primitive: u32x16<S>,
     held_near: f32x16<S>,
-    /// What had to be tested early.
+    /// The answers of tests that could not wait.
     early: [Option<Found<'a>>; RAYS],
 }
 

@@ -12,8 +12,8 @@ use glam::DVec3;
 /// Rays of a packet.
 pub(in crate::tree) const RAYS: usize = 16;
 
-/// Whether an instruction set is one with which packets are faster than rays that take turns: one
-/// of 16 lanes.
+/// True for an instruction set with which packets are faster than rays that take turns: one of 16
+/// lanes.
 #[inline(always)]
 pub(super) fn pays<S: Simd>(_: S) -> bool {
     S::f32s::LEN == RAYS
@@ -53,14 +53,14 @@ impl Packet {
 /// The rays of a packet and what else their exact tests need.
 pub(super) struct Rays {
     pub packet: Packet,
-    /// What is tested exactly, and how far it was moved.
+    /// The rays of the exact test, and how far each was moved.
     pub rays: [(Ray, f64); RAYS],
     /// The primitives that they start on.
     pub origins: [u32; RAYS],
 }
 
 impl Rays {
-    /// Up to sixteen; a ray that does not enter the scene leaves its lane empty.
+    /// A packet of up to sixteen; a ray that does not enter the scene leaves its lane empty.
     #[inline(always)]
     pub fn new(bvh: &Bvh, queries: &[Query]) -> Self {
         let mut rays = Self {
@@ -98,7 +98,7 @@ impl Rows {
         }
     }
 
-    /// One of them in all lanes.
+    /// A facet of the block, in all lanes.
     #[inline(always)]
     pub fn facet<S: Simd>(&self, simd: S, lane: usize) -> Facets<f32x16<S>> {
         let splat = |row: &[f32; LANES]| f32x16::splat(simd, row[lane % LANES]);
