@@ -10,8 +10,8 @@
 //!
 //! All of them estimate the same image, with the same normalisation and the same meaning of depth.
 //!
-//! An [`Integrator`] is plain settings. Started on a [`Stage`] it becomes a [`Run`], which owns what
-//! lives for one rendering and draws samples. What a walk does is written for one path
+//! An [`Integrator`] is plain settings. Started on a [`Stage`] it becomes a [`Run`], which owns
+//! what lives for one rendering and draws samples. What a walk does is written for one path
 //! ([`Steps`](crate::path::Steps)); many advance together.
 
 mod adaptive;

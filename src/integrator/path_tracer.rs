@@ -123,7 +123,8 @@ impl PathTracer {
         visit.out.add(&visit.contribution(0, visit.vertex.throughput * radiance, weight));
     }
 
-    /// Adds the light of a point sampled on an emitter, if the vertex sees it (s = 1).
+    /// Adds the light of a point sampled on a light, if the vertex sees it (s = 1, next event
+    /// estimation).
     #[inline(always)]
     fn connect<S: Scene + ?Sized, P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
         let Visit { plan, walk, vertex, sample, out, counters, .. } = visit;

@@ -34,19 +34,19 @@ pub trait Integrator<S: Scene + ?Sized>: Sync {
 /// time. Every integrator normalises alike: with N samples spread evenly over the window of P
 /// pixels, a pixel's value is `P/N` times the sum of the contributions that fall in it.
 pub trait Run<'a, S: Scene + ?Sized + 'a>: Sync {
-    /// What a chunk keeps from pass to pass, such as a Markov chain, or records to learn from; `()`
-    /// for most. It is kept only in a run that [`learns`](Self::learns).
+    /// The state that a chunk keeps from pass to pass, such as a Markov chain, or records to learn
+    /// from; `()` for most. It is kept only in a run that [`learns`](Self::learns).
     type Chunk: Default + Send;
 
     /// The techniques that draw paths.
     fn techniques(&self) -> TechniqueSet;
 
-    /// What is to be known of the estimate.
+    /// The run's notes on its estimate.
     fn notes(&self) -> Notes {
         Notes::default()
     }
 
-    /// Whether a pass depends on those before it. If so, the driver calls
+    /// True if a pass depends on those before it. If so, the driver calls
     /// [`begin_pass`](Self::begin_pass) before and [`collect`](Self::collect) after each pass, and
     /// threads wait for each other in between. If not, it calls neither, and threads go on with the
     /// next pass.
@@ -62,8 +62,8 @@ pub trait Run<'a, S: Scene + ?Sized + 'a>: Sync {
         Ok(())
     }
 
-    /// Draws samples. The contributions of each are the same whichever others are drawn with it, and
-    /// come in the same order; those of different samples may mix.
+    /// Draws samples. The contributions of each are the same whichever others are drawn with it,
+    /// and come in the same order; those of different samples may mix.
     fn draw<P: Sampler>(
         &self,
         samples: &mut [Sample<P>],
@@ -75,7 +75,7 @@ pub trait Run<'a, S: Scene + ?Sized + 'a>: Sync {
     /// Learns from a chunk after a pass, in the order of the chunks.
     fn collect(&mut self, _chunk: &mut Self::Chunk) {}
 
-    /// What was done beside drawing samples so far: by [`Integrator::start`] and `begin_pass`.
+    /// Counts of the work beside drawing samples so far: by [`Integrator::start`] and `begin_pass`.
     fn preparation(&self) -> Counters {
         Counters::default()
     }
@@ -133,16 +133,16 @@ impl<'a, S: Scene + ?Sized + 'a, I: Steps<'a, S> + Sync> Run<'a, S> for SingleWa
     }
 }
 
-/// What a run says of its estimate.
+/// The notes of a run on its estimate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Notes {
-    /// What it leaves out on this stage, and why.
+    /// The techniques left out on this stage, each with the reason.
     pub left_out: LeftOut,
-    /// How it chose what to run, if it had a choice.
+    /// The choice of what to run, if there was one.
     pub decision: Option<Decision>,
-    /// What its mean is.
+    /// The kind of the estimator: unbiased, consistent or biased.
     pub estimator: Estimator,
-    /// Whether samples depend on one another: then their variance says nothing of the image's.
+    /// True if samples depend on one another: then their variance says nothing of the image's.
     pub is_correlated: bool,
 }
 

@@ -1,4 +1,4 @@
-//! An integrator that is told what a scene needs.
+//! An integrator under needs that it is told.
 
 use super::{Crew, Integrator, Stage, Started};
 use crate::scene::{Needs, Scene};
@@ -9,7 +9,7 @@ use crate::scene::{Needs, Scene};
 pub struct WithNeeds<I> {
     /// The integrator.
     pub integrator: I,
-    /// What the scene is said to need.
+    /// The needs in place of the scene's own.
     pub needs: Needs,
 }
 

@@ -13,16 +13,16 @@ use glam::DVec2;
 /// A point sampled on a light or on the lens to connect a vertex to.
 #[derive(Clone, Copy, Debug)]
 pub struct SampledEndpoint {
-    /// Where it is.
+    /// The point.
     pub point: SurfacePoint,
-    /// Whose it is; `None` on the lens.
+    /// The light that it belongs to; `None` on the lens.
     pub light: Option<LightId>,
     /// The density with which it was chosen, probability of the light included; not 0.
     pub pdf: PerArea,
 }
 
 impl SampledEndpoint {
-    /// What was sampled on an endpoint that was chosen with probability `pmf`. Borrowed, because
+    /// A point sampled on an endpoint that was chosen with probability `pmf`. Borrowed, because
     /// points are large and copied only where they stay.
     #[inline(always)]
     fn new(sample: &Option<PointSample>, light: Option<LightId>, pmf: f64) -> Option<Self> {
@@ -38,7 +38,7 @@ impl SampledEndpoint {
         1.0 / self.pdf.value()
     }
 
-    /// As a vertex of a path.
+    /// The point as a vertex of a path.
     #[inline]
     #[must_use]
     pub fn vertex<'s, S: Scene + ?Sized>(
@@ -110,7 +110,7 @@ pub struct NextEvent {
     pub pdf: PerArea,
     /// The light.
     pub light: LightId,
-    /// From the vertex to the point.
+    /// The edge from the vertex to the point.
     pub edge: Edge,
     /// Unweighted estimate `T f G Le / p` if the two see each other; not black.
     pub value: Rgb,
@@ -147,15 +147,15 @@ pub fn sample_next_event<S: Scene + ?Sized, P: Sampler>(
 pub struct LensConnection {
     /// The ends of the shadow ray, the lens first.
     pub ends: [End; 2],
-    /// The splat if the two see each other, unweighted: `T f G We / p`, not black. At the start of a
-    /// walk Le takes the place of f.
+    /// The splat if the two see each other, unweighted: `T f G We / p`, not black. At the start of
+    /// a walk Le takes the place of f.
     pub contribution: Contribution,
 }
 
 /// Samples a point on the lens for a vertex of a light subpath after so many scattering events, its
 /// own included; 0 at the start. Evaluates everything but visibility. `None` if nothing comes of
-/// it, or only outside the film's window. `end` is the vertex as an end of shadow rays; the start of
-/// a walk has none, because its place can depend on the lens.
+/// it, or only outside the film's window. `end` is the vertex as an end of shadow rays; the start
+/// of a walk has none, because its place can depend on the lens.
 #[inline(always)]
 pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
     scene: &S,
@@ -201,7 +201,7 @@ pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
     Some(LensConnection { ends: [out.keep(&lens.point), end], contribution })
 }
 
-/// Whether lens and light can be connected to each other: a Dirac lens would see a Dirac light as a
+/// True if lens and light can be connected to each other: a Dirac lens would see a Dirac light as a
 /// Dirac distribution on the film, and two points at infinity have no line between them.
 pub(super) fn are_joinable(lens: Place, light: Place, hittable: bool) -> bool {
     (lens == Place::Area || hittable) && !(lens == Place::Infinite && light == Place::Infinite)

@@ -1,4 +1,4 @@
-//! Which ways of drawing paths an integrator runs, and why not the others.
+//! The techniques that an integrator runs, and the reasons against the others.
 
 use super::LightSubpaths;
 use crate::film::Technique;
@@ -7,7 +7,7 @@ use crate::sampler::{Sampler, Stream};
 use crate::scene::Needs;
 use std::fmt;
 
-/// The set of techniques that an integrator runs on a scene, and how many samples each has per
+/// The set of techniques that an integrator runs on a scene, and the number of samples of each per
 /// sample of the image.
 ///
 /// A path with k edges can be drawn by the techniques (s, t) with s + t = k + 1 and t ≥ 1: the lens
@@ -15,19 +15,19 @@ use std::fmt;
 /// what the scene rules out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TechniqueSet {
-    /// s = 0: a camera walk hits a light.
+    /// s = 0: a camera walk hits a light (BSDF sampling).
     pub bsdf_sampling: bool,
-    /// s = 1, t ≥ 2: a vertex of a camera walk connects to a point sampled on a light (next event
-    /// estimation).
+    /// s = 1, t ≥ 2: a vertex of a camera subpath connects to a point sampled on a light (next
+    /// event estimation).
     pub next_event: bool,
-    /// s ≥ 2, t ≥ 2: a vertex of a camera walk connects to one of a light walk.
+    /// s ≥ 2, t ≥ 2: a vertex of a camera subpath connects to one of a light subpath.
     pub connections: bool,
-    /// t = 1, s ≥ 1: a vertex of a light walk connects to the lens.
+    /// t = 1, s ≥ 1: a vertex of a light subpath connects to the lens.
     pub lens_sampling: bool,
-    /// Every vertex after the first surface uniform by area, the last one on a light: the lecture's
-    /// estimator, no (s, t) technique.
+    /// Every vertex after the first surface uniform by area, the last one on a light: the integral
+    /// over paths, sampled as it stands; no (s, t) technique.
     pub uniform_area: bool,
-    /// How many samples connections and lens sampling have; the others have one.
+    /// The number of samples of connections and of lens sampling; the others have one.
     pub light_subpaths: LightSubpaths,
     /// Single techniques that are left out although their families are in the set.
     pub excluded: Excluded,
@@ -43,20 +43,20 @@ impl Excluded {
     /// Techniques of longer paths cannot be told apart.
     pub const MOST_BOUNCES: u16 = 8;
 
-    /// The same and one technique more; `None` if its paths are too long, or if it merges.
+    /// The set with one technique more; `None` if its paths are too long, or if it merges.
     #[must_use]
     pub fn with(self, technique: Technique) -> Option<Self> {
         Some(Self(self.0 | Self::bit(technique)?))
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     #[inline]
     #[must_use]
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether a technique is among them.
+    /// True if a technique is among them.
     #[inline]
     #[must_use]
     pub fn contains(self, technique: Technique) -> bool {
@@ -126,7 +126,7 @@ impl fmt::Display for Family {
     }
 }
 
-/// Why a family of techniques is left out.
+/// The reason for which a family of techniques is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Reason {
@@ -160,7 +160,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// What an integrator leaves out on a scene, and why.
+/// The techniques that an integrator leaves out on a scene, and the reasons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct LeftOut {
     reasons: [Option<Reason>; Family::ALL.len()],
@@ -183,7 +183,7 @@ impl LeftOut {
         self.most_bounces
     }
 
-    /// What is left out and why, in words.
+    /// Each omission and its reason, in words.
     pub fn items(&self) -> impl Iterator<Item = (String, String)> {
         let bound = self.most_bounces.map(|n| match n {
             0 => ("scattering".to_owned(), "no light reaches a surface".to_owned()),
@@ -201,7 +201,7 @@ impl LeftOut {
             .chain(bound)
     }
 
-    /// Whether nothing is left out.
+    /// True if nothing is left out.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
@@ -240,9 +240,9 @@ impl TechniqueSet {
     /// `None` if its paths are too long.
     #[must_use]
     pub fn only(technique: Technique) -> Option<Self> {
-        let rivals = Technique::up_to(technique.bounces())
+        let others = Technique::up_to(technique.bounces())
             .filter(|other| other.bounces() == technique.bounces() && *other != technique);
-        let excluded = rivals
+        let excluded = others
             .fold(Excluded::NONE.with(technique).map(|_| Excluded::NONE), |set, other| {
                 set?.with(other)
             });
@@ -264,7 +264,7 @@ impl TechniqueSet {
         self
     }
 
-    /// What [`pruned`](Self::pruned) leaves out, and why.
+    /// The families that [`pruned`](Self::pruned) leaves out, and the reasons.
     #[must_use]
     pub fn left_out(&self, needs: &Needs) -> LeftOut {
         let reason =
@@ -306,7 +306,7 @@ impl TechniqueSet {
         }
     }
 
-    /// Whether a family is in the set.
+    /// True if a family is in the set.
     #[inline]
     #[must_use]
     pub fn has(&self, family: Family) -> bool {
@@ -319,7 +319,7 @@ impl TechniqueSet {
         }
     }
 
-    /// Whether a technique is in the set.
+    /// True if a technique is in the set.
     #[inline]
     #[must_use]
     pub fn contains(&self, technique: Technique) -> bool {
@@ -327,7 +327,7 @@ impl TechniqueSet {
         family && !self.excluded.contains(technique)
     }
 
-    /// How many samples a technique of the set has per sample of the image.
+    /// The number of samples of a technique of the set per sample of the image.
     #[inline]
     #[must_use]
     pub fn count(&self, technique: Technique) -> f64 {
@@ -337,8 +337,8 @@ impl TechniqueSet {
         }
     }
 
-    /// Whether the set draws every path that the set of all techniques draws, on any scene with
-    /// these needs and through a lens at such a place. Decided from the needs alone, so "no" may
+    /// True if the set draws every path that the set of all techniques draws, on any scene with
+    /// these needs and through a lens at such a place. Decided from the needs alone, so false may
     /// mean "not on every such scene".
     #[must_use]
     pub fn is_complete(&self, needs: &Needs, lens: Place) -> bool {
@@ -363,9 +363,9 @@ impl TechniqueSet {
         hittable && (!may_have(Needs::DIRAC_LIGHTS) || all || lens_alone || sampled)
     }
 
-    /// What the kernel that runs the set costs over the general one with the same
-    /// [`Counters::cost`](super::Counters::cost): the dedicated ones have few weights or none. Fitted
-    /// like the constants there.
+    /// The cost of the kernel that runs the set over that of the general one with the same
+    /// [`Counters::cost`](super::Counters::cost): the dedicated ones have few weights or none.
+    /// Fitted like the constants there.
     #[must_use]
     pub fn kernel_cost(&self) -> f64 {
         let dedicated = !(self.has_camera_subpath() && self.has_light_subpath());
@@ -384,14 +384,14 @@ impl TechniqueSet {
         })
     }
 
-    /// Whether walks from the light are needed.
+    /// True if light subpaths are needed.
     #[inline]
     #[must_use]
     pub fn has_light_subpath(&self) -> bool {
         self.connections || self.lens_sampling
     }
 
-    /// Whether walks from the camera are needed.
+    /// True if camera subpaths are needed.
     #[inline]
     #[must_use]
     pub fn has_camera_subpath(&self) -> bool {

@@ -116,7 +116,7 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
         (!value.is_black() && (!lens_to_light || path.ends_are_joinable())).then_some(path)
     }
 
-    /// How the path was drawn.
+    /// The technique that drew the path.
     #[must_use]
     pub fn technique(&self) -> Technique {
         Technique::new(self.light_part.len() as u16, self.camera_part.len() as u16)

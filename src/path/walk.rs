@@ -29,11 +29,11 @@ pub struct RandomWalk<'s, S: Scene + ?Sized + 's> {
     direction: DVec3,
     /// Density of the direction.
     pdf: PerProjected,
-    /// Whether a Dirac lobe sent the walk into the direction.
+    /// True if a Dirac lobe sent the walk into the direction.
     dirac: bool,
     /// Throughput at the vertex that comes next.
     throughput: Rgb,
-    /// What Russian roulette compares the throughput with: its largest component at the start,
+    /// The reference of Russian roulette for the throughput: its largest component at the start,
     /// times refraction's n² on the way.
     reference: f64,
     /// Product of the probabilities 1 - q of surviving roulette so far.
@@ -132,7 +132,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         self.pdf
     }
 
-    /// Whether the vertex before this direction could have been connected to what it leads to: a
+    /// True if the vertex before this direction could have been connected to what it leads to: a
     /// surface that scattered by a lobe which is a function.
     #[inline]
     #[must_use]
@@ -140,8 +140,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         self.bounces > 0 && !self.dirac
     }
 
-    /// Where the ray starts that leads to the next vertex, and after [`arrive`](Self::arrive) the
-    /// one that led there.
+    /// The start of the ray that leads to the next vertex, and after [`arrive`](Self::arrive) of
+    /// the one that led there.
     #[inline]
     #[must_use]
     pub fn from(&self) -> &SurfacePoint {
@@ -161,8 +161,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         (&self.from, self.direction)
     }
 
-    /// The vertex at the point that the [ray](Self::ray) meets; if it meets none, at infinity, where
-    /// a camera walk reaches an environment.
+    /// The vertex at the point that the [ray](Self::ray) meets; if it meets none, at infinity,
+    /// where a camera walk reaches an environment.
     #[inline(always)]
     pub(super) fn meet(&self, point: Option<SurfacePoint>) -> Option<Vertex<S::Bsdf<'s>>> {
         if let Some(point) = point {

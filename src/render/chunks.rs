@@ -25,7 +25,7 @@ pub(super) struct Job<'j, N> {
     pub threads: &'j Threads,
 }
 
-/// What the samples so far amount to.
+/// The sums over the samples so far.
 pub(super) struct Totals {
     pub film: Film,
     pub counters: Counters,
@@ -40,7 +40,7 @@ const BATCH: usize = 128;
 /// Chunks per thread that may be begun beyond the pass under way.
 const AHEAD: u64 = 4;
 
-/// How a pass is cut into chunks.
+/// The partition of a pass into chunks.
 struct Partition {
     pixels: u32,
     /// Pixels per chunk: a function of the window alone, because the grouping of sums depends on
@@ -68,14 +68,14 @@ impl Partition {
     }
 }
 
-/// What one chunk did.
+/// The results of a chunk.
 struct Record {
     film: ChunkFilm,
     counters: Counters,
     time: Duration,
 }
 
-/// What a thread works with.
+/// The working memory of a thread.
 struct Workbench<'a, P, S: Scene + ?Sized> {
     samples: Vec<Sample<P>>,
     scratch: Scratch<'a, S>,
@@ -122,8 +122,8 @@ impl<N: SampleSource> Job<'_, N> {
         Ok(())
     }
 
-    /// Draws a range of passes, which threads need not end together. `draw` gets samples, where they
-    /// go, and the number of their chunk in the pass.
+    /// Draws a range of passes, which threads need not end together. `draw` gets samples, where
+    /// they go, and the number of their chunk in the pass.
     fn passes<'a, S: Scene + ?Sized + 'a>(
         &self,
         passes: Range<u32>,

@@ -42,7 +42,7 @@ pub struct Progress<'a> {
     pub wall: Duration,
     /// The sums so far.
     pub film: &'a Film,
-    /// What was done so far.
+    /// Counts of what was done so far.
     pub counters: &'a Counters,
 }
 
@@ -63,7 +63,7 @@ pub struct Rendering {
     pub film: Film,
     /// Samples per pixel, the same in all pixels.
     pub samples_per_pixel: u32,
-    /// What was done. `non_finite` includes what the film refused.
+    /// Counts of what was done. `non_finite` includes the contributions that the film refused.
     pub counters: Counters,
     /// Wall-clock time spent rendering, without the progress callback.
     pub wall: Duration,
@@ -72,7 +72,7 @@ pub struct Rendering {
     pub thread_time: Duration,
     /// The techniques that the integrator ran.
     pub techniques: TechniqueSet,
-    /// What it says of its estimate: what it left out, how it chose.
+    /// The notes of the run on its estimate: omissions, decision, bias.
     pub notes: Notes,
     /// The integrator's name.
     pub integrator: &'static str,
@@ -83,7 +83,7 @@ pub struct Rendering {
     /// Estimated relMSE of the image, if the settings have a target for it and there were enough
     /// passes.
     pub estimated_error: Option<f64>,
-    /// Whether the progress callback stopped the rendering. The image is valid all the same.
+    /// True if the progress callback stopped the rendering. The image is valid all the same.
     pub stopped: bool,
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// What the threads of a rendering share. `T` is what a chunk did.
+/// The queue of chunks that the threads of a rendering share. `T` is the result of a chunk.
 #[derive(Debug)]
 pub(super) struct Queue<T> {
     state: Mutex<State<T>>,
@@ -24,7 +24,7 @@ struct State<T> {
     has_failed: bool,
 }
 
-/// What the calling thread is to do.
+/// The next task of the calling thread.
 pub(super) enum Turn<T> {
     /// These chunks come next and are done.
     Take(Vec<T>),

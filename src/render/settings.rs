@@ -1,4 +1,4 @@
-//! How to render: budget, seed, threads, filter and sampler.
+//! Settings of a rendering: budget, seed, threads, filter and sampler.
 
 use crate::film::{FilmError, Filter, FilterError};
 use crate::integrator::{Crew, IntegratorError};
@@ -50,7 +50,7 @@ impl Budget {
     }
 }
 
-/// How to render. `Settings { seed: 7, ..Settings::default() }` changes one of them.
+/// The settings of a rendering. `Settings { seed: 7, ..Settings::default() }` changes one of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// When to end at the latest. Default: 64 samples per pixel.
@@ -70,7 +70,7 @@ pub struct Settings {
     pub threads: Option<usize>,
     /// The pixel filter. Default: the pixel's box.
     pub filter: Filter,
-    /// Where random numbers come from. Default: independent.
+    /// The source of random numbers. Default: independent.
     pub sampler: SamplerKind,
 }
 
@@ -98,7 +98,7 @@ impl Settings {
     }
 }
 
-/// Why nothing could be rendered.
+/// The reason for which nothing could be rendered.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum RenderError {
@@ -167,7 +167,7 @@ impl From<FilmError> for RenderError {
 #[cfg(feature = "parallel")]
 const MOST_THREADS: usize = 1024;
 
-/// Where chunks are rendered.
+/// The threads that render chunks.
 #[derive(Debug)]
 pub(super) enum Threads {
     /// In the calling thread.
@@ -210,7 +210,7 @@ impl Threads {
         }
     }
 
-    /// How many threads there are, this one included.
+    /// The number of threads, this one included.
     pub fn count(&self) -> usize {
         match self {
             Self::Caller => 1,

@@ -92,23 +92,23 @@ impl Camera for FilmOnly {
     }
 }
 
-/// What an [`Arithmetic`] integrator does with a sample.
+/// The contribution of an [`Arithmetic`] integrator to a sample.
 #[derive(Clone, Copy)]
 enum Kind {
     /// Radiance 0.7 everywhere, by camera walks.
     Constant,
-    /// The same by light walks: points uniform on the film and a margin around it, recorded at `p -
+    /// The same as splats: points uniform on the film and a margin around it, recorded at `p -
     /// offset`.
     ConstantSplat { margin: f64 },
     /// A function of the position by camera walks, and splats elsewhere.
     Mixed,
     /// Uniform in [0, 2), independent in all samples: mean 1, variance 1/3.
     Noise,
-    /// As `Constant`, but what pixel (3, 2) of the film gets is not a number.
+    /// `Constant`, but not a number in pixel (3, 2) of the film.
     Invalid,
     /// Panics on all threads but this one, which waits for that.
     Panic(ThreadId),
-    /// As `Constant`, by work that threads take from each other.
+    /// `Constant`, by work that threads take from each other.
     #[cfg(feature = "parallel")]
     Nested,
 }

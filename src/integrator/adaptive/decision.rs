@@ -1,4 +1,4 @@
-//! The record of what [`Adaptive`](super::Adaptive) decided, and of what it saw.
+//! The record of a decision of [`Adaptive`](super::Adaptive), and of the estimates behind it.
 
 use crate::path::{LeftOut, TechniqueSet};
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 /// The choice of a set of techniques. Its [`Display`](fmt::Display) is a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decision {
-    /// What the scene rules out.
+    /// The techniques that the scene rules out.
     pub left_out: LeftOut,
     /// The sets that draw every path; plain bidirectional path tracing is the last one.
     pub candidates: Vec<Candidate>,
@@ -19,8 +19,8 @@ pub struct Decision {
 pub struct Candidate {
     /// The techniques and the number of light subpaths.
     pub set: TechniqueSet,
-    /// Variance of one sample of a pixel's luminance, mean over pixels; not a number if there was no
-    /// choice.
+    /// Variance of one sample of a pixel's luminance, mean over pixels; not a number if there was
+    /// no choice.
     pub variance: f64,
     /// Cost of one sample; see [`Counters::cost`](crate::path::Counters::cost).
     pub cost: f64,

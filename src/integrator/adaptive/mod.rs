@@ -8,8 +8,8 @@
 //!
 //! Only sets that draw every path take part, which is decided from what the scene needs and never
 //! from samples; the pilot's samples have random numbers of their own and are not in the image. So
-//! the image is unbiased whatever the pilot finds. Costs are counted, not timed: the same seed gives
-//! the same decision.
+//! the image is unbiased whatever the pilot finds. Costs are counted, not timed: the same seed
+//! gives the same decision.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
 mod decision;
@@ -54,7 +54,7 @@ impl Default for Adaptive {
 }
 
 impl Adaptive {
-    /// Up to a number of scattering events.
+    /// The adaptive integrator up to a number of scattering events.
     #[must_use]
     pub fn up_to(max_bounces: u32) -> Self {
         Self { depth: Depth::up_to(max_bounces), ..Self::default() }

@@ -1,9 +1,10 @@
 //! The pilot: a race between sets of techniques.
 //!
-//! In each heat every set that is left draws samples of the same pixels, and the half with the least
-//! variance × cost goes on, to twice as many. A set that has not met its rare, bright contributions
-//! looks better than it is, but too dark, too: if its mean is below what another one is sure of by
-//! an energy e, then e came in none of its N samples, which adds N e² to its variance at least.
+//! In each heat every set that is left draws samples of the same pixels, and the half with the
+//! least variance × cost goes on, to twice as many. A set that has not met its rare, bright
+//! contributions looks better than it is, but too dark, too: if its mean is below what another one
+//! is sure of by an energy e, then e came in none of its N samples, which adds N e² to its variance
+//! at least.
 
 use super::{Candidate, Chosen};
 use crate::film::{Contribution, FilmRegion, FilmSample, Sample, Sink};
@@ -74,8 +75,8 @@ impl<S: Scene + ?Sized> Race<'_, '_, S> {
         field.into_iter().filter(|i| works[*i] <= TIE * best).min().unwrap_or_default()
     }
 
-    /// A set and those with half and twice the number of light subpaths, and without emitter
-    /// sampling, if they draw every path.
+    /// A set and those with half and twice the number of light subpaths, and without next event
+    /// estimation, if they draw every path.
     fn close_to(&mut self, best: usize) -> Vec<usize> {
         let set = self.sets[best].0;
         let mut close = vec![best];
