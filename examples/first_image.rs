@@ -4,20 +4,20 @@ mod common;
 
 use clap::Parser;
 use pathspace::endpoint::PinholeCamera;
-use pathspace::geometry::{Disk, Sphere};
+use pathspace::geometry::Sphere;
 use pathspace::glam::{DVec3, UVec2};
 use pathspace::integrator::PathTracer;
 use pathspace::math::Rgb;
-use pathspace::render::{Rendering, Settings, render, unattended};
+use pathspace::render::{Settings, render, unattended};
 use pathspace::scene::{Emission, Material, WorldBuilder};
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-fn first_image() -> Result<Rendering, Box<dyn Error>> {
+fn first_image(path: &Path) -> Result<(), Box<dyn Error>> {
     let mut scene = WorldBuilder::new();
     let clay =
         scene.add_material("clay", Material::Lambert { albedo: Rgb::new(0.7, 0.35, 0.2) })?;
-    scene.add_disk("ground", Disk { center: DVec3::ZERO, normal: DVec3::Y, radius: 4.0 }, clay)?;
+    scene.add_sphere("ground", Sphere::new(DVec3::new(0.0, -1000.0, 0.0), 1000.0), clay)?;
     scene.add_sphere("ball", Sphere::new(DVec3::Y, 1.0), clay)?;
     let lamp = scene.add_sphere("lamp", Sphere::new(DVec3::new(2.0, 4.0, 2.0), 0.5), clay)?;
     scene.set_emission(lamp, Emission { radiance: Rgb::splat(30.0), two_sided: false })?;
@@ -30,7 +30,10 @@ fn first_image() -> Result<Rendering, Box<dyn Error>> {
         40.0,
         UVec2::new(320, 240),
     )?;
-    Ok(render(&world, &camera, &PathTracer::default(), &Settings::default(), &mut unattended)?)
+    let (integrator, settings) = (PathTracer::default(), Settings::default());
+    let rendering = render(&world, &camera, &integrator, &settings, &mut unattended)?;
+    rendering.to_file().save(path)?;
+    Ok(())
 }
 
 /// Renders a ball on the ground under a lamp by path tracing.
@@ -42,11 +45,10 @@ struct Options {
 }
 
 fn save(options: &Options) -> Result<(), Box<dyn Error>> {
-    let rendering = first_image()?;
     if let Some(directory) = options.out.parent() {
         std::fs::create_dir_all(directory)?;
     }
-    rendering.to_file().save(&options.out)?;
+    first_image(&options.out)?;
     println!("wrote {}", options.out.display());
     Ok(())
 }

@@ -3,8 +3,8 @@
 
 use pathspace::endpoint::LightId;
 use pathspace::integrator::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
-use pathspace::path::{RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit, sample_next_event};
-use pathspace::sampler::{Sampler, Stream};
+use pathspace::path::{Steps, TechniqueSet, Visit};
+use pathspace::sampler::Sampler;
 use pathspace::scene::Scene;
 use std::ops::ControlFlow;
 
@@ -34,15 +34,9 @@ impl<S: Scene + ?Sized> Integrator<S> for OneLight {
 }
 
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for OneLight {
-    fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
-        Some(site.plan.stage.camera_walk(site.sample)?.0)
-    }
-
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         visit.limit(visit.plan.depth.limit())?;
-        let (scene, sampler) = (visit.plan.stage.scene, &mut visit.sample.sampler);
-        sampler.stream(Stream::NextEvent(visit.walk.bounces() + 1));
-        let found = sample_next_event(scene, visit.vertex, sampler, &mut visit.out, visit.counters);
+        let found = visit.next_event();
         if let Some(next) = found.filter(|next| next.light == self.light) {
             visit.counters.shadow_rays += 1;
             visit.out.connect([visit.end, next.end], visit.contribution(1, next.value, 1.0));
@@ -51,6 +45,6 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for OneLight {
     }
 
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        visit.scatter(&Roulette::default()).flow()
+        visit.scatter(&Default::default()).flow()
     }
 }

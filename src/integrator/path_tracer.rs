@@ -11,10 +11,8 @@
 use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
 use crate::bsdf::TransportMode;
 use crate::endpoint::{Endpoint, Light};
-use crate::path::{
-    Heuristic, Plan, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit, sample_next_event,
-};
-use crate::sampler::{Sampler, Stream};
+use crate::path::{Heuristic, Plan, Roulette, Steps, TechniqueSet, Visit};
+use crate::sampler::Sampler;
 use crate::scene::Scene;
 use std::ops::ControlFlow;
 
@@ -75,11 +73,6 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
 
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PathTracer {
     #[inline(always)]
-    fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
-        Some(site.plan.stage.camera_walk(site.sample)?.0)
-    }
-
-    #[inline(always)]
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         self.hit(visit);
         visit.limit(visit.plan.depth.limit())?;
@@ -127,15 +120,14 @@ impl PathTracer {
     /// estimation).
     #[inline(always)]
     fn connect<S: Scene + ?Sized, P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
-        let Visit { plan, walk, vertex, sample, out, counters, .. } = visit;
-        let (Plan { stage, techniques, depth, .. }, bounces) = (plan, walk.bounces() + 1);
-        if !(techniques.next_event && depth.contains(bounces)) {
+        let Plan { stage, techniques, depth, .. } = visit.plan;
+        let wanted = techniques.next_event && depth.contains(visit.walk.bounces() + 1);
+        if !(wanted && visit.vertex.is_connectible()) {
             return;
         }
-        let Some(bsdf) = vertex.bsdf.as_ref().filter(|_| vertex.is_connectible()) else { return };
-        sample.sampler.stream(Stream::NextEvent(bounces));
-        let next = sample_next_event(stage.scene, vertex, &mut sample.sampler, out, counters);
-        let Some(next) = next else { return };
+        let Some(next) = visit.next_event() else { return };
+        let Visit { vertex, counters, .. } = visit;
+        let Some(bsdf) = &vertex.bsdf else { return };
         let mut weight = 1.0;
         if techniques.bsdf_sampling && stage.scene.light(next.light).can_be_hit() {
             let direction =

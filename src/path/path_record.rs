@@ -197,6 +197,16 @@ impl Verification {
 }
 
 impl<'s, S: Scene + ?Sized + 's> Path<'_, 's, S> {
+    /// Evaluates the path anew from its points: f, G, densities, nothing cached.
+    #[must_use]
+    pub fn record(&self) -> PathRecord {
+        let k = self.edges();
+        let densities = self.densities();
+        let points: Vec<SurfacePoint> = (0..=k).map(|i| self.vertex(i).point).collect();
+        let dirac: Vec<bool> = (0..=k).map(|i| i > 0 && i < k && densities.is_dirac(i)).collect();
+        PathRecord::evaluate(self.scene, self.camera, &points, &dirac, self.light)
+    }
+
     /// Re-evaluates the path from the definitions and compares.
     #[must_use]
     pub fn verify(&self, set: &TechniqueSet, heuristic: Heuristic) -> Verification {

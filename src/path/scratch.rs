@@ -1,7 +1,7 @@
 //! Memory that integrators reuse from sample to sample.
 
-use super::steps::{Advancing, Connections};
-use super::{Counters, Subpaths};
+use super::shadow_rays::Connections;
+use super::{Counters, RandomWalk, Subpaths};
 use crate::scene::Scene;
 use std::fmt;
 
@@ -38,4 +38,13 @@ impl<'s, S: Scene + ?Sized + 's> fmt::Debug for Scratch<'s, S> {
             .field("samples", &self.subpaths.len())
             .finish_non_exhaustive()
     }
+}
+
+/// A walk that advances.
+pub(super) struct Advancing<'s, S: Scene + ?Sized + 's> {
+    pub sample: usize,
+    pub walk: RandomWalk<'s, S>,
+    /// Index of the vertex that comes next in the subpath.
+    pub next: u32,
+    pub has_ended: bool,
 }

@@ -6,42 +6,16 @@
 //! all of them. The contributions of a sample do not depend on which others it advances with.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
-use super::{Counters, Plan, RandomWalk, Roulette, Scattered, Scratch, Vertex};
-use crate::bsdf::TransportMode;
+use super::scratch::Advancing;
+use super::{
+    Counters, End, NextEvent, Out, Plan, RandomWalk, Roulette, Scattered, Scratch, Subpaths,
+    Vertex, sample_next_event,
+};
 use crate::film::{Contribution, Sample, Sink, Technique};
-use crate::geometry::SurfacePoint;
 use crate::math::Rgb;
-use crate::sampler::Sampler;
+use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
 use std::ops::ControlFlow;
-
-/// The subpaths of a sample.
-pub struct Subpaths<'s, S: Scene + ?Sized + 's> {
-    /// Vertices of the camera subpath, in the order of the walk.
-    pub camera: Vec<Vertex<S::Bsdf<'s>>>,
-    /// Vertices of the light subpath under way, in the order of the walk.
-    pub light: Vec<Vertex<S::Bsdf<'s>>>,
-    /// Number of light subpaths that the sample draws one after the other, if it draws several.
-    pub light_subpaths: u32,
-}
-
-/// An end of a shadow ray.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
-    /// The vertex of the sample's camera subpath with this index.
-    Camera(u32),
-    /// The vertex of the sample's light subpath with this index.
-    Light(u32),
-    /// A point that was handed to [`Out::keep`].
-    Point(u32),
-}
-
-/// The way out for what a sample finds.
-pub struct Out<'v> {
-    sample: usize,
-    sink: &'v mut dyn Sink,
-    connections: &'v mut Connections,
-}
 
 /// A sample before its walk begins, or after its subpaths are complete.
 pub struct Site<'v, 's, S: Scene + ?Sized + 's, P> {
@@ -82,8 +56,11 @@ pub trait Steps<'s, S: Scene + ?Sized + 's> {
     /// complete. Otherwise its list has the last one in the first place.
     const KEEPS: bool = false;
 
-    /// Begins the walk of a sample; `None` if it has none.
-    fn begin<P: Sampler>(&self, site: &mut Site<'_, 's, S, P>) -> Option<RandomWalk<'s, S>>;
+    /// Begins the walk of a sample; `None` if it has none. By default at the camera.
+    #[inline(always)]
+    fn begin<P: Sampler>(&self, site: &mut Site<'_, 's, S, P>) -> Option<RandomWalk<'s, S>> {
+        Some(site.plan.stage.camera_walk(site.sample)?.0)
+    }
 
     /// Looks at the vertex where a walk has arrived, on a surface or an environment, before it
     /// scatters: what contributes, what is connected, whether the walk goes on.
@@ -131,15 +108,6 @@ pub fn join<'s, S: Scene + ?Sized, P: Sampler>(
         visit(&mut Site { plan, sample, subpaths, out, counters });
     }
     connections.test(plan.stage.scene, subpaths, sink);
-}
-
-/// A walk that advances.
-pub(super) struct Advancing<'s, S: Scene + ?Sized + 's> {
-    sample: usize,
-    walk: RandomWalk<'s, S>,
-    /// Index of the vertex that comes next in the subpath.
-    next: u32,
-    has_ended: bool,
 }
 
 #[inline]
@@ -241,16 +209,6 @@ fn trace<'s, S: Scene + ?Sized, W: Steps<'s, S>>(
     });
 }
 
-impl<'s, S: Scene + ?Sized + 's> Subpaths<'s, S> {
-    #[inline]
-    fn of(&mut self, mode: TransportMode) -> &mut Vec<Vertex<S::Bsdf<'s>>> {
-        match mode {
-            TransportMode::Radiance => &mut self.camera,
-            TransportMode::Importance => &mut self.light,
-        }
-    }
-}
-
 impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
     /// Samples where the walk goes on and plays Russian roulette.
     #[inline(always)]
@@ -259,6 +217,17 @@ impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
         P: Sampler,
     {
         self.walk.scatter(self.vertex, roulette, &mut self.sample.sampler, self.counters)
+    }
+
+    /// Samples a point on a light for a vertex of a camera walk; see [`sample_next_event`].
+    #[inline(always)]
+    pub fn next_event(&mut self) -> Option<NextEvent>
+    where
+        P: Sampler,
+    {
+        let Self { plan, walk, vertex, sample, out, counters, .. } = self;
+        sample.sampler.stream(Stream::NextEvent(walk.bounces() + 1));
+        sample_next_event(plan.stage.scene, vertex, &mut sample.sampler, out, counters)
     }
 
     /// A contribution of a camera walk by the technique that draws s vertices from the light and
@@ -282,89 +251,5 @@ impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
-    }
-}
-
-impl End {
-    #[inline]
-    fn of(mode: TransportMode, index: u32) -> Self {
-        match mode {
-            TransportMode::Radiance => Self::Camera(index),
-            TransportMode::Importance => Self::Light(index),
-        }
-    }
-}
-
-impl Out<'_> {
-    /// Adds a contribution.
-    #[inline]
-    pub fn add(&mut self, contribution: &Contribution) {
-        self.sink.add(self.sample, contribution);
-    }
-
-    /// Adds a contribution if the ends of a shadow ray see each other, which is tested later. The
-    /// vertices that it ends at must stay in their places until then.
-    #[inline]
-    pub fn connect(&mut self, ends: [End; 2], contribution: Contribution) {
-        self.connections.list.push(Connection { sample: self.sample, ends, contribution });
-    }
-
-    /// Keeps a point that is no vertex as an end of shadow rays.
-    #[inline]
-    pub fn keep(&mut self, point: &SurfacePoint) -> End {
-        self.connections.points.push(*point);
-        End::Point(self.connections.points.len() as u32 - 1)
-    }
-}
-
-struct Connection {
-    sample: usize,
-    ends: [End; 2],
-    contribution: Contribution,
-}
-
-/// The shadow rays that are yet to be tested. They refer to vertices instead of copying them, which
-/// would cost more than the test in small scenes.
-#[derive(Default)]
-pub(super) struct Connections {
-    list: Vec<Connection>,
-    points: Vec<SurfacePoint>,
-    visible: Vec<bool>,
-}
-
-impl Connections {
-    /// Tests the shadow rays and gives what is visible to the sink.
-    #[inline]
-    fn test<S: Scene + ?Sized>(
-        &mut self,
-        scene: &S,
-        subpaths: &[Subpaths<'_, S>],
-        sink: &mut dyn Sink,
-    ) {
-        let Self { list, points, visible } = self;
-        let point = |sample: usize, end: End| match end {
-            End::Camera(i) => &subpaths[sample].camera[i as usize].point,
-            End::Light(i) => &subpaths[sample].light[i as usize].point,
-            End::Point(i) => &points[i as usize],
-        };
-        visible.clear();
-        visible.resize(list.len(), false);
-        let rays = list.iter().map(|Connection { sample, ends: [a, b], .. }| {
-            (point(*sample, *a), point(*sample, *b))
-        });
-        scene.visible_many(rays, |i, answer| visible[i] = answer);
-        // In their own order and not in that of the answers, which depends on the instruction set.
-        for (connection, _) in list.iter().zip(visible).filter(|(_, visible)| **visible) {
-            sink.add(connection.sample, &connection.contribution);
-        }
-        list.clear();
-        points.clear();
-    }
-}
-
-// Written by hand: derives would ask for bounds on `S`.
-impl<'s, S: Scene + ?Sized + 's> Default for Subpaths<'s, S> {
-    fn default() -> Self {
-        Self { camera: Vec::new(), light: Vec::new(), light_subpaths: 0 }
     }
 }

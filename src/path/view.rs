@@ -3,7 +3,7 @@
 use super::connect::are_joinable;
 use super::mis::{Ends, PathDensities};
 use super::walk::emission_density;
-use super::{Counters, Edge, Heuristic, PathRecord, StartDensity, TechniqueSet, Vertex};
+use super::{Counters, Edge, Heuristic, StartDensity, TechniqueSet, Vertex};
 use crate::bsdf::TransportMode;
 use crate::endpoint::{Camera, Endpoint, Light, LightId};
 use crate::film::Technique;
@@ -17,7 +17,7 @@ use std::fmt;
 /// Copies nothing.
 pub struct Path<'v, 's, S: Scene + ?Sized + 's> {
     pub(super) scene: &'s S,
-    camera: &'v dyn Camera,
+    pub(super) camera: &'v dyn Camera,
     pub(super) camera_part: &'v [Vertex<S::Bsdf<'s>>],
     pub(super) light_part: &'v [Vertex<S::Bsdf<'s>>],
     pub(super) light: LightId,
@@ -211,16 +211,6 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
     #[must_use]
     pub fn densities(&self) -> impl PathDensities {
         CachedDensities { path: self, joint: self.joint_densities(), ends: self.ends() }
-    }
-
-    /// Evaluates the path anew from its points: f, G, densities, nothing cached.
-    #[must_use]
-    pub fn record(&self) -> PathRecord {
-        let k = self.edges();
-        let densities = self.densities();
-        let points: Vec<SurfacePoint> = (0..=k).map(|i| self.vertex(i).point).collect();
-        let dirac: Vec<bool> = (0..=k).map(|i| i > 0 && i < k && densities.is_dirac(i)).collect();
-        PathRecord::evaluate(self.scene, self.camera, &points, &dirac, self.light)
     }
 
     /// Densities of the point on the light.

@@ -2,20 +2,15 @@
 
 use super::scene::SceneReader;
 use crate::endpoint::{
-    Camera, DirectionalLight, EndpointError, OrthographicCamera, PinholeCamera, PointLight,
-    SpotLight,
+    Camera, DirectionalLight, OrthographicCamera, PinholeCamera, PointLight, SpotLight,
 };
 use crate::film::Filter;
-use crate::geometry::Bounds;
 use crate::import::{Error, ImportedView, Location};
 use crate::math::Rgb;
-use glam::{DAffine3, DVec2, DVec3, UVec2};
+use glam::{DAffine3, DVec2, UVec2};
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::Type as LightType;
 use gltf::json::validation::Checked;
-
-/// Field of view of the camera of a file that has none.
-const FIELD_OF_VIEW: f64 = 40.0;
 
 impl SceneReader<'_> {
     pub fn add_light(
@@ -133,13 +128,4 @@ impl SceneReader<'_> {
         let film = DVec2::new((height * ratio).min(whole.x), height).round().max(DVec2::ONE);
         Ok(film.as_uvec2())
     }
-}
-
-/// A camera that sees everything, from the front, which is +z, a little from the right and above.
-pub(super) fn framing(bounds: Bounds, resolution: UVec2) -> Result<PinholeCamera, EndpointError> {
-    let (center, radius) = (bounds.center(), bounds.radius().max(1e-9));
-    let narrower = (f64::from(resolution.x) / f64::from(resolution.y)).min(1.0);
-    let half_angle = (narrower * (0.5 * FIELD_OF_VIEW.to_radians()).tan()).atan();
-    let position = center + DVec3::new(0.35, 0.25, 1.0).normalize() * (radius / half_angle.sin());
-    PinholeCamera::new(position, center, DVec3::Y, FIELD_OF_VIEW, resolution)
 }

@@ -33,6 +33,7 @@
 mod accessor;
 mod document;
 mod ends;
+mod framing;
 mod material;
 mod scene;
 mod texture;

@@ -2,7 +2,7 @@
 
 use super::accessor::Budget;
 use super::document::Document;
-use super::ends::framing;
+use super::framing::framing;
 use super::material::{self, Look};
 use super::texture::Textures;
 use crate::endpoint::ConstantEnvironment;
