@@ -331,7 +331,14 @@ impl TechniqueSet {
     #[inline]
     #[must_use]
     pub fn count(&self, technique: Technique) -> f64 {
-        match Family::of(technique) {
+        self.family_count(Family::of(technique))
+    }
+
+    /// The same of all techniques of a family.
+    #[inline]
+    #[must_use]
+    pub fn family_count(&self, family: Family) -> f64 {
+        match family {
             Family::Connections | Family::LensSampling => self.light_subpaths.count(),
             _ => 1.0,
         }

@@ -59,13 +59,13 @@ impl Decision {
 
 impl fmt::Display for Decision {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "the scene rules out: {}", self.left_out)?;
-        writeln!(f, "run: {}", self.chosen.set)?;
+        writeln!(f, "the scene rules out: {}\nrun: {}", self.left_out, self.chosen.set)?;
         if self.samples() == 0 {
             return write!(f, "no other set of techniques draws every path");
         }
-        writeln!(f, "pilot: {} samples, {} sets", self.samples(), self.candidates.len())?;
-        writeln!(f, "gain over plain bidirectional: expected {:.2}", self.expected_gain())?;
+        let (sets, gain) = (self.candidates.len(), self.expected_gain());
+        writeln!(f, "pilot: {} samples, {sets} sets", self.samples())?;
+        writeln!(f, "gain over plain bidirectional: expected {gain:.2}")?;
         write!(f, "{:>10} {:>8} {:>8}  techniques", "variance", "cost", "samples")?;
         for Candidate { set, variance, cost, samples } in &self.candidates {
             write!(f, "\n{variance:>10.3e} {cost:>8.2} {samples:>8}  {set}")?;

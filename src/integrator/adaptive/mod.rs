@@ -3,13 +3,10 @@
 //! tracing to all techniques, and the rest of the budget goes to that (efficiency-aware multiple
 //! importance sampling: Grittmann, Yazici, Georgiev and Slusallek 2022).
 //!
-//! The pilot is a race by successive halving (Karnin, Koren and Somekh 2013): all sets draw a few
-//! samples, the better half draws twice as many, and so on to the last.
-//!
-//! Only sets that draw every path take part, which is decided from what the scene needs and never
-//! from samples; the pilot's samples have random numbers of their own and are not in the image. So
-//! the image is unbiased whatever the pilot finds. Costs are counted, not timed: the same seed
-//! gives the same decision.
+//! The pilot is a race by successive halving (Karnin, Koren and Somekh 2013). Only sets that draw
+//! every path take part, which is decided from what the scene needs and never from samples; the
+//! pilot's samples have random numbers of their own and are not in the image. So the image is
+//! unbiased whatever it finds. Costs are counted, not timed: the same seed decides the same.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
 mod decision;
@@ -27,10 +24,10 @@ use crate::math::Rgb;
 use crate::path::{Counters, Heuristic, LightSubpaths, Roulette, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
-use race::{Race, Sites, Sums};
+use race::Race;
 
 /// Bidirectional path tracing that leaves out what does not pay.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Adaptive {
     /// The path lengths that count.
     pub depth: Depth,
@@ -38,20 +35,10 @@ pub struct Adaptive {
     pub roulette: Roulette,
     /// The weights of the techniques.
     pub heuristic: Heuristic,
-    /// Part of the rendering's budget for the pilot, 0 to 1. Default: 0.03.
-    pub pilot: f64,
 }
 
-impl Default for Adaptive {
-    fn default() -> Self {
-        Self {
-            depth: Depth::default(),
-            roulette: Roulette::default(),
-            heuristic: Heuristic::default(),
-            pilot: 0.03,
-        }
-    }
-}
+/// Part of the rendering's budget for the pilot.
+const PILOT: f64 = 0.03;
 
 impl Adaptive {
     /// The adaptive integrator up to a number of scattering events.
@@ -66,21 +53,23 @@ impl Adaptive {
         stage: Stage<'a, S>,
         techniques: TechniqueSet,
     ) -> Chosen<'a, S> {
-        let Self { depth, roulette, heuristic, .. } = *self;
+        let Self { depth, roulette, heuristic } = *self;
         match (techniques.has_camera_subpath(), techniques.has_light_subpath()) {
             (true, false) => {
-                let mode = if techniques.next_event {
-                    PathTracing::Both
-                } else {
-                    PathTracing::EmissionOnly
-                };
+                let both = techniques.next_event;
+                let mode = if both { PathTracing::Both } else { PathTracing::EmissionOnly };
                 // The other integrators have no use for the constant.
                 let roulette = Roulette { constant: Rgb::BLACK, ..roulette };
                 Chosen::Path(PathTracer { mode, depth, roulette, heuristic }.run(stage))
             }
             (false, true) => Chosen::Light(LightTracer { depth, roulette }.run(stage)),
-            _ => Chosen::Both(Bidirectional { techniques, depth, roulette, heuristic }.run(stage)),
+            _ => Chosen::Both(self.bidirectional(techniques).run(stage)),
         }
+    }
+
+    fn bidirectional(&self, techniques: TechniqueSet) -> Bidirectional {
+        let Self { depth, roulette, heuristic } = *self;
+        Bidirectional { techniques, depth, roulette, heuristic }
     }
 }
 
@@ -88,13 +77,12 @@ impl Adaptive {
 fn candidates<S: Scene + ?Sized>(Stage { needs, camera, .. }: &Stage<'_, S>) -> Vec<TechniqueSet> {
     let all = TechniqueSet::BIDIRECTIONAL.pruned(needs);
     let lens = TechniqueSet { lens_sampling: true, ..TechniqueSet::NONE };
-    let hits = TechniqueSet { bsdf_sampling: true, ..TechniqueSet::NONE };
-    let mut sets = vec![lens, hits];
-    let pairs = [(false, false), (false, true), (true, false), (true, true)];
-    for (connections, lens_sampling) in pairs {
+    let mut sets = vec![lens, TechniqueSet { bsdf_sampling: true, ..TechniqueSet::NONE }];
+    for (connections, lens_sampling) in [(false, false), (false, true), (true, false), (true, true)]
+    {
         let set = TechniqueSet { connections, lens_sampling, ..all };
         let walks = |exponent| LightSubpaths::power_of_two(exponent).unwrap_or_default();
-        let exponents: &[i8] = if set.has_light_subpath() { &[-3, 0, 3] } else { &[0] };
+        let exponents: &[i8] = if set.has_light_subpath() { &[-3, 0, 2] } else { &[0] };
         sets.extend(exponents.iter().map(|e| TechniqueSet { light_subpaths: walks(*e), ..set }));
     }
     let lens = camera.place();
@@ -143,18 +131,12 @@ impl<S: Scene + ?Sized> Integrator<S> for Adaptive {
     }
 
     fn start<'a>(&'a self, stage: Stage<'a, S>, crew: &dyn Crew) -> Started<Adapted<'a, S>> {
-        let sets = candidates(&stage).into_iter().map(|set| (set, Sums::default())).collect();
-        let run = &|set| self.run(stage, set);
-        let mut race = Race { stage, crew, run, sets, sites: Sites::default() };
-        let plain = race.sets.len() - 1;
-        let winner = race.winner(self.pilot.clamp(0.0, 1.0) * stage.samples as f64);
-        let mut counters = Counters::default();
-        race.sets.iter().for_each(|(_, sums)| counters += sums.counters);
-        let mut candidates: Vec<_> =
-            race.sets.iter().map(|(set, sums)| sums.candidate(*set)).collect();
+        let sets = candidates(&stage);
+        let race = Race::new(*self, stage, crew, &sets);
+        let (mut candidates, winner, counters) = race.run(PILOT * stage.samples as f64);
         let chosen = candidates[winner];
-        let last = candidates.remove(plain);
-        candidates.push(last);
+        // Those tried last are no plainer than the plain one.
+        candidates.sort_by_key(|candidate| Some(&candidate.set) == sets.last());
         let left_out = TechniqueSet::BIDIRECTIONAL.left_out(&stage.needs);
         let decision = Decision { left_out, candidates, chosen };
         Ok(Adapted { run: self.run(stage, chosen.set), decision, counters })
