@@ -2,9 +2,7 @@
 
 use crate::sampler::Sampler;
 use glam::DVec2;
-use std::error::Error;
 use std::f64::consts::TAU;
-use std::fmt;
 
 /// The pixel filter: the kernel that averages the radiance around a pixel into it.
 ///
@@ -32,23 +30,15 @@ pub enum Filter {
 
 /// A Gaussian filter whose standard deviation is not finite or not more than that of the pixel's
 /// box.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "standard deviation {standard_deviation} of the Gaussian filter is not between that of a pixel \
+     (0.2887) and 1000 pixels"
+)]
 pub struct FilterError {
     /// The refused standard deviation in pixels.
     pub standard_deviation: f64,
 }
-
-impl fmt::Display for FilterError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "standard deviation {} of the Gaussian filter is not between that of a pixel (0.2887) and 1000 pixels",
-            self.standard_deviation
-        )
-    }
-}
-
-impl Error for FilterError {}
 
 /// Variance of a pixel's box per axis.
 const BOX_VARIANCE: f64 = 1.0 / 12.0;

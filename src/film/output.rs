@@ -8,7 +8,6 @@ use glam::{IVec2, UVec2};
 use image::{DynamicImage, ImageFormat, RgbImage};
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::fmt;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -30,51 +29,29 @@ pub struct ImageFile {
 }
 
 /// The reason for which a file could not be written or read.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
     /// The extension is none of `png`, `hdr` and `exr`.
+    #[error("image file {} must end in .png, .hdr or .exr", .0.display())]
     Extension(PathBuf),
     /// The image has no pixels, or more rows or columns than the format can hold.
+    #[error("image has no pixels or is too large for {}", .0.display())]
     Size(PathBuf),
     /// A key of the metadata is empty, longer than 200 bytes, or a key or text contains a NUL.
+    #[error("metadata entry {0:?} is empty, too long or contains a NUL")]
     Metadata(String),
     /// The window is not inside the film, or is not of the image's size.
+    #[error("window {0:?} does not fit the image")]
     Region(FilmRegion),
     /// The file could not be written or read.
+    #[error("image file {}: {source}", path.display())]
     File {
         /// The file.
         path: PathBuf,
         /// The error underneath.
         source: Box<dyn Error + Send + Sync>,
     },
-}
-
-impl fmt::Display for OutputError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Extension(path) => {
-                write!(f, "image file {} must end in .png, .hdr or .exr", path.display())
-            }
-            Self::Size(path) => {
-                write!(f, "image has no pixels or is too large for {}", path.display())
-            }
-            Self::Metadata(key) => {
-                write!(f, "metadata entry {key:?} is empty, too long or contains a NUL")
-            }
-            Self::Region(region) => write!(f, "window {region:?} does not fit the image"),
-            Self::File { path, source } => write!(f, "image file {}: {source}", path.display()),
-        }
-    }
-}
-
-impl Error for OutputError {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        match self {
-            Self::File { source, .. } => Some(source.as_ref()),
-            _ => None,
-        }
-    }
 }
 
 const PREFIX: &str = "pathspace.";

@@ -4,8 +4,6 @@ use super::image::Image;
 use super::{Contribution, FilmRegion, Sink, Technique};
 use crate::math::Rgb;
 use glam::UVec2;
-use std::error::Error;
-use std::fmt;
 use std::ops::Range;
 
 /// Sums of contributions over the window of a film, in f64.
@@ -21,31 +19,24 @@ pub struct Film {
 }
 
 /// A region that no film can have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FilmError {
     /// The window is empty or not inside the film.
+    #[error("{window} is empty or not inside the film of {film}", window = window(.0), film = size(.0))]
     Window(FilmRegion),
     /// There is not enough memory for the pixels of the window, or more than 2³² - 1 of them.
+    #[error("{window} takes too much memory, on the film of {film}", window = window(.0), film = size(.0))]
     TooLarge(FilmRegion),
 }
 
-impl fmt::Display for FilmError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (reason, region) = match self {
-            Self::Window(region) => ("is empty or not inside", region),
-            Self::TooLarge(region) => ("takes too much memory, on", region),
-        };
-        let FilmRegion { resolution, window_min, window_max } = region;
-        write!(
-            f,
-            "window {window_min} to {window_max} {reason} the film of {} × {} pixels",
-            resolution.x, resolution.y
-        )
-    }
+fn window(region: &FilmRegion) -> String {
+    format!("window {} to {}", region.window_min, region.window_max)
 }
 
-impl Error for FilmError {}
+fn size(region: &FilmRegion) -> String {
+    format!("{} × {} pixels", region.resolution.x, region.resolution.y)
+}
 
 impl Film {
     /// A black film.

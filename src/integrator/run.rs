@@ -6,8 +6,6 @@ use crate::film::{FilmSample, Sample, Sink};
 use crate::path::{Counters, Depth, LeftOut, Plan, Scratch, Stage, Steps, TechniqueSet, advance};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
-use std::error::Error;
-use std::fmt;
 
 /// A way to estimate the image, as plain settings. Open for users to implement.
 pub trait Integrator<S: Scene + ?Sized>: Sync {
@@ -159,18 +157,11 @@ pub enum Estimator {
 }
 
 /// The reason why an integrator cannot render a stage.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{integrator}: {reason}")]
 pub struct IntegratorError {
     /// The integrator's name.
     pub integrator: &'static str,
     /// The reason, in words.
     pub reason: String,
 }
-
-impl fmt::Display for IntegratorError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.integrator, self.reason)
-    }
-}
-
-impl Error for IntegratorError {}

@@ -140,8 +140,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         self.bounces > 0 && !self.dirac
     }
 
-    /// The start of the ray that leads to the next vertex, and after [`arrive`](Self::arrive) of
-    /// the one that led there.
+    /// The start of the ray that leads to the next vertex; at a vertex that was just reached, of the
+    /// one that led there.
     #[inline]
     #[must_use]
     pub fn from(&self) -> &SurfacePoint {

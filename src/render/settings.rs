@@ -3,8 +3,6 @@
 use crate::film::{FilmError, Filter, FilterError};
 use crate::integrator::{Crew, IntegratorError};
 use crate::sampler::SamplerKind;
-use std::error::Error;
-use std::fmt;
 use std::time::Duration;
 
 /// When a rendering ends.
@@ -99,68 +97,30 @@ impl Settings {
 }
 
 /// The reason for which nothing could be rendered.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
     /// The budget is zero samples.
+    #[error("budget is zero samples per pixel")]
     NoSamples,
     /// The target error is not a positive number.
+    #[error("target error {0} is not a positive number")]
     TargetError(f64),
     /// The number of threads is zero.
+    #[error("number of threads is zero")]
     NoThreads,
     /// The threads could not be started; the reason.
+    #[error("threads could not be started: {0}")]
     ThreadPool(String),
     /// The pixel filter is invalid.
-    Filter(FilterError),
+    #[error("{0}")]
+    Filter(#[from] FilterError),
     /// The camera's film is invalid.
-    Film(FilmError),
+    #[error("{0}")]
+    Film(#[from] FilmError),
     /// The integrator cannot render the scene.
-    Integrator(IntegratorError),
-}
-
-impl fmt::Display for RenderError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoSamples => write!(f, "budget is zero samples per pixel"),
-            Self::TargetError(target) => {
-                write!(f, "target error {target} is not a positive number")
-            }
-            Self::NoThreads => write!(f, "number of threads is zero"),
-            Self::ThreadPool(reason) => write!(f, "threads could not be started: {reason}"),
-            Self::Filter(error) => error.fmt(f),
-            Self::Film(error) => error.fmt(f),
-            Self::Integrator(error) => error.fmt(f),
-        }
-    }
-}
-
-impl Error for RenderError {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        match self {
-            Self::Filter(error) => Some(error),
-            Self::Film(error) => Some(error),
-            Self::Integrator(error) => Some(error),
-            _ => None,
-        }
-    }
-}
-
-impl From<FilterError> for RenderError {
-    fn from(error: FilterError) -> Self {
-        Self::Filter(error)
-    }
-}
-
-impl From<IntegratorError> for RenderError {
-    fn from(error: IntegratorError) -> Self {
-        Self::Integrator(error)
-    }
-}
-
-impl From<FilmError> for RenderError {
-    fn from(error: FilmError) -> Self {
-        Self::Film(error)
-    }
+    #[error("{0}")]
+    Integrator(#[from] IntegratorError),
 }
 
 /// More threads than this are not started: they could not be kept busy.
