@@ -67,6 +67,8 @@ pub struct Rendering {
     pub counters: Counters,
     /// Wall-clock time spent rendering, without the progress callback.
     pub wall: Duration,
+    /// The part of it before the first pass, in which the integrator prepared itself.
+    pub preparation: Duration,
     /// Sum over the threads of the time that they spent on samples: processor time, if no thread
     /// had to wait for a processor.
     pub thread_time: Duration,
@@ -180,6 +182,7 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
         seed: settings.seed,
     };
     let mut run = integrator.start(stage, &crew)?;
+    let preparation = start.elapsed();
     let job = Job { source, kernel, region, threads: &threads };
     let mut totals = Totals { film, counters: Counters::default(), thread_time: Duration::ZERO };
     let mut watch = settings.target_error.map(Watch::new);
@@ -198,7 +201,8 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
         }
         stopped = progress(&Progress { passes, fraction, wall, film, counters }).is_break();
         let is_reached = watch.as_ref().is_some_and(|watch| watch.fraction(passes) >= 1.0);
-        let is_enough = stopped || is_reached || settings.budget.is_spent(passes, wall);
+        let is_enough =
+            stopped || is_reached || settings.budget.is_spent(passes, wall, preparation);
         paused += start.elapsed() - since;
         if is_enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
@@ -209,6 +213,7 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
         samples_per_pixel: passes,
         counters: with_preparation(counters, run.preparation()),
         wall,
+        preparation,
         thread_time: thread_time + crew.time(),
         techniques: run.techniques(),
         notes: run.notes(),

@@ -26,14 +26,14 @@ impl Budget {
         }
     }
 
-    pub(super) fn is_spent(self, passes: u32, wall: Duration) -> bool {
+    pub(super) fn is_spent(self, passes: u32, wall: Duration, preparation: Duration) -> bool {
         match self {
             Self::Samples(samples) => passes >= samples,
             // Another pass takes about as long as the average one: is its end nearer to the budget
             // than now?
             Self::Time(limit) => {
-                passes == u32::MAX
-                    || wall.as_secs_f64() * (1.0 + 0.5 / f64::from(passes)) >= limit.as_secs_f64()
+                let pass = wall.saturating_sub(preparation).as_secs_f64() / f64::from(passes);
+                passes == u32::MAX || wall.as_secs_f64() + 0.5 * pass >= limit.as_secs_f64()
             }
         }
     }

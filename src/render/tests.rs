@@ -445,10 +445,15 @@ fn a_time_budget_is_kept_and_gives_at_least_one_pass() {
     );
     assert_eq!(counted.image, timed.image);
     // Deciding: 3 s after 3 passes; a fourth would end at 4 s.
-    let spent =
-        |limit| Budget::Time(Duration::from_secs_f64(limit)).is_spent(3, Duration::from_secs(3));
+    let spent = |limit| {
+        Budget::Time(Duration::from_secs_f64(limit)).is_spent(
+            3,
+            Duration::from_secs(3),
+            Duration::ZERO,
+        )
+    };
     assert!(spent(3.4) && !spent(3.6));
-    assert!(Budget::Time(Duration::MAX).is_spent(u32::MAX, Duration::ZERO));
+    assert!(Budget::Time(Duration::MAX).is_spent(u32::MAX, Duration::ZERO, Duration::ZERO));
 }
 
 #[test]

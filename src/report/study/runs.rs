@@ -90,9 +90,11 @@ impl Runs {
         let most = match limit {
             Budget::Samples(samples) => samples,
             Budget::Time(time) => {
-                let pass = rendering.wall.as_secs_f64().max(1e-9)
-                    / f64::from(rendering.samples_per_pixel.max(1));
-                (time.as_secs_f64() / pass).round().clamp(1.0, 1e9) as u32
+                let drawing = rendering.wall.saturating_sub(rendering.preparation);
+                let pass =
+                    drawing.as_secs_f64().max(1e-9) / f64::from(rendering.samples_per_pixel.max(1));
+                let left = time.saturating_sub(rendering.preparation);
+                (left.as_secs_f64() / pass).round().clamp(1.0, 1e9) as u32
             }
         };
         let needed = time_to_error(&curve, plan.target)
