@@ -10,7 +10,7 @@ pub trait Crew: Sync {
 }
 
 impl dyn Crew + '_ {
-    /// What a task returns for every number below `count`, in the order of the numbers.
+    /// The results of a task for every number below `count`, in the order of the numbers.
     pub fn collect<T: Send + Sync>(
         &self,
         count: usize,

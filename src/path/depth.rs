@@ -3,7 +3,7 @@
 use super::MAX_BOUNCES;
 use crate::scene::Needs;
 
-/// Which paths count, by their number of scattering events; 0 is light that comes straight from an
+/// The paths that count, by their number of scattering events; 0 is light that comes straight from an
 /// emitter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Depth {
@@ -46,7 +46,7 @@ impl Depth {
         self.max_bounces.map_or(MAX_BOUNCES, |max| max.min(MAX_BOUNCES))
     }
 
-    /// Whether paths with so many scattering events count.
+    /// True if paths with so many scattering events count.
     #[inline]
     #[must_use]
     pub fn contains(&self, bounces: u32) -> bool {

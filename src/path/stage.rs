@@ -17,7 +17,7 @@ pub struct Stage<'a, S: Scene + ?Sized> {
     pub film: FilmRegion,
     /// The kernel of the pixel filter.
     pub kernel: Kernel,
-    /// What the scene needs. An integrator leaves out the rest.
+    /// The features that the scene needs. An integrator leaves out the rest.
     pub needs: Needs,
     /// Samples that the rendering will take over all pixels, as far as that is known.
     pub samples: u64,
@@ -78,7 +78,7 @@ pub struct Plan<'a, S: Scene + ?Sized> {
     pub techniques: TechniqueSet,
     /// The path lengths that count and that the scene has light for.
     pub depth: Depth,
-    /// What the stage does not need, and why.
+    /// The techniques that the stage does not need, and why.
     pub left_out: LeftOut,
 }
 

@@ -248,7 +248,8 @@ impl WorldBuilder {
     /// Builds the acceleration structure and the tables.
     ///
     /// Emissive surfaces become the first lights, in their order; then come the others in theirs.
-    /// What asks more of the arithmetic than it can give is no error; [`World::warnings`] tells it.
+    /// Surfaces that ask more of the arithmetic than it can give are no error;
+    /// [`World::warnings`] tells of them.
     ///
     /// # Errors
     /// The scene is empty, or the power of a light is negative or not finite.

@@ -12,7 +12,7 @@
 //! ([`rounding`] has the proofs), the answer depends neither on the tree nor on the instruction
 //! set.
 //!
-//! Where the f32 numbers of a block tell the corners of a triangle exactly, the exact test takes
+//! If the f32 numbers of a block tell the corners of a triangle exactly, the exact test takes
 //! them from there, which saves fetching the shape. They do for most triangles whose positions are
 //! f32 numbers: vertices stay such numbers in the space, and their differences are, too, unless an
 //! edge is longer than its ends' distances from a plane through the space's origin, roughly.

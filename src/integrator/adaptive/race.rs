@@ -199,7 +199,7 @@ impl<'r, 'a, S: Scene + ?Sized> Race<'r, 'a, S> {
         Sums { counters: scratch.counters, pixels, ..moments.finish() }
     }
 
-    /// What is known of a set.
+    /// The variance and cost of a set, as far as they are known.
     fn candidate(&self, (set, sums): &(TechniqueSet, Sums)) -> Candidate {
         let counts =
             Family::ALL.map(|family| if set.has(family) { set.family_count(family) } else { 0.0 });
@@ -228,7 +228,7 @@ impl<'r, 'a, S: Scene + ?Sized> Race<'r, 'a, S> {
     }
 }
 
-/// What a path of a plain sample says of every set; see [`Scouted::paths`].
+/// The ratios and the moment of a path of a plain sample; see [`Scouted::paths`].
 fn moment<S: Scene + ?Sized>(
     path: &Path<'_, '_, S>,
     plain: &TechniqueSet,
