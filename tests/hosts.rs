@@ -17,8 +17,8 @@ use pathspace::film::{Contribution, FilmSample, Sample};
 use pathspace::geometry::{Sphere, SurfacePoint};
 use pathspace::integrator::{Bidirectional, Caller, Depth, Integrator, PathTracer, Run, Stage};
 use pathspace::math::Rgb;
-use pathspace::path::{Heuristic, Scratch};
-use pathspace::sampler::Sampler;
+use pathspace::path::{Heuristic, Scratch, TechniqueSet};
+use pathspace::sampler::{SampleSource, Sampler, Stratified};
 use pathspace::scene::{Material, Needs, Scene, World};
 use rooms::{Room, camera, lambert, v};
 
@@ -53,6 +53,21 @@ fn moments<S: Scene, I: Integrator<S>>(scene: &S, integrator: &I, samples: u32) 
 
 fn film_sample(camera: &dyn Camera, random: &mut Random) -> FilmSample {
     FilmSample { raster: camera.film().from_window(random.next_2d()), offset: DVec2::ZERO }
+}
+
+/// What 5000 samples contribute, each in the order of its techniques.
+fn contributions<S: Scene, I: Integrator<S>>(scene: &S, integrator: &I) -> Vec<Contribution> {
+    const SAMPLES: u32 = 5000;
+    let (camera, source) = (camera(), Stratified { seed: 3, samples_per_pixel: SAMPLES });
+    let run = integrator.start(Stage::new(scene, &camera), &Caller).expect("a run");
+    let (mut scratch, mut all) = (Scratch::default(), Vec::new());
+    for pass in 0..SAMPLES {
+        let (mut sampler, from) = (source.sampler(0, pass), all.len());
+        let raster = camera.film().from_window(sampler.next_2d());
+        run.sample(FilmSample { raster, offset: DVec2::ZERO }, sampler, &mut all, &mut scratch);
+        all[from..].sort_by_key(|found: &Contribution| found.technique);
+    }
+    all
 }
 
 /// Means within 4 standard errors, which are small enough for a bias of 1 % to be seen.
@@ -147,6 +162,18 @@ fn a_fickle_choice_of_light_is_in_every_weight() {
         }
         assert!(paths > 5_000, "{paths}");
     }
+    // With numbers that depend on the sample and their purpose alone, path tracing draws the paths
+    // that bidirectional path tracing draws by s = 0 and s = 1, and gives them the same weights.
+    let techniques = TechniqueSet { bsdf_sampling: true, next_event: true, ..TechniqueSet::NONE };
+    let general = Bidirectional { techniques, ..Bidirectional::up_to(4) };
+    let [dedicated, general] =
+        [contributions(&scene, &PathTracer::up_to(4)), contributions(&scene, &general)];
+    assert!(dedicated.len() > 10_000 && dedicated.len() == general.len());
+    for (a, b) in dedicated.iter().zip(&general) {
+        assert_eq!(a.technique, b.technique);
+        assert!((a.weight - b.weight).abs() <= 1e-9, "{a:?} {b:?}");
+    }
+
     let plain = moments(&scene.0, &PathTracer::up_to(3), 2_000_000);
     assert_same("path tracing", moments(&scene, &PathTracer::up_to(3), 4_000_000), plain);
     assert_same("bidirectional", moments(&scene, &Bidirectional::up_to(3), 600_000), plain);
