@@ -55,7 +55,7 @@ fn film_sample(camera: &dyn Camera, random: &mut Random) -> FilmSample {
     FilmSample { raster: camera.film().from_window(random.next_2d()), offset: DVec2::ZERO }
 }
 
-/// What 5000 samples contribute, each in the order of its techniques.
+/// The contributions of 5000 samples, each in the order of its techniques.
 fn contributions<S: Scene, I: Integrator<S>>(scene: &S, integrator: &I) -> Vec<Contribution> {
     const SAMPLES: u32 = 5000;
     let (camera, source) = (camera(), Stratified { seed: 3, samples_per_pixel: SAMPLES });

@@ -1,7 +1,7 @@
 //! The binary tree that the wide one is made from, built from the root downwards by the surface
 //! area heuristic (MacDonald and Booth 1990).
 //!
-//! What is counted is blocks of triangles, not triangles, since a block costs the same however full
+//! Blocks of triangles are counted, not triangles, since a block costs the same however full
 //! it is; so leaves get full. Many references are put into bins along each axis (Wald 2007), few
 //! are sorted.
 

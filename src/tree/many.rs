@@ -2,7 +2,8 @@
 //! memory the others go on. In a tree that stays in the processor's caches there is little to wait
 //! for, and one goes after the other.
 //!
-//! What a ray visits does not depend on the others, so the answers are those of single queries.
+//! The nodes that a ray visits do not depend on the others, so the answers are those of single
+//! queries.
 
 use super::bvh::Bvh;
 use super::flights::{AnyFlight, NearestFlight, take_turns};
