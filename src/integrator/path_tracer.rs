@@ -48,11 +48,14 @@ impl PathTracer {
         Self { depth: Depth::up_to(max_bounces), ..Self::default() }
     }
 
-    pub(super) fn run<S: Scene + ?Sized>(self, stage: Stage<'_, S>) -> SingleWalk<'_, S, Self> {
+    pub(super) fn techniques(&self) -> TechniqueSet {
         let bsdf_sampling = self.mode != PathTracing::NextEventOnly;
         let next_event = self.mode != PathTracing::EmissionOnly;
-        let techniques = TechniqueSet { bsdf_sampling, next_event, ..TechniqueSet::NONE };
-        SingleWalk::new(stage, self, techniques, self.depth)
+        TechniqueSet { bsdf_sampling, next_event, ..TechniqueSet::NONE }
+    }
+
+    pub(super) fn run<S: Scene + ?Sized>(self, stage: Stage<'_, S>) -> SingleWalk<'_, S, Self> {
+        SingleWalk::new(stage, self, self.techniques(), self.depth)
     }
 }
 
@@ -97,7 +100,7 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PathTracer {
 impl PathTracer {
     /// Adds what the vertex emits (s = 0).
     #[inline(always)]
-    fn hit<S: Scene + ?Sized, P>(&self, visit: &mut Visit<'_, '_, S, P>) {
+    pub(super) fn hit<S: Scene + ?Sized, P>(&self, visit: &mut Visit<'_, '_, S, P>) {
         let Visit { plan: Plan { stage, techniques, depth, .. }, walk, vertex, .. } = visit;
         let scene = stage.scene;
         if !(techniques.bsdf_sampling && depth.contains(walk.bounces())) {
@@ -119,14 +122,14 @@ impl PathTracer {
     /// Adds the light of a point sampled on a light, if the vertex sees it (s = 1, next event
     /// estimation).
     #[inline(always)]
-    fn connect<S: Scene + ?Sized, P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
+    pub(super) fn connect<S: Scene + ?Sized, P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
         let Plan { stage, techniques, depth, .. } = visit.plan;
         let wanted = techniques.next_event && depth.contains(visit.walk.bounces() + 1);
         if !(wanted && visit.vertex.is_connectible()) {
             return;
         }
         let Some(next) = visit.next_event() else { return };
-        let Visit { vertex, counters, .. } = visit;
+        let vertex = &*visit.vertex;
         let Some(bsdf) = &vertex.bsdf else { return };
         let mut weight = 1.0;
         if techniques.bsdf_sampling && stage.scene.light(next.light).can_be_hit() {
@@ -135,7 +138,6 @@ impl PathTracer {
             let hit = direction.value() * next.edge.geometry;
             weight = self.heuristic.weight([hit / next.pdf.value()]);
         }
-        counters.shadow_rays += 1;
-        visit.out.connect([visit.end, next.end], visit.contribution(1, next.value, weight));
+        visit.connect(&next, weight);
     }
 }

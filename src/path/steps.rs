@@ -230,12 +230,20 @@ impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
         sample_next_event(plan.stage.scene, vertex, &mut sample.sampler, out, counters)
     }
 
+    /// Adds a point on a light that was sampled for this vertex, if the two see each other.
+    #[inline(always)]
+    pub fn connect(&mut self, next: &NextEvent, weight: f64) {
+        self.counters.shadow_rays += 1;
+        self.out.connect([self.end, next.end], self.contribution(1, next.value, weight));
+    }
+
     /// A contribution of a camera walk by the technique that draws s vertices from the light and
-    /// those up to this one from the camera.
+    /// those up to this one from the camera; `weight` is that within the weight of the walk.
     #[inline]
     #[must_use]
     pub fn contribution(&self, s: u16, value: Rgb, weight: f64) -> Contribution {
         let technique = Technique::new(s, self.walk.bounces() as u16 + 2);
+        let weight = self.walk.weight * weight;
         Contribution { raster: self.sample.film.raster, value, weight, technique }
     }
 

@@ -14,7 +14,7 @@ use crate::endpoint::Camera;
 use crate::film::{Contribution, Image, Sample, Technique};
 use crate::integrator::{Bidirectional, Caller, Integrator, Run, Stage};
 use crate::math::Rgb;
-use crate::path::{PathDensities, Scratch, TechniqueSet};
+use crate::path::{PathDensities, Scratch, TechniqueSet, Weighting};
 use crate::render::{Budget, RenderError, Settings};
 use crate::report::result::{Layer, Pyramid, TechniqueShare};
 use crate::scene::Scene;
@@ -137,7 +137,7 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
                         let same_length = technique.s + technique.t
                             == contribution.technique.s + contribution.technique.t;
                         let weight = if same_length {
-                            path.weight(reduced, integrator.heuristic)
+                            path.weight(&Weighting::new(*reduced, integrator.heuristic))
                         } else {
                             weight
                         };
@@ -205,9 +205,7 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
 /// True if another technique of the set can draw the path.
 fn has_competitor(path: &impl PathDensities, set: &TechniqueSet, technique: Technique) -> bool {
     let mut found = false;
-    path.sweep(usize::from(technique.t), |t, ratio| {
-        found |= ratio > 0.0 && set.contains(path.technique(t))
-    });
+    path.sweep(technique, 0.0, |other, ratio| found |= ratio > 0.0 && set.contains(other));
     found
 }
 
