@@ -40,7 +40,7 @@ fn sphere(criterion: &mut Criterion) {
         .collect();
     let mut group = criterion.benchmark_group("sphere");
     group.sample_size(10);
-    for count in [100_000, 1_000_000] {
+    for count in [100_000u32, 1_000_000] {
         let photons: Vec<Photon> =
             (0..count).map(|_| on_sphere(&mut rng)).map(|normal| photon(normal, normal)).collect();
         for mean in [1.0, 10.0, 100.0] {
@@ -67,7 +67,7 @@ fn one_cell(criterion: &mut Criterion) {
     let mut rng = Pcg64Mcg::seed_from_u64(2);
     let mut group = criterion.benchmark_group("one cell");
     group.sample_size(10);
-    for count in [100_000, 1_000_000, 10_000_000] {
+    for count in [100_000u32, 1_000_000, 10_000_000] {
         let in_cube = DVec3::new(0.5, 1.0, 1.0);
         let photons: Vec<Photon> = (0..count)
             .map(|_| photon(in_cube * DVec3::from_array(rng.random()), DVec3::Z))

@@ -64,8 +64,7 @@ impl<T> HashGrid<T> {
             grid.starts[bucket] += 1;
             places.push(bucket as u32);
         }
-        // Counts become the buckets' ends; placing points from the last one on makes starts of
-        // them.
+        // Counts become the buckets' ends; placing points from the last one on makes them starts.
         let mut end = 0;
         for start in &mut grid.starts {
             end += *start;
@@ -88,11 +87,15 @@ impl<T> HashGrid<T> {
         Some(grid)
     }
 
-    /// The cell of a position. Rounds towards zero, so that cells at the origin are twice as wide;
-    /// the last one along an axis has everything beyond, too.
+    /// The cell of a position; the last one along an axis has everything beyond, too.
     #[inline]
     fn cell(&self, position: DVec3) -> [i64; 3] {
-        (position * self.resolution).to_array().map(|x| x as i64)
+        // `f64::floor` is a call where the instruction set has no rounding.
+        let floor = |x: f64| {
+            let towards_zero = x as i64;
+            towards_zero.saturating_sub(i64::from(towards_zero as f64 > x))
+        };
+        (position * self.resolution).to_array().map(floor)
     }
 
     /// The bucket of a cell in a row.
@@ -238,8 +241,8 @@ mod tests {
         }
     }
 
-    /// Points on the corners of cells of 1 × 2 × 2 and as close to them as numbers allow, with balls
-    /// that they lie on the border of.
+    /// Points on the corners of cells of 1 × 2 × 2 and as close to them as numbers allow, and balls
+    /// with points on their border.
     #[test]
     fn borders_of_cells_belong_to_one_of_them() {
         for offset in [0.0, 3.0, -1e6, 9e15] {

@@ -71,10 +71,10 @@ impl<P: AsRef<Photon>> PhotonMap<P> {
         grid.map(|grid| Self { grid }).ok_or(error)
     }
 
-    /// Visits once each photon z near a point y for which `|z - y| < r` and `n(z) · n(y) > 1/2`, with
-    /// geometric normals. Takes time proportional to the number of photons in a few balls around
-    /// the point. The order depends on nothing but the order of the photons that the map was built
-    /// of.
+    /// Visits each photon z for which `|z - y| < r` and `n(z) · n(y) > 1/2` once, with y the point
+    /// and n the geometric normals. Takes time proportional to the number of photons in a few balls
+    /// around the point. The order depends on nothing but the order of the photons that the map was
+    /// built of.
     #[inline]
     pub fn within(&self, point: &SurfacePoint, mut visit: impl FnMut(&P)) {
         self.grid.within(point.position, |photon| {
