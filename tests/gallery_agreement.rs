@@ -164,6 +164,15 @@ fn smooth_mesh() {
     );
 }
 
+/// Both must leave the floor by chance in the direction that the water bends to the lamp.
+#[test]
+fn pool() {
+    agree(
+        "pool",
+        &Targets { path: 0.05, light: None, bidirectional: 0.05, uniform: None, blocks: false },
+    );
+}
+
 #[test]
 #[ignore = "takes long: standard errors of 0.2 %"]
 fn means_agree_to_a_fifth_of_a_percent() {
