@@ -131,7 +131,10 @@ impl AnyIntegrator {
             Self::PathTracing => claims.path_tracing,
             Self::LightTracing => claims.light_tracing,
             Self::UniformArea => claims.uniform_area,
-            _ => claims.bidirectional,
+            Self::Bidirectional | Self::Adaptive => claims.bidirectional,
+            Self::PhotonMapping => claims.photon_mapping,
+            Self::InstantRadiosity => claims.instant_radiosity,
+            Self::Vcm => claims.vcm,
         }
     }
 }
