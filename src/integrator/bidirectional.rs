@@ -4,7 +4,7 @@
 //! form that the dedicated ones are tested against.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
-use super::shared_walks::LightWalks;
+use super::shared::LightWalks;
 use super::{Crew, Depth, Integrator, Notes, Run, Stage, Started};
 use crate::film::{Contribution, Sample, Sink, Technique};
 use crate::path::{
@@ -39,18 +39,6 @@ impl Bidirectional {
         let plan = Plan::new(stage, self.techniques, self.depth);
         let weighting = Weighting::new(plan.techniques, self.heuristic);
         Pairs { plan, roulette: self.roulette.without_constant(), weighting }
-    }
-
-    /// Draws one sample and shows every path with a nonzero contribution, with its weight, to
-    /// `visit`, as an audit or an experiment looks at them.
-    pub fn for_each_path<'s, S: Scene + ?Sized, P: Sampler>(
-        &self,
-        stage: Stage<'s, S>,
-        sample: Sample<P>,
-        scratch: &mut Scratch<'s, S>,
-        visit: impl FnMut(&Path<'_, 's, S>, &Contribution),
-    ) {
-        self.run(stage).for_each_path(sample, scratch, visit, |_| {});
     }
 }
 
@@ -140,28 +128,10 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
         self.trace(samples, sink, scratch, &mut offer, merge);
     }
 
-    /// Draws one sample, shows `visit` every path with a nonzero contribution, and `merge` the
-    /// complete camera subpath.
-    pub(super) fn for_each_path<P: Sampler>(
-        &self,
-        sample: Sample<P>,
-        scratch: &mut Scratch<'a, S>,
-        mut visit: impl FnMut(&Path<'_, 'a, S>, &Contribution),
-        merge: impl FnMut(&mut Site<'_, 'a, S, P>),
-    ) {
-        let mut look = |path: &Path<'_, 'a, S>, contribution, _: &mut Out<'_>, counters: &mut _| {
-            if path.is_visible(counters) {
-                visit(path, &contribution);
-            }
-        };
-        let nowhere = &mut |_, _: &Contribution| {};
-        self.trace(&mut [sample], nowhere, scratch, &mut look, merge);
-    }
-
     /// Draws samples and offers each path that may contribute, with its contribution if it is
     /// visible.
     #[inline]
-    fn trace<P: Sampler>(
+    pub(super) fn trace<P: Sampler>(
         &self,
         samples: &mut [Sample<P>],
         sink: &mut dyn Sink,

@@ -18,15 +18,15 @@
 //! ([`Steps`](crate::path::Steps)); many advance together.
 
 mod adaptive;
+mod audit;
 mod bidirectional;
 mod crew;
 mod instant_radiosity;
 mod light_tracer;
-mod merging;
 mod path_tracer;
 mod photon_mapping;
 mod run;
-mod shared_walks;
+mod shared;
 mod uniform_area;
 mod vertex_connection_merging;
 mod with_needs;
@@ -35,13 +35,12 @@ pub use crate::path::{Depth, Stage};
 pub use adaptive::{Adaptive, Candidate, Decision};
 pub use bidirectional::Bidirectional;
 pub use crew::{Caller, Crew};
-pub use instant_radiosity::{InstantRadiosity, VirtualLights};
+pub use instant_radiosity::{InstantRadiosity, VirtualLightPasses};
 pub use light_tracer::LightTracer;
-pub use merging::{Merging, PhotonMaps};
 pub use path_tracer::{PathTracer, PathTracing};
 pub use photon_mapping::{PhotonMapping, PhotonPasses};
 pub use run::{Estimator, Integrator, IntegratorError, Notes, Run, SingleWalk, Started};
-pub use shared_walks::{LightWalks, SharedWalks};
+pub use shared::{LightWalks, Merging, PhotonMaps, SharedWalks};
 pub use uniform_area::UniformArea;
 pub use vertex_connection_merging::{MergingPairs, VertexConnectionMerging};
 pub use with_needs::WithNeeds;

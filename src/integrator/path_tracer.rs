@@ -101,12 +101,9 @@ impl PathTracer {
     /// Adds what the vertex emits (s = 0).
     #[inline(always)]
     pub(super) fn hit<S: Scene + ?Sized, P>(&self, visit: &mut Visit<'_, '_, S, P>) {
-        let Visit { plan: Plan { stage, techniques, depth, .. }, walk, vertex, .. } = visit;
+        let Some((id, value)) = visit.emitted() else { return };
+        let Visit { plan: Plan { stage, techniques, .. }, walk, vertex, .. } = visit;
         let scene = stage.scene;
-        if !(techniques.bsdf_sampling && depth.contains(walk.bounces())) {
-            return;
-        }
-        let Some((id, radiance)) = vertex.emission(scene) else { return };
         let light = scene.light(id);
         let competes = techniques.next_event && walk.is_from_connectible();
         let mut weight = 1.0;
@@ -116,19 +113,15 @@ impl PathTracer {
             let hit = walk.pdf().value() * vertex.geometry;
             weight = self.heuristic.weight([connect / hit]);
         }
-        visit.out.add(&visit.contribution(0, visit.vertex.throughput * radiance, weight));
+        visit.out.add(&visit.contribution(0, value, weight));
     }
 
     /// Adds the light of a point sampled on a light, if the vertex sees it (s = 1, next event
     /// estimation).
     #[inline(always)]
     pub(super) fn connect<S: Scene + ?Sized, P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
-        let Plan { stage, techniques, depth, .. } = visit.plan;
-        let wanted = techniques.next_event && depth.contains(visit.walk.bounces() + 1);
-        if !(wanted && visit.vertex.is_connectible()) {
-            return;
-        }
         let Some(next) = visit.next_event() else { return };
+        let Plan { stage, techniques, .. } = visit.plan;
         let vertex = &*visit.vertex;
         let Some(bsdf) = &vertex.bsdf else { return };
         let mut weight = 1.0;

@@ -11,7 +11,7 @@
 //! weights; and caustics seen through glass or water cost no more than others.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
-use super::merging::{Merging, PhotonMaps};
+use super::shared::{Merging, PhotonMaps};
 use super::{Crew, Depth, Integrator, IntegratorError, Notes, Run, Stage, Started};
 use crate::endpoint::Light;
 use crate::film::{Contribution, Sample, Sink};
@@ -107,25 +107,16 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for PhotonPasses<'a, S> {
 
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PhotonPasses<'a, S> {
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        let Plan { stage, techniques, depth, .. } = &self.plan;
-        let (bounces, raster) = (visit.walk.bounces(), visit.sample.film.raster);
-        if techniques.bsdf_sampling
-            && depth.contains(bounces)
-            && let Some((_, radiance)) = visit.vertex.emission(stage.scene)
-        {
-            visit.out.add(&visit.contribution(0, visit.vertex.throughput * radiance, 1.0));
+        let raster = visit.sample.film.raster;
+        if let Some((_, value)) = visit.emitted() {
+            visit.out.add(&visit.contribution(0, value, 1.0));
         }
-        visit.limit(depth.limit())?;
-        if visit.vertex.is_connectible() {
-            for (technique, value) in self.maps.estimates(visit) {
-                visit.out.add(&Contribution { raster, value, weight: 1.0, technique });
-            }
-            if techniques.next_event
-                && depth.contains(bounces + 1)
-                && let Some(next) = visit.next_event()
-            {
-                visit.connect(&next, 1.0);
-            }
+        visit.limit(self.plan.depth.limit())?;
+        for (technique, value) in self.maps.estimates(visit) {
+            visit.out.add(&Contribution { raster, value, weight: 1.0, technique });
+        }
+        if let Some(next) = visit.next_event() {
+            visit.connect(&next, 1.0);
         }
         ControlFlow::Continue(())
     }

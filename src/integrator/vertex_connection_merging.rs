@@ -13,17 +13,12 @@
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
 use super::bidirectional::Pairs;
-use super::merging::{Merging, PhotonMaps};
+use super::shared::{Merges, Merging};
 use super::{Bidirectional, Crew, Integrator, IntegratorError, Notes, Run, Stage, Started};
-use crate::bsdf::TransportMode::{Importance, Radiance};
-use crate::film::{Contribution, Sample, Sink, Technique};
-use crate::path::{
-    Counters, MergeSide, MergedPath, Out, Path, Scratch, Site, TechniqueSet, Vertex, Weighting,
-};
-use crate::photon_map::Photon;
+use crate::film::{Sample, Sink};
+use crate::path::{Counters, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
-use std::sync::Arc;
 
 /// Vertex connection and merging.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,22 +35,8 @@ pub struct VertexConnectionMerging {
 
 /// A rendering by pairs of subpaths and by the photon maps of passes.
 pub struct MergingPairs<'a, S: Scene + ?Sized> {
-    pairs: Pairs<'a, S>,
-    maps: PhotonMaps<WeightedPhoton<'a, S>>,
-    keeps_subpaths: bool,
-}
-
-/// A photon, and what the weights of its merges need of the subpath behind it.
-struct WeightedPhoton<'a, S: Scene + ?Sized + 'a> {
-    photon: Photon,
-    side: MergeSide,
-    subpath: Option<Arc<Vec<Vertex<S::Bsdf<'a>>>>>,
-}
-
-impl<S: Scene + ?Sized> AsRef<Photon> for WeightedPhoton<'_, S> {
-    fn as_ref(&self) -> &Photon {
-        &self.photon
-    }
+    pub(super) pairs: Pairs<'a, S>,
+    pub(super) merges: Merges<'a, S>,
 }
 
 impl<S: Scene + ?Sized> Integrator<S> for VertexConnectionMerging {
@@ -75,8 +56,8 @@ impl<S: Scene + ?Sized> Integrator<S> for VertexConnectionMerging {
         if self.correlation_aware {
             pairs.weighting = pairs.weighting.correlation_aware();
         }
-        let maps = PhotonMaps::new(self.merging, &pairs.plan, Integrator::<S>::name(self))?;
-        Ok(MergingPairs { pairs, maps, keeps_subpaths: false })
+        let merges = Merges::new(self.merging, &pairs.plan, Integrator::<S>::name(self))?;
+        Ok(MergingPairs { pairs, merges })
     }
 }
 
@@ -88,7 +69,7 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for MergingPairs<'a, S> {
     }
 
     fn notes(&self) -> Notes {
-        self.maps.notes(&self.pairs.plan)
+        self.merges.maps.notes(&self.pairs.plan)
     }
 
     fn learns(&self) -> bool {
@@ -96,25 +77,12 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for MergingPairs<'a, S> {
     }
 
     fn preparation(&self) -> Counters {
-        self.maps.counters
+        self.merges.maps.counters
     }
 
     fn begin_pass(&mut self, pass: u32, crew: &dyn Crew) -> Result<(), IntegratorError> {
-        let Self { pairs, maps, .. } = self;
-        pairs.weighting = pairs.weighting.with_merge_radius(maps.radius(pass));
-        let (scene, weighting) = (pairs.plan.stage.scene, pairs.weighting);
-        let keeps_subpath = self.keeps_subpaths || weighting.needs_sweep();
-        maps.begin_pass(pass, crew, (&pairs.plan, &pairs.roulette), |subpath, photons| {
-            weighting.complete_light_subpath(subpath, scene);
-            let side = |s: u16| weighting.light_side(&subpath[..s.into()], scene);
-            let found: Vec<_> = Photon::of(subpath).map(|found| (found, side(found.s))).collect();
-            let subpath = keeps_subpath.then(|| Arc::new(std::mem::take(subpath)));
-            photons.extend(found.into_iter().map(|(photon, side)| WeightedPhoton {
-                photon,
-                side,
-                subpath: subpath.clone(),
-            }));
-        })
+        let Pairs { plan, roulette, weighting } = &mut self.pairs;
+        self.merges.begin_pass(pass, crew, (plan, roulette), weighting)
     }
 
     fn draw<P: Sampler>(
@@ -124,83 +92,9 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for MergingPairs<'a, S> {
         _: &mut (),
         scratch: &mut Scratch<'a, S>,
     ) {
-        self.pairs.draw_and_merge(samples, sink, scratch, |site| {
-            self.merge(site, |_, contribution, out| out.add(&contribution));
+        let Self { pairs, merges } = self;
+        pairs.draw_and_merge(samples, sink, scratch, |site| {
+            merges.for_each(&pairs.weighting, site, |_, merged, out| out.add(&merged));
         });
-    }
-}
-
-impl<'a, S: Scene + ?Sized + 'a> MergingPairs<'a, S> {
-    /// Draws one sample and shows every path with a nonzero contribution, connected or merged, as an
-    /// audit looks at them; merged ones of a pass that [keeps](Self::keep_subpaths) light subpaths.
-    pub fn for_each_path<P: Sampler>(
-        &self,
-        sample: Sample<P>,
-        scratch: &mut Scratch<'a, S>,
-        connected: impl FnMut(&Path<'_, 'a, S>, &Contribution),
-        mut merged: impl FnMut(&MergedPath<'_, 'a, S>, &Contribution),
-    ) {
-        self.pairs.for_each_path(sample, scratch, connected, |site| {
-            self.merge(site, |path, contribution, _| {
-                if let Some(path) = path {
-                    merged(path, &contribution);
-                }
-            });
-        });
-    }
-
-    /// The weights of the pass under way.
-    pub fn weighting(&self) -> &Weighting {
-        &self.pairs.weighting
-    }
-
-    /// Keeps whole light subpaths in the passes to come.
-    pub fn keep_subpaths(&mut self) {
-        self.keeps_subpaths = true;
-    }
-
-    /// Merges the vertices of a camera subpath with the photons in reach.
-    fn merge<P: Sampler>(
-        &self,
-        site: &mut Site<'_, 'a, S, P>,
-        mut visit: impl FnMut(Option<&MergedPath<'_, 'a, S>>, Contribution, &mut Out<'_>),
-    ) {
-        let Site { plan, subpaths, sample, out, counters, .. } = site;
-        let weighting = &self.pairs.weighting;
-        let scale = 1.0 / (f64::from(plan.techniques.merges) * weighting.merge_area());
-        for t in 2..=subpaths.camera.len() {
-            let (subpath, y) = (&subpaths.camera[..t], &subpaths.camera[t - 1]);
-            let Some(bsdf) = y.bsdf.as_ref().filter(|_| y.is_connectible()) else { continue };
-            let camera_side = weighting.camera_side(subpath);
-            self.maps.within(
-                &y.point,
-                counters,
-                |WeightedPhoton { photon, side, subpath: light }, counters| {
-                    let technique = Technique::merge(photon.s, t as u16);
-                    if !plan.depth.contains(technique.bounces().into()) {
-                        return;
-                    }
-                    counters.merges += 1;
-                    let (to_light, to_camera) = (photon.to_previous, y.to_previous);
-                    let value = y.throughput * bsdf.eval(to_light, to_camera) * photon.flux * scale;
-                    if value.is_black() {
-                        return;
-                    }
-                    let path = light.as_ref().and_then(|light| {
-                        let (scene, camera) = (plan.stage.scene, plan.stage.camera);
-                        MergedPath::new(scene, camera, subpath, &light[..photon.s.into()])
-                    });
-                    let weight = match &path {
-                        Some(path) if weighting.needs_sweep() => path.weight(weighting),
-                        _ => weighting.merge_weight([
-                            (&camera_side, bsdf.pdf(to_light, to_camera, Importance).value()),
-                            (side, bsdf.pdf(to_camera, to_light, Radiance).value()),
-                        ]),
-                    };
-                    let raster = sample.film.raster;
-                    visit(path.as_ref(), Contribution { raster, value, weight, technique }, out);
-                },
-            );
-        }
     }
 }

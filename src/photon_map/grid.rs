@@ -1,5 +1,6 @@
 //! The hash grid that finds points near a point.
 
+use super::has_area;
 use glam::DVec3;
 
 /// Points sorted by the cells of a grid over all of space, whose rows of cells a hash function maps
@@ -35,8 +36,7 @@ impl<T> HashGrid<T> {
         radius: f64,
         position: impl Fn(&T) -> DVec3,
     ) -> Option<Self> {
-        let usable = radius > 0.0 && (radius * radius).is_normal();
-        let points = if usable { points } else { Vec::new() };
+        let points = if has_area(radius) { points } else { Vec::new() };
         let buckets = points.len().checked_next_power_of_two()?;
         Self::with_buckets(buckets, points, radius, position)
     }

@@ -25,6 +25,12 @@ use std::f64::consts::PI;
 /// The cosine between two normals below which they are not of one surface.
 const MIN_COSINE: f64 = 0.5;
 
+/// True if photons can be found within a radius: it is positive, and its square a normal number.
+#[must_use]
+pub fn has_area(radius: f64) -> bool {
+    radius > 0.0 && (radius * radius).is_normal()
+}
+
 /// The arrival of a light walk at a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Photon {

@@ -42,6 +42,7 @@
 use super::Heuristic;
 use crate::endpoint::{Camera, Endpoint, Light};
 use crate::path::{Path, TechniqueSet, Vertex};
+use crate::photon_map::has_area;
 use crate::scene::Scene;
 use std::f64::consts::PI;
 
@@ -98,7 +99,7 @@ impl Weighting {
     #[must_use]
     pub fn with_merge_radius(self, radius: f64) -> Self {
         let area = PI * radius * radius;
-        if self.set.merges == 0 || !(area.is_normal() && area > 0.0) {
+        if self.set.merges == 0 || !has_area(radius) {
             return Self { merges: 0.0, merge_area: 0.0, ..self };
         }
         let merges = self.heuristic.raise(self.set.merges.into());

@@ -2,8 +2,8 @@
 //! vertices.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
-use super::{Crew, IntegratorError};
 use crate::film::{Contribution, FilmSample, Sample};
+use crate::integrator::{Crew, IntegratorError};
 use crate::path::{
     Counters, Plan, RandomWalk, Roulette, Scratch, Site, Steps, Vertex, Visit, advance, join,
 };
