@@ -195,15 +195,16 @@ fn find(scene: &NamedScene, options: &Options) -> Result<Option<Found>, Box<dyn 
             let here = options.pixel.is_none_or(|(x, y)| {
                 contribution.raster.floor() == DVec2::new(f64::from(x), f64::from(y))
             });
-            here && options.technique.is_none_or(|wanted| wanted == contribution.technique)
+            let wanted = options.technique.is_none_or(|wanted| wanted == contribution.technique);
+            first.get().is_none() && here && wanted
         };
-        let found = |contribution: &Contribution, record, survival, verification| Found {
+        let found = |contribution: &Contribution, distance, record, survival, verification| Found {
             sample,
             technique: contribution.technique,
             raster: contribution.raster,
             record,
             weighting,
-            distance: None,
+            distance,
             value: contribution.value,
             survival,
             weight: contribution.weight,
@@ -214,21 +215,19 @@ fn find(scene: &NamedScene, options: &Options) -> Result<Option<Found>, Box<dyn 
             &mut scratch,
             |path, contribution| {
                 if fits(contribution) {
+                    let (record, verification) = (path.record(), path.verify(&weighting));
                     first.get_or_init(|| {
-                        let verification = path.verify(&weighting);
-                        found(contribution, path.record(), path.survival(), verification)
+                        found(contribution, None, record, path.survival(), verification)
                     });
                 }
             },
             |path, contribution| {
                 if fits(contribution) {
+                    let [y, z] = [path.vertex(path.meeting()), path.photon()];
+                    let distance = Some(y.point.position.distance(z.point.position));
+                    let (record, verification) = (path.record(), path.verify(&weighting));
                     first.get_or_init(|| {
-                        let verification = path.verify(&weighting);
-                        let [y, z] = [path.vertex(path.meeting()), path.photon()];
-                        Found {
-                            distance: Some(y.point.position.distance(z.point.position)),
-                            ..found(contribution, path.record(), path.survival(), verification)
-                        }
+                        found(contribution, distance, record, path.survival(), verification)
                     });
                 }
             },
