@@ -6,23 +6,29 @@ mod common;
 
 use clap::Parser;
 use common::{FileOptions, NamedScene, scene_list, scene_or_file};
-use pathspace::film::{FilmSample, Sample, Technique};
+use pathspace::film::{Contribution, FilmSample, Sample, Technique};
 use pathspace::geometry::Place;
 use pathspace::glam::{DVec2, DVec3, UVec2};
-use pathspace::integrator::{Bidirectional, Depth, Stage};
-use pathspace::math::Rgb;
-use pathspace::path::{
-    Heuristic, PathDensities, PathRecord, Scratch, TechniqueSet, Verification, Weighting,
+use pathspace::integrator::{
+    Bidirectional, Caller, Depth, Integrator, Merging, Run, Stage, VertexConnectionMerging,
 };
+use pathspace::math::Rgb;
+use pathspace::path::{Heuristic, PathDensities, PathRecord, Scratch, Verification, Weighting};
 use pathspace::sampler::{Independent, SampleSource, Sampler};
-use pathspace::scene::{Scene, World};
+use pathspace::scene::{Needs, Scene, World};
+use std::cell::OnceCell;
+use std::error::Error;
+use std::f64::consts::PI;
 use std::process::ExitCode;
 
 /// Errors of a path's cached numbers above this are no rounding errors.
 const TOLERANCE: f64 = 1e-6;
 const MOST_SAMPLES: u32 = 10_000_000;
+/// Light walks that merge with each camera walk, and samples that share them.
+const LIGHT_WALKS: u32 = 1 << 14;
 
-/// Draws a path with bidirectional path tracing and writes down all that makes up its contribution.
+/// Draws a path with bidirectional path tracing, or with vertex connection and merging, and writes
+/// down all that makes up its contribution.
 #[derive(Parser)]
 #[command(after_help = format!("Scenes of the gallery:\n{}", scene_list()))]
 struct Options {
@@ -33,9 +39,16 @@ struct Options {
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=60))]
     bounces: u32,
     /// The technique that must have drawn the path: s vertices from the light, t from the camera,
-    /// with s + t = bounces + 2; any if not given
-    #[arg(long, value_name = "S,T", value_parser = parse_technique)]
+    /// with s + t = bounces + 2, or bounces + 3 to merge them; any if not given
+    #[arg(long, value_name = "S,T|merge:S,T", value_parser = parse_technique)]
     technique: Option<Technique>,
+    /// Let subpaths merge, too; --radius and a technique that merges imply it
+    #[arg(long)]
+    merge: bool,
+    /// Radius within which subpaths merge, in units of the scene [default: twice the size of a
+    /// pixel on what is seen]
+    #[arg(long, value_parser = common::parse_radius)]
+    radius: Option<f64>,
     /// Only paths through this pixel, column and row
     #[arg(long, value_name = "X,Y", value_parser = parse_pair)]
     pixel: Option<(u16, u16)>,
@@ -52,11 +65,22 @@ fn parse_pair(text: &str) -> Result<(u16, u16), String> {
 }
 
 fn parse_technique(text: &str) -> Result<Technique, String> {
-    let (s, t) = parse_pair(text)?;
-    if t == 0 {
-        Err("t is at least 1: the lens is never hit by chance".to_owned())
-    } else {
-        Ok(Technique::new(s, t))
+    let merge = text.strip_prefix("merge:");
+    let (s, t) = parse_pair(merge.unwrap_or(text))?;
+    match merge {
+        Some(_) if s < 2 || t < 2 => {
+            Err("s and t are at least 2: both walks have found the vertex where they meet"
+                .to_owned())
+        }
+        Some(_) => Ok(Technique::merge(s, t)),
+        None if t == 0 => Err("t is at least 1: the lens is never hit by chance".to_owned()),
+        None => Ok(Technique::new(s, t)),
+    }
+}
+
+impl Options {
+    fn merges(&self) -> bool {
+        self.merge || self.radius.is_some() || self.technique.is_some_and(|wanted| wanted.merged)
     }
 }
 
@@ -72,16 +96,17 @@ fn main() -> ExitCode {
 }
 
 /// Renders, audits and prints the paths; true if the audit passes.
-fn run(options: &Options) -> Result<bool, Box<dyn std::error::Error>> {
-    if let Some(Technique { s, t, .. }) = options.technique
-        && u32::from(s) + u32::from(t) != options.bounces + 2
-    {
-        return Err(format!(
-            "technique {s},{t} draws paths with s + t - 2 = {} bounces, not {}",
-            i32::from(s + t) - 2,
-            options.bounces
-        )
-        .into());
+fn run(options: &Options) -> Result<bool, Box<dyn Error>> {
+    if let Some(technique @ Technique { s, t, merged }) = options.technique {
+        let shared = if merged { 3 } else { 2 };
+        if u32::from(s) + u32::from(t) != options.bounces + shared {
+            return Err(format!(
+                "technique {technique} draws paths with s + t - {shared} = {} bounces, not {}",
+                i64::from(s) + i64::from(t) - i64::from(shared),
+                options.bounces
+            )
+            .into());
+        }
     }
     let scene = scene_or_file(&options.scene, UVec2::splat(256), &FileOptions::default())?;
     let size = scene.camera.0.film().resolution;
@@ -92,11 +117,10 @@ fn run(options: &Options) -> Result<bool, Box<dyn std::error::Error>> {
             format!("pixel {x},{y} is not on the film of {} x {} pixels", size.x, size.y).into()
         );
     }
-    let Some(found) = find(&scene, options) else {
-        let technique =
-            options.technique.map_or("any technique".to_owned(), |Technique { s, t, .. }| {
-                format!("technique ({s}, {t})")
-            });
+    let Some(found) = find(&scene, options)? else {
+        let technique = options
+            .technique
+            .map_or("any technique".to_owned(), |wanted| format!("technique {wanted}"));
         return Err(format!(
             "no path with {} bounces drawn by {technique} in {MOST_SAMPLES} samples of {}",
             options.bounces, scene.name
@@ -104,19 +128,18 @@ fn run(options: &Options) -> Result<bool, Box<dyn std::error::Error>> {
         .into());
     };
     println!("{}: {}", scene.name, scene.description);
-    let Technique { s, t, .. } = found.technique;
     println!(
-        "sample {} of seed {}: a path with {} bounces, drawn by technique (s, t) = ({s}, {t})",
-        found.sample, options.seed, options.bounces
+        "sample {} of seed {}: a path with {} bounces, drawn by technique (s, t) = {}",
+        found.sample, options.seed, options.bounces, found.technique
     );
     println!(
         "it meets the film of {} x {} pixels at ({:.2}, {:.2})\n",
         size.x, size.y, found.raster.x, found.raster.y
     );
-    print_vertices(&found.record, &scene.world);
+    print_vertices(&found, &scene.world);
     print_factors(&found.record);
     print_contribution(&found.record);
-    print_techniques(&found.record, &found.set, found.technique);
+    print_techniques(&found);
     Ok(print_verification(&found))
 }
 
@@ -125,7 +148,9 @@ struct Found {
     technique: Technique,
     raster: DVec2,
     record: PathRecord,
-    set: TechniqueSet,
+    weighting: Weighting,
+    /// Distance of the two vertices that were merged.
+    distance: Option<f64>,
     /// The integrator's own numbers: f/p with roulette, product of survival probabilities, weight.
     value: Rgb,
     survival: f64,
@@ -134,57 +159,87 @@ struct Found {
 }
 
 /// The first path that fits, in the order of samples.
-fn find(scene: &NamedScene, options: &Options) -> Option<Found> {
+fn find(scene: &NamedScene, options: &Options) -> Result<Option<Found>, Box<dyn Error>> {
     let camera = &*scene.camera.0;
-    let integrator =
-        Bidirectional { depth: Depth::exactly(options.bounces), ..Bidirectional::default() };
-    let set = integrator.techniques.pruned(&scene.world.needs());
+    let (depth, merges) = (Depth::exactly(options.bounces), options.merges());
+    let integrator = VertexConnectionMerging {
+        bidirectional: Bidirectional { depth, ..Bidirectional::default() },
+        merging: Merging {
+            radius: options.radius,
+            alpha: 1.0,
+            light_walks: Some(if merges { LIGHT_WALKS } else { 0 }),
+        },
+        ..VertexConnectionMerging::default()
+    };
+    // Merges are shown where they are not needed, too.
+    let needs = if merges { Needs::ALL } else { scene.world.needs() };
+    let stage = Stage { needs, seed: options.seed, ..Stage::new(&scene.world, camera) };
+    let mut run = integrator.start(stage, &Caller)?;
+    run.keep_subpaths();
     let mut scratch = Scratch::default();
     let source = Independent { seed: options.seed };
     let size = camera.film().resolution.as_dvec2();
     for sample in 0..MOST_SAMPLES {
+        if sample % LIGHT_WALKS == 0 && run.learns() {
+            run.begin_pass(sample / LIGHT_WALKS, &Caller)?;
+        }
+        let weighting = *run.weighting();
         let mut sampler = source.sampler(sample, 0);
         let u = sampler.next_2d();
         // Camera walks start in the wanted pixel; light walks must happen to meet it.
         let raster =
             options.pixel.map_or(u * size, |(x, y)| DVec2::new(f64::from(x), f64::from(y)) + u);
         let film = FilmSample { raster, offset: DVec2::ZERO };
-        let mut found = None;
-        integrator.for_each_path(
-            Stage::new(&scene.world, camera),
+        let first = OnceCell::new();
+        let fits = |contribution: &Contribution| {
+            let here = options.pixel.is_none_or(|(x, y)| {
+                contribution.raster.floor() == DVec2::new(f64::from(x), f64::from(y))
+            });
+            let wanted = options.technique.is_none_or(|wanted| wanted == contribution.technique);
+            first.get().is_none() && here && wanted
+        };
+        let found = |contribution: &Contribution, distance, record, survival, verification| Found {
+            sample,
+            technique: contribution.technique,
+            raster: contribution.raster,
+            record,
+            weighting,
+            distance,
+            value: contribution.value,
+            survival,
+            weight: contribution.weight,
+            verification,
+        };
+        run.for_each_path(
             Sample { film, sampler: &mut sampler },
             &mut scratch,
             |path, contribution| {
-                let technique = contribution.technique;
-                let here = options.pixel.is_none_or(|(x, y)| {
-                    contribution.raster.floor() == DVec2::new(f64::from(x), f64::from(y))
-                });
-                if found.is_none()
-                    && here
-                    && options.technique.is_none_or(|wanted| wanted == technique)
-                {
-                    found = Some(Found {
-                        sample,
-                        technique,
-                        raster: contribution.raster,
-                        record: path.record(),
-                        set,
-                        value: path.value(),
-                        survival: path.survival(),
-                        weight: contribution.weight,
-                        verification: path.verify(&Weighting::new(set, integrator.heuristic)),
+                if fits(contribution) {
+                    let (record, verification) = (path.record(), path.verify(&weighting));
+                    first.get_or_init(|| {
+                        found(contribution, None, record, path.survival(), verification)
+                    });
+                }
+            },
+            |path, contribution| {
+                if fits(contribution) {
+                    let [y, z] = [path.vertex(path.meeting()), path.photon()];
+                    let distance = Some(y.point.position.distance(z.point.position));
+                    let (record, verification) = (path.record(), path.verify(&weighting));
+                    first.get_or_init(|| {
+                        found(contribution, distance, record, path.survival(), verification)
                     });
                 }
             },
         );
-        if found.is_some() {
-            return found;
+        if let Some(found) = first.into_inner() {
+            return Ok(Some(found));
         }
     }
-    None
+    Ok(None)
 }
 
-fn print_vertices(record: &PathRecord, world: &World) {
+fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, world: &World) {
     println!("VERTICES, from the lens x_0 to the light x_{}", record.edges());
     println!(
         "  {:<4} {:<10} {:<20} {:<36} {:<24} shading normal",
@@ -212,6 +267,13 @@ fn print_vertices(record: &PathRecord, world: &World) {
             ),
         };
         println!("  x_{i:<2} {kind:<10} {name:<20} {:<36} {normals}", vector(x.position));
+    }
+    if let Some(distance) = distance {
+        let (m, radius) = (technique.t - 1, (weighting.merge_area() / PI).sqrt());
+        println!(
+            "  x_{m} is where the camera walk ends; the light walk ends {distance:.5} beside it, \
+             less than r = {radius:.5}"
+        );
     }
 }
 
@@ -281,33 +343,42 @@ fn print_contribution(record: &PathRecord) {
     );
 }
 
-fn print_techniques(record: &PathRecord, set: &TechniqueSet, drawn_by: Technique) {
-    let k = record.edges();
+fn print_techniques(Found { record, weighting, technique: drawn_by, .. }: &Found) {
+    let (k, set, merge_area) = (record.edges(), weighting.set(), weighting.merge_area());
     println!(
         "\nTECHNIQUES (s, t): s vertices from the light, t from the camera, s + t = {}",
         k + 1
     );
     println!(
-        "  p_(s,t) = p(ends) · Π_(i=0)^(t-2) a_i G_i · Π_(i=t+1)^k b_i G_(i-1),   w_(s,t) = p^β / Σ p^β over the admissible ones\n"
+        "  p_(s,t) = p(ends) · Π_(i=0)^(t-2) a_i G_i · Π_(i=t+1)^k b_i G_(i-1),   w_(s,t) = (n p)^β / Σ (n p)^β over the admissible ones"
     );
+    if merge_area > 0.0 {
+        println!(
+            "  merge (s, t): s + t = {},   p = π r² · p(ends) · Π_(i=0)^(t-2) a_i G_i · Π_(i=t)^k b_i G_(i-1),   n = {} light walks",
+            k + 2,
+            set.merges
+        );
+    }
     println!(
-        "  {:<8} {:<11} {:>12} {:>10} {:>10}   {:<37} {:<37}",
+        "\n  {:<12} {:<11} {:>12} {:>10} {:>10}   {:<37} {:<37}",
         "(s, t)",
         "admissible",
         "density p",
         "w (β = 1)",
         "w (β = 2)",
-        "f/p: red     green        blue",
-        "w f/p (β = 2)"
+        "f/(n p): red green        blue",
+        "w f/(n p) (β = 2)"
     );
-    let [balance, power] = [Heuristic::Balance, Heuristic::Power(2.0)]
-        .map(|heuristic| Weighting::new(*set, heuristic));
+    let radius = (merge_area / PI).sqrt();
+    let weightings = [Heuristic::Balance, Heuristic::Power(2.0)]
+        .map(|heuristic| Weighting::new(*set, heuristic).with_merge_radius(radius));
     let mut sums = [0.0; 2];
-    for t in (1..=k + 1).rev() {
-        let technique = record.technique(t);
-        let mark = if technique == drawn_by { "←" } else { "" };
-        let label = format!("({}, {t})", technique.s);
-        let density = record.density(t);
+    let connections = (1..=k + 1).rev().map(|t| record.technique(t));
+    let merges = (1..k).rev().map(|m| record.merge(m)).filter(|_| merge_area > 0.0);
+    for technique in connections.chain(merges) {
+        let mark = if technique == *drawn_by { "←" } else { "" };
+        let (label, t) = (technique.to_string(), usize::from(technique.t));
+        let density = density(record, technique, merge_area);
         let reason = match () {
             () if !set.contains(technique) => "not in set",
             () if !record.is_admissible(technique) => "no (δ)",
@@ -315,21 +386,37 @@ fn print_techniques(record: &PathRecord, set: &TechniqueSet, drawn_by: Technique
             () => "yes",
         };
         if reason != "yes" {
-            println!("  {label:<8} {reason:<11}");
+            println!("  {label:<12} {reason:<11}");
             continue;
         }
-        let weights = [balance, power].map(|weighting| record.weight(technique, &weighting));
+        let weights = weightings.map(|weighting| record.weight(technique, &weighting));
         sums = [sums[0] + weights[0], sums[1] + weights[1]];
-        let estimate = record.estimate(t);
+        let estimate = if technique.merged {
+            record.merge_estimate(t - 1, merge_area, set.merges)
+        } else {
+            record.estimate(t)
+        };
         println!(
-            "  {label:<8} {reason:<11} {density:>12.5e} {:>10.6} {:>10.6}   {:<37} {:<37} {mark}",
+            "  {label:<12} {reason:<11} {density:>12.5e} {:>10.6} {:>10.6}   {:<37} {:<37} {mark}",
             weights[0],
             weights[1],
             rgb(estimate),
             rgb(estimate * weights[1])
         );
     }
-    println!("  {:<8} {:<11} {:>12} {:>10.6} {:>10.6}", "Σ", "", "", sums[0], sums[1]);
+    println!("  {:<12} {:<11} {:>12} {:>10.6} {:>10.6}", "Σ", "", "", sums[0], sums[1]);
+}
+
+/// The density of a path under a technique that can draw it; a merge draws both ends of its edges.
+fn density(record: &PathRecord, technique: Technique, merge_area: f64) -> f64 {
+    let t = usize::from(technique.t);
+    if !technique.merged {
+        return record.density(t);
+    }
+    let camera = |i: usize| record.towards_light[i] * record.geometry_terms[i];
+    let light = |i: usize| record.towards_camera[i] * record.geometry_terms[i - 1];
+    let walks = (0..t - 1).map(camera).chain((t..=record.edges()).map(light));
+    merge_area * record.end_density(technique) * walks.product::<f64>()
 }
 
 fn print_verification(found: &Found) -> bool {

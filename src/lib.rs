@@ -1,4 +1,4 @@
-//! Light transport as one integral over paths, and four interchangeable ways to sample it.
+//! Light transport as one integral over paths, and interchangeable ways to sample it.
 //!
 //! A pixel is an integral over paths `x_0 x_1 … x_k` from the lens to a light,
 //!
@@ -10,9 +10,11 @@
 //! (Kajiya 1986; Veach 1997, section 8.2).
 //!
 //! A *technique* (s, t), s + t = k + 1, is one way to draw such a path: s vertices from the light
-//! and t from the camera. Every integrator is a set of techniques, each contribution is `w f/p`,
-//! and the crate has one definition of f, of p and of w. So integrators are interchangeable, can be
-//! audited against the definitions, and a new one is made of the same bricks.
+//! and t from the camera, connected by an edge; or s + t = k + 2 of them, whose last ones *merge*
+//! into one vertex if they are near enough. Every integrator is a set of techniques, each
+//! contribution is `w f/p`, and the crate has one definition of f, of p and of w. So integrators
+//! are interchangeable, can be audited against the definitions, and a new one is made of the same
+//! bricks.
 //!
 //! An [`Integrator`](integrator::Integrator) is settings. Started on a [`Stage`](path::Stage) it
 //! becomes a [`Run`](integrator::Run), which draws samples; [`render`](render::render()) starts it
@@ -28,15 +30,19 @@
 //! | throughput of a path | `T = Π f G` | [`PathRecord::throughput`] |
 //! | densities and their measures | `p_A = p_ω \|cos θ'\| / r² = p⊥ G` | [`math::measure`] |
 //! | density of a technique | `p_{s,t} = Π p_A` | [`PathRecord::density`] |
+//! | density of a merge at x_m | `π r² b_{m+1} G_m p(t = m+1)` | [`PathDensities::sweep`] |
 //! | weight of a technique | `w_i = p_i^β / Σ p_j^β` | [`Heuristic`], [`Path::weight`], [`Weighting`] |
 //! | Russian roulette | `F' = (F - q c)/(1 - q)` or `c` | [`Roulette`] |
 //! | incremental construction | `T_k = T_{k-1} f \|cos θ\| / p_ω` | [`RandomWalk`] |
 //! | uniform-area sampling | `p_A = 1 / Σ A_j` | [`UniformArea`] |
-//! | density of photons | `L ≈ 1/N Σ f Φ / (π r²)` | [`PhotonMap`] |
 //! | path tracing | s = 0 and s = 1 | [`PathTracer`] |
 //! | light tracing | t = 1 | [`LightTracer`] |
 //! | bidirectional path tracing | all (s, t) | [`Bidirectional`] |
 //! | the set of least variance × cost | `min V[F] C[F]` | [`Adaptive`] |
+//! | radiance from photons | `L ≈ 1/N Σ f Φ / (π r²)` | [`PhotonMap`], [`PhotonMapping`] |
+//! | the radius of a pass | `r_i² = r_1² i^(α-1)` | [`Merging`] |
+//! | virtual lights | `L ≈ 1/N Σ min(G, g) f f Φ`, rest by going on | [`InstantRadiosity`] |
+//! | connections and merges | all (s, t), all merges | [`VertexConnectionMerging`] |
 //!
 //! # The modules
 //!
@@ -69,6 +75,7 @@
 //! [`Scene::visible`]: scene::Scene::visible
 //! [`PathRecord::throughput`]: path::PathRecord::throughput
 //! [`PathRecord::density`]: path::PathRecord::density
+//! [`PathDensities::sweep`]: path::PathDensities::sweep
 //! [`Path::weight`]: path::Path::weight
 //! [`World`]: scene::World
 //! [`Edge`]: path::Edge
@@ -82,6 +89,10 @@
 //! [`LightTracer`]: integrator::LightTracer
 //! [`Bidirectional`]: integrator::Bidirectional
 //! [`Adaptive`]: integrator::Adaptive
+//! [`PhotonMapping`]: integrator::PhotonMapping
+//! [`Merging`]: integrator::Merging
+//! [`InstantRadiosity`]: integrator::InstantRadiosity
+//! [`VertexConnectionMerging`]: integrator::VertexConnectionMerging
 
 pub mod bsdf;
 pub mod endpoint;

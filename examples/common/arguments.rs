@@ -58,6 +58,22 @@ pub fn parse_error(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A radius within which subpaths merge.
+pub fn parse_radius(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(radius) if radius >= 0.0 && radius.is_finite() => Ok(radius),
+        _ => Err("a radius is 0 or a positive number".to_owned()),
+    }
+}
+
+/// A bound on geometry terms.
+pub fn parse_bound(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(bound) if bound >= 0.0 => Ok(bound),
+        _ => Err("a bound is 0 or a positive number, or inf".to_owned()),
+    }
+}
+
 /// An exposure in stops.
 pub fn parse_exposure(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

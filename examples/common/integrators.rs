@@ -1,5 +1,6 @@
 //! The integrators by name.
 
+use super::arguments::{parse_bound, parse_radius};
 use clap::{Args, ValueEnum};
 use pathspace::gallery::Claims;
 use pathspace::integrator::{
@@ -45,13 +46,13 @@ pub struct SharedWalks {
     /// [default: 64 for instant-radiosity, else one per pixel, at most 262144]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     walks: Option<u32>,
-}
-
-fn parse_radius(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(radius) if radius >= 0.0 && radius.is_finite() => Ok(radius),
-        _ => Err("a radius is 0 or a positive number".to_owned()),
-    }
+    /// Bound on the geometry term of connections to virtual lights, per area, or inf; for
+    /// instant-radiosity [default: 16 over the area that the camera sees]
+    #[arg(long, value_name = "G", value_parser = parse_bound)]
+    bound: Option<f64>,
+    /// Lose what the bound cuts off, in place of path tracing it; for instant-radiosity
+    #[arg(long)]
+    clamp: bool,
 }
 
 impl SharedWalks {
@@ -109,7 +110,8 @@ impl AnyIntegrator {
             Self::InstantRadiosity => {
                 let default = InstantRadiosity::default();
                 let light_walks = shared.walks.unwrap_or(default.light_walks);
-                Box::new(InstantRadiosity { path_tracer, light_walks, ..default })
+                let SharedWalks { bound, clamp, .. } = shared;
+                Box::new(InstantRadiosity { path_tracer, light_walks, bound, compensates: !clamp })
             }
             Self::Vcm => Box::new(VertexConnectionMerging {
                 bidirectional,

@@ -13,7 +13,7 @@ mod scenes;
 
 pub use arguments::{
     FilterName, SamplerName, parse_duration, parse_error, parse_exposure, parse_image_path,
-    parse_size,
+    parse_radius, parse_size,
 };
 pub use integrators::{AnyIntegrator, SharedWalks};
 pub use progress::{STEPS, progress_bar, show};

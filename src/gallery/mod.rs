@@ -72,14 +72,16 @@ pub struct Claims {
     /// [`Bidirectional`](crate::integrator::Bidirectional): no path with Dirac lobes between a
     /// Dirac light and a Dirac lens.
     pub bidirectional: bool,
-    /// Photon mapping, which merges light walks with the camera walk at its first finite vertex: no
-    /// Dirac light seen through Dirac lobes alone, or directly by a lens of finite area.
+    /// [`PhotonMapping`](crate::integrator::PhotonMapping), which merges light walks with the camera
+    /// walk at its first finite vertex: no Dirac light seen through Dirac lobes alone, or directly by
+    /// a lens of finite area.
     pub photon_mapping: bool,
-    /// Instant radiosity, which connects virtual lights to the finite vertices of camera walks:
-    /// behind a Dirac lobe at a Dirac light, no path without two finite vertices in a row.
+    /// [`InstantRadiosity`](crate::integrator::InstantRadiosity), which connects virtual lights to
+    /// the finite vertices of camera walks: behind a Dirac lobe at a Dirac light, no path without
+    /// two finite vertices in a row.
     pub instant_radiosity: bool,
-    /// Vertex connection and merging: no path that both bidirectional path tracing and photon
-    /// mapping miss.
+    /// [`VertexConnectionMerging`](crate::integrator::VertexConnectionMerging): no path that both
+    /// bidirectional path tracing and photon mapping miss.
     pub vcm: bool,
 }
 

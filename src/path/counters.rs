@@ -49,9 +49,9 @@ pub struct Counters {
     /// Pairs of vertices that were to be connected: scattering or emission was evaluated at one of
     /// them at least.
     pub connections: u64,
-    /// Vertices of light subpaths stored in maps that all pixels share.
+    /// Vertices of light subpaths that all pixels share, as photons or as virtual lights.
     pub photons: u64,
-    /// Searches of such a map for what is near a vertex of a camera subpath.
+    /// Searches for the photons near a vertex of a camera subpath.
     pub queries: u64,
     /// Photons found in reach, for each of which scattering was evaluated.
     pub merges: u64,
