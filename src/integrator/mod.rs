@@ -11,7 +11,8 @@
 //! | [`VertexConnectionMerging`] | all (s, t) and all merges |
 //! | [`Adaptive`] | the most efficient set, from path tracing to all (s, t), as a pilot finds it |
 //!
-//! All of them estimate the same image, with the same normalisation and the same meaning of depth.
+//! All of them estimate the same image, with the same normalisation and the same meaning of depth:
+//! those that merge up to a bias that vanishes as passes are added ([`Estimator`]).
 //!
 //! An [`Integrator`] is plain settings. Started on a [`Stage`] it becomes a [`Run`], which owns
 //! what lives for one rendering and draws samples. What a walk does is written for one path

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! A technique (s, t) draws s of the k + 1 vertices as a light subpath and t as a camera subpath,
-//! and connects the two. Its density `p_{s,t}` is a product of densities per area, its contribution
-//! `w f/(n p)`. Everything an integrator does is made of these bricks:
+//! and connects the two; or it draws one vertex by both, and merges them. Its density `p_{s,t}` is a
+//! product of densities per area, its contribution `w f/(n p)`. Everything an integrator does is made of these bricks:
 //!
 //! | what | item |
 //! |---|---|
