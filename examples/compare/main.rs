@@ -40,7 +40,8 @@ use std::time::Duration;
 /// and writes a page.
 #[derive(Parser, Debug)]
 #[command(after_help = format!(
-    "Exit status: 0 if the integrators agree and none is biased, 3 if not, 2 for errors.\n\n\
+    "Exit status: 0 if the unbiased integrators agree with each other and the reference, 3 if not, \
+     2 for errors.\n\n\
      Scenes of the gallery:\n{}",
     scene_list()
 ))]
@@ -59,8 +60,8 @@ struct Options {
     /// Independent runs that an integrator's budget is split into
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1024))]
     seeds: u32,
-    /// Integrators to compare, separated by commas; the first that sees every path and has a finite
-    /// variance is the baseline of speed-ups
+    /// Integrators to compare, separated by commas; the first that sees every path, without bias
+    /// and with a finite variance, is the baseline of speed-ups
     #[arg(
         long,
         value_delimiter = ',',

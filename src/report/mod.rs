@@ -49,8 +49,9 @@ pub use result::{
 };
 pub use stats::{
     BIAS_SIGNIFICANCE, Bias, Checkpoint, Cost, Errors, Interval, Pair, REFERENCE_SHARE, Reference,
-    SIGNIFICANCE, Slope, SpeedUp, Tail, TimeToTarget, Welch, median_of_means,
+    SIGNIFICANCE, Slope, SpeedUp, Split, Tail, TimeToTarget, Welch, median_of_means,
 };
 pub use study::{
-    Contestant, Method, Plan, Probe, ReferencePlan, Step, cached_reference, measure_pyramid, study,
+    Contestant, Method, Plan, Probe, ReferencePlan, Step, cached_reference, measure_pyramid,
+    measure_techniques, study,
 };

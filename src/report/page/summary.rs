@@ -2,6 +2,7 @@
 //! agree.
 
 use super::table::{interval, number, row, scientific, table};
+use crate::integrator::Estimator;
 use crate::report::result::{MethodReport, Report};
 use crate::report::stats::{Checkpoint, Interval};
 use maud::{Markup, Render, html};
@@ -13,6 +14,11 @@ pub(super) fn summary(report: &Report) -> Markup {
     let target = format!("time to relMSE {} [s]", number(report.setup.target));
     let rows = [
         measure(report, "sees every path", |m| if m.complete { "yes" } else { "no" }),
+        measure(report, "estimator", |m| match m.estimator {
+            Estimator::Unbiased => "unbiased",
+            Estimator::Consistent => "consistent: its bias vanishes",
+            Estimator::Biased => "biased: its bias stays",
+        }),
         measure(report, "runs × samples per pixel", |m| {
             format!("{} × {}", m.runs, m.samples_per_pixel)
         }),
@@ -24,6 +30,10 @@ pub(super) fn summary(report: &Report) -> Markup {
             format!("{:.5} ± {}", m.mean, number(m.mean_standard_error))
         }),
         measure(report, "bias ± SE", bias),
+        measure(report, "squared bias of a run", |m| {
+            known(m.last(), |c| interval(&c.squared_bias))
+        }),
+        measure(report, "variance of a run", |m| known(m.last(), |c| interval(&c.variance))),
         measure(
             report,
             "relMSE of a run",
@@ -51,14 +61,7 @@ pub(super) fn summary(report: &Report) -> Markup {
                 }
             })
         }),
-        measure(report, "slope of the error", |m| {
-            known(m.slope.as_ref(), |s| {
-                html! {
-                    (format!("{:.3} ± {:.3}", s.value.value, s.standard_error))
-                    br; small { (s.measure) ", " (s.from) "–" (s.to) " samples" }
-                }
-            })
-        }),
+        measure(report, "slope of the error", slopes),
         measure(report, "tail index ± SE", |m| {
             let tail = known(m.tail, |t| {
                 html! {
@@ -85,9 +88,22 @@ fn measure<R: Render>(report: &Report, name: &str, cell: impl Fn(&MethodReport) 
 
 fn bias(m: &MethodReport) -> Markup {
     let b = &m.bias;
+    let [low, high] = [b.relative_interval.low, b.relative_interval.high].map(|x| 100.0 * x);
     html! {
         (format!("{:+.3} % ± {:.3} %", 100.0 * b.relative, 100.0 * b.relative_standard_error))
         @if b.flagged { " " span.bad { "BIASED" } } @else if !m.complete { " *" }
+        br; small { (format!("{low:+.3} % … {high:+.3} %")) }
+    }
+}
+
+fn slopes(m: &MethodReport) -> Markup {
+    html! {
+        @if m.slopes.is_empty() { "–" }
+        @for (i, s) in m.slopes.iter().enumerate() {
+            @if i > 0 { br; }
+            (format!("{:.3} ± {:.3}", s.value.value, s.standard_error))
+            br; small { (s.measure) ", " (s.from) "–" (s.to) " samples" }
+        }
     }
 }
 
@@ -113,9 +129,10 @@ fn heavy(m: &MethodReport) -> &'static str {
     if m.infinite_variance { " ∗∗" } else { "" }
 }
 
-/// A number that does not settle if the variance is infinite.
+/// A number that does not settle if the variance is infinite, or does not fall as 1/N.
 fn settled(m: &MethodReport, value: &Interval) -> Markup {
-    html! { (interval(value)) (heavy(m)) }
+    let grows = m.estimator == Estimator::Consistent;
+    html! { (interval(value)) (heavy(m)) @if grows { " §" } }
 }
 
 fn count(n: u64) -> Markup {
@@ -166,7 +183,7 @@ pub(super) fn ledger(report: &Report) -> Markup {
 /// Tests of agreement.
 pub(super) fn pairs(report: &Report) -> Markup {
     if report.pairs.is_empty() {
-        return html! { p { "Fewer than two integrators see every path: nothing to test." } };
+        return html! { p { "Fewer than two unbiased integrators see every path: nothing to test." } };
     }
     let columns = [
         "t of the means",

@@ -2,7 +2,8 @@
 
 use super::method::MethodReport;
 use super::report::Report;
-use crate::report::stats::{Pair, REFERENCE_SHARE};
+use crate::integrator::Estimator;
+use crate::report::stats::{Interval, Pair, REFERENCE_SHARE};
 
 impl Report {
     /// True if no test found a disagreement, a bias or a contribution that is not finite.
@@ -54,14 +55,15 @@ impl Report {
             .collect();
         match self.pairs.len() {
             0 => {
-                "Fewer than two integrators see every path of this scene: agreement is not tested."
+                "Fewer than two unbiased integrators see every path of this scene: agreement is not \
+                 tested."
                     .to_owned()
             }
             n if disagreeing.is_empty() => {
                 let noisy: Vec<&str> = self
                     .methods
                     .iter()
-                    .filter(|m| m.complete && m.long_tails)
+                    .filter(|m| m.is_tested() && m.long_tails)
                     .map(|m| m.name.as_str())
                     .collect();
                 let caveat = if noisy.is_empty() {
@@ -83,6 +85,7 @@ impl Report {
                 (100.0 * method.bias.relative, 100.0 * method.bias.relative_standard_error);
             verdicts.push(format!("BIAS: {name} is off by {b:+.3} % ± {e:.3} %."));
         }
+        verdicts.extend(stated_bias(method));
         if method.non_finite_contributions + method.non_finite_pixels > 0 {
             let first = method
                 .first_non_finite
@@ -117,4 +120,26 @@ impl Report {
         }
         verdicts
     }
+}
+
+/// The bias of an integrator that sees everything and does not claim to have none.
+fn stated_bias(method: &MethodReport) -> Option<String> {
+    let [kind, prospect] = match method.estimator {
+        Estimator::Unbiased => return None,
+        Estimator::Consistent => ["consistent", "It vanishes as passes are added"],
+        Estimator::Biased => ["biased", "It stays, however many passes are added"],
+    };
+    let end = method.last().filter(|_| method.complete)?;
+    let fall = method.fall_of_bias().map_or_else(String::new, |fall| format!(": here as {fall}"));
+    let interval = |i: &Interval| format!("{:.2e} ({:.1e} … {:.1e})", i.value, i.low, i.high);
+    let relative = method.bias.relative_interval;
+    let [value, low, high] = [relative.value, relative.low, relative.high].map(|x| 100.0 * x);
+    Some(format!(
+        "{} is {kind}: with {} samples per pixel its bias is {value:+.3} % ({low:+.3} … \
+         {high:+.3}); squared, mean over pixels, {} beside a variance of {}. {prospect}{fall}.",
+        method.name,
+        end.samples,
+        interval(&end.squared_bias),
+        interval(&end.variance),
+    ))
 }
