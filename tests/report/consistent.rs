@@ -157,10 +157,17 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Passes {
     }
 }
 
+fn honest() -> impl Method<World> {
+    Synthetic(|s: &mut dyn Sampler| 1.0 + NOISE * noise(s.next_1d()))
+}
+
 /// A study against the exact image, of the method and then of an honest one.
 fn study_of(progressive: &Progressive, seed: u64, passes: u32) -> Study {
-    let scene = cornell_box(SIZE);
-    let honest = Synthetic(|s: &mut dyn Sampler| 1.0 + NOISE * noise(s.next_1d()));
+    study_against(exactly(1.0, UVec2::splat(SIZE)), progressive, seed, passes)
+}
+
+fn study_against(reference: Reference, progressive: &Progressive, seed: u64, passes: u32) -> Study {
+    let (scene, honest) = (cornell_box(SIZE), honest());
     let methods: [(&str, &dyn Method<World>); 2] =
         [("progressive", progressive), ("honest", &honest)];
     let [progressive, honest] = contestants(&methods).try_into().unwrap();
@@ -168,7 +175,7 @@ fn study_of(progressive: &Progressive, seed: u64, passes: u32) -> Study {
     let settings = Settings { seed, ..Settings::default() };
     let budget = Budget::Samples(SEEDS * passes);
     let plan = Plan { budget, seeds: SEEDS, settings, target: 1e-9, ..Plan::default() };
-    let (info, reference) = (SceneInfo::default(), exactly(1.0, UVec2::splat(SIZE)));
+    let info = SceneInfo::default();
     study(&scene.world, &*scene.camera, &info, &all, reference, &plan, &mut go_on).unwrap()
 }
 
@@ -283,6 +290,27 @@ fn noise_that_all_pixels_share_is_no_disagreement() {
         variance += report.methods[0].mean_standard_error.powi(2) / 8.0;
     }
     assert!((0.4..1.6).contains(&(variance / exact)), "{variance} and {exact}");
+}
+
+/// A reference whose own variance is larger than the squared bias.
+#[test]
+fn the_variance_of_the_reference_is_no_bias() {
+    let (scene, honest) = (cornell_box(SIZE), honest());
+    let halves = contestants::<World>(&[("one", &honest), ("other", &honest)]);
+    let halves = [&halves[0], &halves[1]];
+    let budget = Budget::Samples(64);
+    let plan = ReferencePlan { budget, runs: 16, settings: Settings::default() };
+    let reference =
+        Reference::render(&scene.world, &*scene.camera, halves, &plan, &mut go_on).unwrap();
+    let own = NOISE * NOISE / 64.0;
+    assert!((reference.own_mse() / own - 1.0).abs() < 0.05, "{}", reference.own_mse());
+    let report = study_against(reference, &BIASED, 1, PASSES).report;
+    for (method, exact) in report.methods.iter().zip([BIASED.bias_after(PASSES).powi(2), 0.0]) {
+        let end = method.last().unwrap();
+        assert!((end.squared_bias.value - exact).abs() < 0.15 * own, "{:?}", end.squared_bias);
+        assert!(end.reference_limited && !end.bias_is_seen);
+    }
+    assert!(report.methods[0].slope("squared bias").is_none());
 }
 
 #[test]
