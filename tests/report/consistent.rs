@@ -167,7 +167,7 @@ fn study_of(progressive: &Progressive, seed: u64, passes: u32) -> Study {
 }
 
 fn study_against(reference: Reference, progressive: &Progressive, seed: u64, passes: u32) -> Study {
-    let (scene, honest) = (cornell_box(SIZE), honest());
+    let (scene, honest) = (cornell_box(reference.image().width()), honest());
     let methods: [(&str, &dyn Method<World>); 2] =
         [("progressive", progressive), ("honest", &honest)];
     let [progressive, honest] = contestants(&methods).try_into().unwrap();
@@ -182,8 +182,10 @@ fn study_against(reference: Reference, progressive: &Progressive, seed: u64, pas
 /// Half the width of the interval that is left once in some thousand tests: of 95 % with 3 degrees
 /// of freedom, times the ratio of the quantiles of Student's t.
 fn assert_inside(name: &str, interval: Interval, exact: f64) {
-    let half = 4.0 * (interval.high - interval.value).max(interval.value - interval.low);
+    let [below, above] = [interval.value - interval.low, interval.high - interval.value];
     println!("{name}: {interval:?}, exact {exact:.5e}");
+    assert!(below > 0.0 && above > 0.0, "{name}: {interval:?}");
+    let half = 4.0 * below.max(above);
     assert!((interval.value - exact).abs() < half, "{name}: {interval:?}, expected {exact}");
 }
 
@@ -263,6 +265,12 @@ fn a_bias_that_cancels_in_the_mean_is_measured_over_pixels() {
     let verdict = verdicts.iter().find(|v| v.starts_with("progressive is biased")).unwrap();
     assert!(verdict.contains("It stays, however many passes are added: here as N^("), "{verdict}");
     assert!(study.page().contains("biased: its bias stays"));
+    let directory = std::env::temp_dir().join(format!("pathspace-bias-{}", std::process::id()));
+    study.save(&directory).unwrap();
+    let plot = std::fs::read_to_string(directory.join("bias.svg")).unwrap();
+    assert_eq!(plot.matches("<polyline").count(), 2);
+    assert!(plot.contains("progressive: variance") && plot.contains("progressive: squared bias"));
+    std::fs::remove_dir_all(&directory).unwrap();
 }
 
 #[test]
@@ -277,19 +285,23 @@ fn the_same_bias_in_an_integrator_that_claims_to_have_none_is_a_fault() {
     }
 }
 
-/// Blocks of pixels that share their noise are all off at once.
+/// Blocks of pixels that share their noise are all off at once, by as much as any error of the mean.
 #[test]
 fn noise_that_all_pixels_share_is_no_disagreement() {
+    const STUDIES: u32 = 24;
     let claim = Estimator::Unbiased;
-    let fair = Progressive { claim, bias: [0.0; 2], growth: 0.0, shared: 0.5, ..CONSISTENT };
-    let exact = fair.variance_after(PASSES / 16, fair.shared) / f64::from(SEEDS);
+    let fair = Progressive { claim, bias: [0.0; 2], growth: 0.0, shared: 0.12, ..CONSISTENT };
+    let (size, passes) = (2 * SIZE, PASSES / 32);
+    let exact = fair.variance_after(passes, fair.shared.hypot(NOISE / f64::from(size)));
     let mut variance = 0.0;
-    for seed in 1..=8 {
-        let report = study_of(&fair, seed, PASSES / 16).report;
+    for seed in 0..STUDIES {
+        let reference = exactly(1.0, UVec2::splat(size));
+        let report = study_against(reference, &fair, u64::from(seed), passes).report;
         assert!(report.is_clean() && report.pairs.len() == 1, "{:?}", report.pairs);
-        variance += report.methods[0].mean_standard_error.powi(2) / 8.0;
+        variance += report.methods[0].mean_standard_error.powi(2);
     }
-    assert!((0.4..1.6).contains(&(variance / exact)), "{variance} and {exact}");
+    let ratio = variance / f64::from(STUDIES) / (exact / f64::from(SEEDS));
+    assert!((0.6..1.4).contains(&ratio), "{ratio}");
 }
 
 /// A reference whose own variance is larger than the squared bias.
