@@ -3,14 +3,14 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec2, UVec2};
-use pathspace::film::{Contribution, FilmSample, Sample};
+use pathspace::film::{Contribution, FilmSample, Sample, Technique};
 use pathspace::gallery::{self, GalleryScene};
 use pathspace::integrator::{
     Bidirectional, Caller, Depth, Integrator, LightTracer, PathTracer, Run, Stage, UniformArea,
 };
 use pathspace::math::Rgb;
 use pathspace::path::{
-    Counters, Heuristic, Path, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet,
+    Counters, Path, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet, Weighting,
 };
 use pathspace::sampler::{Independent, SampleSource, Sampler};
 use pathspace::scene::World;
@@ -82,16 +82,15 @@ fn weights(criterion: &mut Criterion) {
         let depth = Depth::exactly(vertices as u32 - 2);
         let integrator =
             Bidirectional { depth, roulette: Roulette::NEVER, ..Bidirectional::default() };
-        let (set, heuristic) = (integrator.techniques, integrator.heuristic);
+        let weighting = Weighting::new(integrator.techniques, integrator.heuristic);
         let measure = |path: &Path<'_, '_, World>,
                        record: &PathRecord,
                        group: &mut criterion::BenchmarkGroup<'_, _>| {
             group.bench_function(format!("{vertices} vertices"), |b| {
-                b.iter(|| black_box(path).weight(&set, heuristic))
+                b.iter(|| black_box(path).weight(&weighting))
             });
-            let t = usize::from(path.technique().t);
             group.bench_function(format!("{vertices} vertices, sweep alone"), |b| {
-                b.iter(|| weigh(black_box(record), t, &set, heuristic))
+                b.iter(|| weigh(black_box(record), path.technique(), &weighting))
             });
         };
         let (source, mut scratch, mut found) = (Independent { seed: 2 }, Scratch::default(), false);
@@ -115,8 +114,8 @@ fn weights(criterion: &mut Criterion) {
     group.finish();
 }
 
-fn weigh(record: &PathRecord, t: usize, set: &TechniqueSet, heuristic: Heuristic) -> f64 {
-    record.weight(t, set, heuristic)
+fn weigh(record: &PathRecord, technique: Technique, weighting: &Weighting) -> f64 {
+    record.weight(technique, weighting)
 }
 
 criterion_group!(benches, integrators, weights);

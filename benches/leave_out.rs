@@ -80,7 +80,7 @@ host!(
     'a,
     common::Lambertian,
     common::Lambertian,
-    |host| common::Lambertian(host.0.albedo),
+    |host| common::Lambertian { albedo: host.0.albedo, is_opaque: true },
     NEEDED
 );
 host!(Dynamic, 'a, &'a dyn Bsdf, &dyn Bsdf, |host| &host.1, Needs::ALL);
@@ -107,8 +107,11 @@ fn run<S: Scene, I: Integrator<S>>(scene: &S, integrator: &I) -> Rgb {
 
 fn main() {
     let cap = || SphereCap::new(0.5, 0.1);
-    let (constant, dynamic, plain) =
-        (Constant(cap()), Dynamic(cap(), common::Lambertian(0.5)), cap());
+    let (constant, dynamic, plain) = (
+        Constant(cap()),
+        Dynamic(cap(), common::Lambertian { albedo: 0.5, is_opaque: true }),
+        cap(),
+    );
     let (path, both) = (PathTracer::up_to(4), Bidirectional::up_to(4));
     if let Ok(host) = std::env::var("LEAVE_OUT_HOST") {
         let bidirectional =

@@ -11,7 +11,9 @@ use pathspace::geometry::Place;
 use pathspace::glam::{DVec2, DVec3, UVec2};
 use pathspace::integrator::{Bidirectional, Depth, Stage};
 use pathspace::math::Rgb;
-use pathspace::path::{Heuristic, PathDensities, PathRecord, Scratch, TechniqueSet, Verification};
+use pathspace::path::{
+    Heuristic, PathDensities, PathRecord, Scratch, TechniqueSet, Verification, Weighting,
+};
 use pathspace::sampler::{Independent, SampleSource, Sampler};
 use pathspace::scene::{Scene, World};
 use std::process::ExitCode;
@@ -170,7 +172,7 @@ fn find(scene: &NamedScene, options: &Options) -> Option<Found> {
                         value: path.value(),
                         survival: path.survival(),
                         weight: contribution.weight,
-                        verification: path.verify(&set, integrator.heuristic),
+                        verification: path.verify(&Weighting::new(set, integrator.heuristic)),
                     });
                 }
             },
@@ -298,7 +300,8 @@ fn print_techniques(record: &PathRecord, set: &TechniqueSet, drawn_by: Technique
         "f/p: red     green        blue",
         "w f/p (β = 2)"
     );
-    let (balance, power) = (Heuristic::Balance, Heuristic::Power(2.0));
+    let [balance, power] = [Heuristic::Balance, Heuristic::Power(2.0)]
+        .map(|heuristic| Weighting::new(*set, heuristic));
     let mut sums = [0.0; 2];
     for t in (1..=k + 1).rev() {
         let technique = record.technique(t);
@@ -307,7 +310,7 @@ fn print_techniques(record: &PathRecord, set: &TechniqueSet, drawn_by: Technique
         let density = record.density(t);
         let reason = match () {
             () if !set.contains(technique) => "not in set",
-            () if !record.is_admissible(t) => "no (δ)",
+            () if !record.is_admissible(technique) => "no (δ)",
             () if density == 0.0 => "no (p = 0)",
             () => "yes",
         };
@@ -315,7 +318,7 @@ fn print_techniques(record: &PathRecord, set: &TechniqueSet, drawn_by: Technique
             println!("  {label:<8} {reason:<11}");
             continue;
         }
-        let weights = [record.weight(t, set, balance), record.weight(t, set, power)];
+        let weights = [balance, power].map(|weighting| record.weight(technique, &weighting));
         sums = [sums[0] + weights[0], sums[1] + weights[1]];
         let estimate = record.estimate(t);
         println!(

@@ -11,10 +11,10 @@ mod common;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
-use common::{AnyIntegrator, FileOptions, FilterName, NamedScene, SamplerName};
+use common::{AnyIntegrator, FileOptions, FilterName, NamedScene, SamplerName, SharedWalks};
 use cpu_time::ProcessTime;
 use pathspace::glam::UVec2;
-use pathspace::integrator::Depth;
+use pathspace::integrator::{Depth, Estimator};
 use pathspace::math::Rgb;
 use pathspace::path::Roulette;
 use pathspace::render::{Budget, Rendering, Settings};
@@ -36,6 +36,8 @@ struct Arguments {
     /// Integrator, which decides how paths are drawn
     #[arg(long, value_enum, default_value_t = AnyIntegrator::PathTracing)]
     integrator: AnyIntegrator,
+    #[command(flatten)]
+    shared: SharedWalks,
     /// Samples per pixel [default: 64, or 65536 as the limit of --target-error]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "time")]
     samples: Option<u32>,
@@ -152,7 +154,7 @@ fn run(
     };
     let depth = Depth { min_bounces: arguments.min_bounces, max_bounces };
     let roulette = if arguments.no_roulette { Roulette::NEVER } else { Roulette::default() };
-    let integrator = arguments.integrator.build(depth, roulette);
+    let integrator = arguments.integrator.build(depth, roulette, arguments.shared);
     let bar = common::progress_bar(name);
     let clock = ProcessTime::now();
     let rendering =
@@ -199,6 +201,18 @@ fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene
         counters.rays(),
         counters.rays() as f64 / seconds.max(1e-9) / 1e6
     );
+    if counters.photons > 0 {
+        println!(
+            "photons     {}, {} queries, {} merges, {:.1} MB at most",
+            counters.photons,
+            counters.queries,
+            counters.merges,
+            rendering.notes.shared_bytes as f64 / 1e6
+        );
+    }
+    if rendering.notes.estimator != Estimator::Unbiased {
+        println!("estimator   {}", rendering.notes.estimator);
+    }
     println!("mean        {}", rgb(rendering.image.mean()));
     let ledger = &counters.ledger;
     // Integrators without walks from the light keep no ledger.
@@ -212,10 +226,14 @@ fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene
             share(ledger.rejected)
         );
     }
+    if !ledger.clamped.is_black() {
+        let lost = ledger.clamped * (1.0 / counters.samples as f64);
+        println!("clamped     {} of the mean, which is lost", rgb(lost));
+    }
     println!("truncated   {} walks", counters.truncated_subpaths);
     println!("non-finite  {}", counters.non_finite);
     for (technique, count) in rendering.non_finite().by_technique() {
-        println!("            {count} by (s, t) = ({}, {})", technique.s, technique.t);
+        println!("            {count} by (s, t) = {technique}");
     }
 }
 

@@ -32,6 +32,7 @@
 //! | Russian roulette | `F' = (F - q c)/(1 - q)` or `c` | [`Roulette`] |
 //! | incremental construction | `T_k = T_{k-1} f \|cos θ\| / p_ω` | [`RandomWalk`] |
 //! | uniform-area sampling | `p_A = 1 / Σ A_j` | [`UniformArea`] |
+//! | density of photons | `L ≈ 1/N Σ f Φ / (π r²)` | [`PhotonMap`] |
 //! | path tracing | s = 0 and s = 1 | [`PathTracer`] |
 //! | light tracing | t = 1 | [`LightTracer`] |
 //! | bidirectional path tracing | all (s, t) | [`Bidirectional`] |
@@ -48,6 +49,7 @@
 //! | [`render`] | the driver: passes, budget, threads, progress |
 //! | [`integrator`] | the integrators, a page each |
 //! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
+//! | [`photon_map`] | photons and the search for those near a point |
 //! | [`gallery`] | the shipped scenes |
 //! | [`scene`] | the trait that a host renderer implements; the ready-made [`World`] |
 //! | `tree` | the ray kernel, with the proofs that it misses nothing |
@@ -74,6 +76,7 @@
 //! [`Roulette`]: path::Roulette
 //! [`RandomWalk`]: path::RandomWalk
 //! [`Weighting`]: path::Weighting
+//! [`PhotonMap`]: photon_map::PhotonMap
 //! [`UniformArea`]: integrator::UniformArea
 //! [`PathTracer`]: integrator::PathTracer
 //! [`LightTracer`]: integrator::LightTracer
@@ -91,6 +94,7 @@ pub mod integrator;
 pub mod material;
 pub mod math;
 pub mod path;
+pub mod photon_map;
 pub mod render;
 #[cfg(feature = "report")]
 pub mod report;

@@ -93,7 +93,7 @@ const STATUS: &[(&str, &str)] = &[
     ("F04", "here"),
     ("F05", "here: the rule has no cap"),
     ("F06", "src/path/roulette.rs"),
-    ("F08", "waits for the photon map"),
+    ("F08", "here: the photons of light walks"),
     ("F09", "here"),
     ("F10", "here"),
     ("F11", "sphere_cap.rs and verify.rs"),

@@ -7,8 +7,8 @@ mod worlds;
 use pathspace::endpoint::Camera;
 use pathspace::film::{Contribution, FilmSample, Filter, Sample};
 use pathspace::integrator::{
-    Bidirectional, Caller, Integrator, LightTracer, PathTracer, PathTracing, Run, Stage,
-    UniformArea,
+    Bidirectional, Caller, InstantRadiosity, Integrator, LightTracer, PathTracer, PathTracing,
+    PhotonMapping, Run, Stage, UniformArea, VertexConnectionMerging,
 };
 use pathspace::math::Rgb;
 use pathspace::path::{Counters, LightSubpaths, Roulette, Scratch, TechniqueSet};
@@ -44,7 +44,10 @@ fn check<I: Integrator<World>>(
 ) -> Vec<Vec<Contribution>> {
     let (world, camera): (&World, &dyn Camera) = (&scene.world, &*scene.camera);
     let what = format!("{} in {} by {kind:?}", integrator.name(), scene.name);
-    let run = integrator.start(Stage::new(world, camera), &Caller).expect("a run");
+    let mut run = integrator.start(Stage::new(world, camera), &Caller).expect("a run");
+    if run.learns() {
+        run.begin_pass(0, &Caller).expect("memory");
+    }
     let (mut one, mut many) = (Scratch::default(), Scratch::default());
     let alone: Vec<Vec<Contribution>> = samples(camera, kind)
         .into_iter()
@@ -98,6 +101,21 @@ fn light_tracing() -> Result {
         LightTracer::default(),
         LightTracer { roulette: ROULETTE, ..LightTracer::up_to(4) },
     ])
+}
+
+#[test]
+fn light_walks_that_all_samples_share() -> Result {
+    let photons = PhotonMapping::default();
+    check_all(&[photons, PhotonMapping { next_event: true, ..photons }])?;
+    let lights = InstantRadiosity::default();
+    let path_tracer = PathTracer { roulette: ROULETTE, ..PathTracer::up_to(5) };
+    check_all(&[
+        lights,
+        InstantRadiosity { path_tracer, compensates: false, ..lights },
+        // More connections than are drawn together.
+        InstantRadiosity { light_walks: 700, ..lights },
+    ])?;
+    check_all(&[VertexConnectionMerging::default()])
 }
 
 /// They are also those of the paths that `for_each_path` shows, which draws samples one by one.

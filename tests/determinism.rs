@@ -6,15 +6,18 @@ mod worlds;
 
 use pathspace::endpoint::Camera;
 use pathspace::film::Filter;
-use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
-use pathspace::path::Counters;
+use pathspace::integrator::{
+    Bidirectional, Depth, InstantRadiosity, LightTracer, PathTracer, PhotonMapping, UniformArea,
+    VertexConnectionMerging,
+};
+use pathspace::path::{Counters, Ledger};
 use pathspace::render::{Budget, Progress, Render, Rendering, Settings, render_with, unattended};
 use pathspace::sampler::{Independent, IndependentSampler, SampleSource, SamplerKind};
 use pathspace::scene::World;
 use std::ops::ControlFlow;
 use worlds::{Placement, Result, TestScene};
 
-const THREADS: [usize; 3] = [1, 2, 7];
+const THREADS: [usize; 4] = [1, 2, 7, 64];
 const SAMPLERS: [SamplerKind; 3] =
     [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol];
 const FILTERS: [Filter; 3] =
@@ -22,11 +25,18 @@ const FILTERS: [Filter; 3] =
 
 fn integrators() -> Vec<Box<dyn Render<World>>> {
     let depth = Depth::default();
+    let path_tracer = PathTracer { depth, ..PathTracer::default() };
+    let bidirectional = Bidirectional { depth, ..Bidirectional::default() };
     vec![
         Box::new(UniformArea { depth, ..UniformArea::default() }),
-        Box::new(PathTracer { depth, ..PathTracer::default() }),
+        Box::new(path_tracer),
         Box::new(LightTracer { depth, ..LightTracer::default() }),
-        Box::new(Bidirectional { depth, ..Bidirectional::default() }),
+        Box::new(bidirectional),
+        Box::new(PhotonMapping { depth, ..PhotonMapping::default() }),
+        Box::new(PhotonMapping { depth, next_event: true, ..PhotonMapping::default() }),
+        Box::new(InstantRadiosity { path_tracer, ..InstantRadiosity::default() }),
+        Box::new(InstantRadiosity { path_tracer, compensates: false, ..Default::default() }),
+        Box::new(VertexConnectionMerging { bidirectional, ..Default::default() }),
     ]
 }
 
@@ -39,11 +49,15 @@ fn bits(rendering: &Rendering) -> Vec<u64> {
         shadow_rays,
         scattered,
         connections,
+        photons,
+        queries,
+        merges,
         non_finite,
         truncated_subpaths,
         ledger,
     } = rendering.counters;
-    let flux = [ledger.emitted, ledger.absorbed, ledger.escaped, ledger.truncated, ledger.rejected];
+    let Ledger { emitted, absorbed, escaped, truncated, rejected, clamped } = ledger;
+    let flux = [emitted, absorbed, escaped, truncated, rejected, clamped];
     let pixels = rendering.image.pixels().iter().chain(&flux).flat_map(|p| p.0.map(f64::to_bits));
     pixels
         .chain([
@@ -53,6 +67,9 @@ fn bits(rendering: &Rendering) -> Vec<u64> {
             shadow_rays,
             scattered,
             connections,
+            photons,
+            queries,
+            merges,
             non_finite,
             truncated_subpaths,
         ])

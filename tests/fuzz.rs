@@ -26,7 +26,7 @@ use pathspace::film::{Contribution, Filter, Sample};
 use pathspace::geometry::{Disk, Place, Quad, Sphere};
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, Stage, UniformArea};
 use pathspace::math::Rgb;
-use pathspace::path::{Heuristic, PathRecord, Scratch};
+use pathspace::path::{Heuristic, PathRecord, Scratch, Weighting};
 use pathspace::render::{Budget, Render, Settings, unattended};
 use pathspace::sampler::SamplerKind;
 use pathspace::scene::{Emission, Material, Mesh, Needs, Scene, Warning, World, WorldBuilder};
@@ -374,7 +374,8 @@ fn verify(plan: &Plan, world: &World, camera: &(dyn Camera + Send), seen: &Seen)
                     seen.blurred.set(seen.blurred.get() + 1);
                     return;
                 }
-                let verified = path.verify(&set, integrator.heuristic);
+                let weighting = Weighting::new(set, integrator.heuristic);
+                let verified = path.verify(&weighting);
                 let what =
                     || format!("{path:?} weight {weight:e} {verified:?} {:?}", path.record());
                 let fail = |reason: &str| Err(TestCaseError::fail(format!("{reason}: {}", what())));
@@ -386,8 +387,7 @@ fn verify(plan: &Plan, world: &World, camera: &(dyn Camera + Send), seen: &Seen)
                     let (value, weight) = worlds::sensitivity(
                         path,
                         (world, camera),
-                        &set,
-                        integrator.heuristic,
+                        &weighting,
                         64,
                         &mut displacements,
                     );

@@ -3,12 +3,15 @@
 
 use pathspace::endpoint::PinholeCamera;
 use pathspace::gallery::{self, GalleryError, NAMES};
-use pathspace::geometry::Quad;
+use pathspace::geometry::{Quad, SurfacePoint};
 use pathspace::glam::{DAffine3, DVec3, UVec2};
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
 use pathspace::math::Rgb;
 use pathspace::render::{Budget, Render, Settings, unattended};
 use pathspace::scene::{Emission, Material, Mesh, Scene, World, WorldBuilder};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use std::collections::BTreeSet;
 
 fn mean(
     integrator: &dyn Render<World>,
@@ -86,6 +89,32 @@ fn light_tracing_claims_scenes_without_visible_glass() {
         });
         assert_eq!(sees_dirac, !scene.claims.light_tracing, "{name}");
     }
+}
+
+/// Nothing looks out of the water but through its surface, not even along the basin's edges.
+#[test]
+fn the_pool_is_watertight() {
+    let world = gallery::build("pool", UVec2::ONE).unwrap().world;
+    let mut rng = Pcg64Mcg::seed_from_u64(1);
+    let mut seen = BTreeSet::new();
+    for _ in 0..200_000 {
+        let [x, y, z] = [0.0; 3].map(|_| rng.random_range(-1.0..1.0));
+        let inside = SurfacePoint::dirac(DVec3::new(x, 0.475 * y - 0.525, z));
+        let ends = [0.0; 3].map(|_: f64| {
+            if rng.random() {
+                rng.random_range(-1.0..1.0f64).signum()
+            } else {
+                rng.random_range(-1.0..1.0)
+            }
+        });
+        let direction = (DVec3::from(ends) - inside.position).normalize();
+        let hit = world.intersect(&inside, direction).expect("a surface all around");
+        let name = world.surface_name(&hit).unwrap();
+        assert!(name != "water" || hit.geometric_normal.dot(direction) > 0.0);
+        seen.insert(name.to_owned());
+    }
+    let expected = ["back wall", "ball", "floor", "front wall", "left wall", "right wall", "water"];
+    assert!(seen.iter().eq(&expected), "{seen:?}");
 }
 
 #[test]

@@ -9,7 +9,8 @@
 use glam::UVec2;
 use pathspace::gallery;
 use pathspace::integrator::{
-    Adaptive, Bidirectional, Depth, LightTracer, PathTracer, PathTracing, UniformArea,
+    Adaptive, Bidirectional, Depth, InstantRadiosity, LightTracer, PathTracer, PathTracing,
+    PhotonMapping, UniformArea, VertexConnectionMerging,
 };
 use pathspace::path::{LightSubpaths, TechniqueSet};
 use pathspace::render::{Budget, Render, Settings, unattended};
@@ -47,6 +48,22 @@ fn integrators(depth: Depth) -> Vec<(&'static str, Box<dyn Render<World>>)> {
         ("bidirectional/2-walks", Box::new(walks(1))),
         ("bidirectional/quarter-walk", Box::new(walks(-2))),
         ("adaptive", Box::new(Adaptive { depth, ..Adaptive::default() })),
+        ("photon-mapping", Box::new(PhotonMapping { depth, ..PhotonMapping::default() })),
+        (
+            "photon-mapping/next-event",
+            Box::new(PhotonMapping { depth, next_event: true, ..PhotonMapping::default() }),
+        ),
+        (
+            "instant-radiosity",
+            Box::new(InstantRadiosity { path_tracer: path, ..InstantRadiosity::default() }),
+        ),
+        (
+            "vcm",
+            Box::new(VertexConnectionMerging {
+                bidirectional: both,
+                ..VertexConnectionMerging::default()
+            }),
+        ),
     ]
 }
 

@@ -17,7 +17,7 @@ use pathspace::film::{Contribution, FilmSample, Sample};
 use pathspace::geometry::{Sphere, SurfacePoint};
 use pathspace::integrator::{Bidirectional, Caller, Depth, Integrator, PathTracer, Run, Stage};
 use pathspace::math::Rgb;
-use pathspace::path::{Heuristic, Scratch, TechniqueSet};
+use pathspace::path::{Heuristic, Scratch, TechniqueSet, Weighting};
 use pathspace::sampler::{SampleSource, Sampler, Stratified};
 use pathspace::scene::{Material, Needs, Scene, World};
 use rooms::{Room, camera, lambert, v};
@@ -152,9 +152,9 @@ fn a_fickle_choice_of_light_is_in_every_weight() {
             let film = film_sample(&camera, &mut random);
             let sample = Sample { film, sampler: &mut random };
             both.for_each_path(Stage::new(&scene, &camera), sample, &mut scratch, |path, found| {
-                let swept = path.weight(&both.techniques, heuristic);
+                let swept = path.weight(&Weighting::new(both.techniques, heuristic));
                 assert!((found.weight - swept).abs() <= 1e-12, "{path:?} {found:?} {swept}");
-                let verified = path.verify(&both.techniques, heuristic);
+                let verified = path.verify(&Weighting::new(both.techniques, heuristic));
                 assert!(verified.weight_sum_error < 1e-12, "{path:?} {verified:?}");
                 assert!(verified.worst() < 1e-7, "{path:?} {verified:?}");
                 paths += 1;

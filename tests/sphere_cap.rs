@@ -9,7 +9,7 @@ use pathspace::integrator::{
     Bidirectional, Caller, Depth, Integrator, LightTracer, PathTracer, PathTracing, Run, Stage,
     UniformArea,
 };
-use pathspace::path::{Heuristic, PathDensities, Roulette, Scratch, TechniqueSet};
+use pathspace::path::{Heuristic, PathDensities, Roulette, Scratch, TechniqueSet, Weighting};
 
 const ALBEDO: f64 = 0.5;
 const FRACTION: f64 = 0.1;
@@ -207,7 +207,8 @@ fn paths_verify_against_the_definitions() {
                 Sample { film, sampler: &mut sampler },
                 &mut scratch,
                 |path, contribution| {
-                    let verification = path.verify(&integrator.techniques, heuristic);
+                    let verification =
+                        path.verify(&Weighting::new(integrator.techniques, heuristic));
                     assert!(verification.weight_sum_error < 1e-12, "{path:?} {verification:?}");
                     assert!(
                         verification.worst() < 1e-7,
@@ -237,7 +238,10 @@ fn a_path_with_k_edges_has_k_plus_one_techniques() {
             |path, _| {
                 let record = path.record();
                 let k = record.edges();
-                assert_eq!((0..=k + 1).filter(|&t| record.is_admissible(t)).count(), k + 1);
+                assert_eq!(
+                    (0..=k + 1).filter(|&t| record.is_admissible(record.technique(t))).count(),
+                    k + 1
+                );
             },
         );
     }

@@ -18,6 +18,7 @@ use pathspace::geometry::Place;
 use pathspace::integrator::{Bidirectional, Depth, Stage};
 use pathspace::path::{
     Excluded, Heuristic, LightSubpaths, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet,
+    Weighting,
 };
 use pathspace::scene::Scene;
 use std::collections::BTreeSet;
@@ -47,6 +48,7 @@ fn audit(
         (Random::new(seed), Random::new(!seed), Scratch::default());
     let mut audit = Audit::default();
     let set = integrator.techniques.pruned(&scene.world.needs());
+    let weighting = Weighting::new(set, integrator.heuristic);
     for _ in 0..100 * paths {
         if audit.paths >= paths {
             break;
@@ -57,7 +59,7 @@ fn audit(
             Sample { film, sampler: &mut sampler },
             &mut scratch,
             |path, contribution| {
-                let verified = path.verify(&set, integrator.heuristic);
+                let verified = path.verify(&weighting);
                 let rounding = 16.0 * f64::EPSILON * path.edges() as f64;
                 let what =
                     || format!("{} {path:?} {:?} {verified:?}", scene.name, path.record().dirac);
@@ -68,8 +70,7 @@ fn audit(
                     let (value, weight) = worlds::sensitivity(
                         path,
                         (&scene.world, &*scene.camera),
-                        &set,
-                        integrator.heuristic,
+                        &weighting,
                         64,
                         &mut displacements,
                     );
@@ -129,8 +130,9 @@ fn paths_are_what_the_definitions_say() -> Result {
             let audit =
                 audit(&scene, &integrator, seed as u64, PATHS, |record, hittable, technique| {
                     let k = record.edges();
-                    let admissible: Vec<usize> =
-                        (0..=k + 2).filter(|&t| record.is_admissible(t)).collect();
+                    let admissible: Vec<usize> = (0..=k + 1)
+                        .filter(|&t| record.is_admissible(record.technique(t)))
+                        .collect();
                     assert_eq!(
                         admissible.len(),
                         expected_techniques(record, hittable),
@@ -154,7 +156,9 @@ fn paths_are_what_the_definitions_say() -> Result {
             println!("{:15} {heuristic:?} {audit:?}", scene.name);
             assert!(audit.value < 1e-9 && audit.weight < 1e-9, "{}: {audit:?}", scene.name);
         }
-        assert_eq!(able, seen, "{}", scene.name);
+        // The pool's lamp is too small to be hit by chance after two events above the water.
+        let rare = BTreeSet::from_iter((scene.name == "pool").then_some((0, 4)));
+        assert_eq!(&able - &rare, &seen - &rare, "{}", scene.name);
     }
     Ok(())
 }
@@ -228,7 +232,7 @@ fn weights_in_constant_time_are_those_of_sweeps() -> Result {
                         Sample { film, sampler: &mut sampler },
                         &mut scratch,
                         |path, contribution| {
-                            let swept = path.weight(&set, heuristic);
+                            let swept = path.weight(&Weighting::new(set, heuristic));
                             let rounding = 16.0 * f64::EPSILON * path.edges() as f64;
                             let error = (contribution.weight - swept).abs();
                             assert!(

@@ -66,10 +66,14 @@ fn claims(world: &World) -> Claims {
     let dirac_lobes = needs.contains(Needs::DIRAC_LOBES);
     let lights = (0..world.light_count() as u32).map(|id| world.light(LightId(id)));
     let dirac_lights = lights.into_iter().any(|light| !light.can_be_hit());
+    let not_both = !(dirac_lobes && dirac_lights);
     Claims {
         uniform_area: !dirac_lobes && !dirac_lights && !needs.contains(Needs::ENVIRONMENT),
-        path_tracing: !(dirac_lobes && dirac_lights),
+        path_tracing: not_both,
         light_tracing: !dirac_lobes,
-        bidirectional: !(dirac_lobes && dirac_lights),
+        bidirectional: not_both,
+        photon_mapping: not_both,
+        instant_radiosity: not_both,
+        vcm: not_both,
     }
 }

@@ -1,8 +1,11 @@
 //! The integrators by name.
 
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
 use pathspace::gallery::Claims;
-use pathspace::integrator::{Adaptive, Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
+use pathspace::integrator::{
+    Adaptive, Bidirectional, Depth, InstantRadiosity, LightTracer, Merging, PathTracer,
+    PhotonMapping, UniformArea, VertexConnectionMerging,
+};
 use pathspace::path::Roulette;
 use pathspace::report::Method;
 use pathspace::scene::World;
@@ -21,16 +24,53 @@ pub enum AnyIntegrator {
     Bidirectional,
     /// As much of bidirectional path tracing as pays, which a pilot finds out.
     Adaptive,
+    /// Photons of light walks that all pixels share, met at the first surface that is no mirror;
+    /// blurred by a radius that shrinks from pass to pass.
+    PhotonMapping,
+    /// Virtual lights from light walks that all pixels share; what is too near to one is path
+    /// traced.
+    InstantRadiosity,
+    /// Vertex connection and merging: bidirectional path tracing and photon mapping, weighted.
+    Vcm,
+}
+
+/// Light walks that all pixels share.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub struct SharedWalks {
+    /// Radius within which photons are met in the first pass, in units of the scene; for
+    /// photon-mapping and vcm [default: twice the size of a pixel on what is seen]
+    #[arg(long, value_parser = parse_radius)]
+    radius: Option<f64>,
+    /// Light walks of a pass that all pixels share; for photon-mapping, vcm and instant-radiosity
+    /// [default: 64 for instant-radiosity, else one per pixel, at most 262144]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    walks: Option<u32>,
+}
+
+fn parse_radius(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(radius) if radius >= 0.0 && radius.is_finite() => Ok(radius),
+        _ => Err("a radius is 0 or a positive number".to_owned()),
+    }
+}
+
+impl SharedWalks {
+    fn merging(self) -> Merging {
+        Merging { radius: self.radius, light_walks: self.walks, ..Merging::default() }
+    }
 }
 
 impl AnyIntegrator {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 8] = [
         Self::PathTracing,
         Self::LightTracing,
         Self::UniformArea,
         Self::Bidirectional,
         Self::Adaptive,
+        Self::PhotonMapping,
+        Self::InstantRadiosity,
+        Self::Vcm,
     ];
 
     /// The name that the library and the command line use.
@@ -41,25 +81,48 @@ impl AnyIntegrator {
             Self::UniformArea => "uniform-area",
             Self::Bidirectional => "bidirectional",
             Self::Adaptive => "adaptive",
+            Self::PhotonMapping => "photon-mapping",
+            Self::InstantRadiosity => "instant-radiosity",
+            Self::Vcm => "vcm",
         }
     }
 
     /// The integrator itself.
-    pub fn build(self, depth: Depth, roulette: Roulette) -> Box<dyn Method<World>> {
+    pub fn build(
+        self,
+        depth: Depth,
+        roulette: Roulette,
+        shared: SharedWalks,
+    ) -> Box<dyn Method<World>> {
+        let path_tracer = PathTracer { depth, roulette, ..PathTracer::default() };
+        let bidirectional = Bidirectional { depth, roulette, ..Bidirectional::default() };
+        let merging = shared.merging();
         match self {
-            Self::PathTracing => Box::new(PathTracer { depth, roulette, ..PathTracer::default() }),
+            Self::PathTracing => Box::new(path_tracer),
             Self::LightTracing => Box::new(LightTracer { depth, roulette }),
             Self::UniformArea => Box::new(UniformArea { depth, roulette }),
-            Self::Bidirectional => {
-                Box::new(Bidirectional { depth, roulette, ..Bidirectional::default() })
-            }
+            Self::Bidirectional => Box::new(bidirectional),
             Self::Adaptive => Box::new(Adaptive { depth, roulette, ..Adaptive::default() }),
+            Self::PhotonMapping => {
+                Box::new(PhotonMapping { depth, roulette, merging, ..PhotonMapping::default() })
+            }
+            Self::InstantRadiosity => {
+                let default = InstantRadiosity::default();
+                let light_walks = shared.walks.unwrap_or(default.light_walks);
+                Box::new(InstantRadiosity { path_tracer, light_walks, ..default })
+            }
+            Self::Vcm => Box::new(VertexConnectionMerging {
+                bidirectional,
+                merging,
+                ..VertexConnectionMerging::default()
+            }),
         }
     }
 
     /// The integrator for paths of any length up to a limit, with the usual roulette.
     pub fn build_up_to(self, max_bounces: Option<u32>) -> Box<dyn Method<World>> {
-        self.build(Depth { min_bounces: 0, max_bounces }, Roulette::default())
+        let depth = Depth { min_bounces: 0, max_bounces };
+        self.build(depth, Roulette::default(), SharedWalks::default())
     }
 
     /// True if it sees every path of a scene that makes these claims.
@@ -69,6 +132,9 @@ impl AnyIntegrator {
             Self::LightTracing => claims.light_tracing,
             Self::UniformArea => claims.uniform_area,
             Self::Bidirectional | Self::Adaptive => claims.bidirectional,
+            Self::PhotonMapping => claims.photon_mapping,
+            Self::InstantRadiosity => claims.instant_radiosity,
+            Self::Vcm => claims.vcm,
         }
     }
 }

@@ -15,6 +15,6 @@ pub use arguments::{
     FilterName, SamplerName, parse_duration, parse_error, parse_exposure, parse_image_path,
     parse_size,
 };
-pub use integrators::AnyIntegrator;
+pub use integrators::{AnyIntegrator, SharedWalks};
 pub use progress::{STEPS, progress_bar, show};
 pub use scenes::{AnyCamera, FileOptions, NamedScene, scene_list, scene_or_file};

@@ -38,8 +38,7 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for OneLight {
         visit.limit(visit.plan.depth.limit())?;
         let found = visit.next_event();
         if let Some(next) = found.filter(|next| next.light == self.light) {
-            visit.counters.shadow_rays += 1;
-            visit.out.connect([visit.end, next.end], visit.contribution(1, next.value, 1.0));
+            visit.connect(&next, 1.0);
         }
         ControlFlow::Continue(())
     }

@@ -2,7 +2,8 @@
 
 use super::common::AnyIntegrator;
 use pathspace::integrator::{
-    Bidirectional, Depth, LightTracer, PathTracer, UniformArea, WithNeeds,
+    Bidirectional, Depth, InstantRadiosity, LightTracer, PathTracer, PhotonMapping, UniformArea,
+    VertexConnectionMerging, WithNeeds,
 };
 use pathspace::report::Method;
 use pathspace::scene::World;
@@ -26,6 +27,20 @@ pub fn build(
         }
         AnyIntegrator::Bidirectional => {
             Box::new(WithNeeds::all(Bidirectional { depth, ..Bidirectional::default() }))
+        }
+        AnyIntegrator::PhotonMapping => {
+            Box::new(WithNeeds::all(PhotonMapping { depth, ..PhotonMapping::default() }))
+        }
+        AnyIntegrator::InstantRadiosity => {
+            let path_tracer = PathTracer { depth, ..PathTracer::default() };
+            Box::new(WithNeeds::all(InstantRadiosity { path_tracer, ..Default::default() }))
+        }
+        AnyIntegrator::Vcm => {
+            let bidirectional = Bidirectional { depth, ..Bidirectional::default() };
+            Box::new(WithNeeds::all(VertexConnectionMerging {
+                bidirectional,
+                ..Default::default()
+            }))
         }
         AnyIntegrator::Adaptive => return None,
     })

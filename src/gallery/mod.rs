@@ -1,4 +1,4 @@
-//! Six ready-made scenes, each of which asks something else of an integrator.
+//! Seven ready-made scenes, each of which asks something else of an integrator.
 //!
 //! ```
 //! use pathspace::glam::UVec2;
@@ -17,6 +17,7 @@
 //! | caustic | light focused by glass that is itself seen: paths from both ends |
 //! | glossy-plates | plates and lights of many sizes: multiple importance sampling (Veach 1997) |
 //! | smooth-mesh | shading normals, light at infinity: transport modes |
+//! | pool | caustics seen through the water that makes them: hard for all unbiased integrators |
 //!
 //! [`Claims`] tell which integrators see every path of a scene.
 
@@ -26,6 +27,7 @@ mod error;
 mod glossy_plates;
 mod lamp_room;
 mod materials;
+mod pool;
 mod shapes;
 mod smooth_mesh;
 mod sphere_cap;
@@ -53,8 +55,12 @@ pub struct GalleryScene {
 }
 
 /// The integrators that can draw every path that contributes to a scene's image. The mean of an
-/// integrator that cannot is too low. A claim is about the mean alone: the noise may be too large
-/// for any budget, as that of uniform-area sampling on narrow lobes is.
+/// integrator that cannot is too low. A claim is about the mean alone, of a consistent integrator
+/// about its limit: the noise may be too large for any budget, as that of uniform-area sampling on
+/// narrow lobes is.
+///
+/// A vertex is finite if it scatters through a lobe that is a function, as diffuse and glossy ones
+/// are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Claims {
     /// [`UniformArea`](crate::integrator::UniformArea): no Dirac lobes, no light at infinity.
@@ -66,17 +72,33 @@ pub struct Claims {
     /// [`Bidirectional`](crate::integrator::Bidirectional): no path with Dirac lobes between a
     /// Dirac light and a Dirac lens.
     pub bidirectional: bool,
+    /// Photon mapping, which merges light walks with the camera walk at its first finite vertex: no
+    /// Dirac light seen through Dirac lobes alone, or directly by a lens of finite area.
+    pub photon_mapping: bool,
+    /// Instant radiosity, which connects virtual lights to the finite vertices of camera walks:
+    /// behind a Dirac lobe at a Dirac light, no path without two finite vertices in a row.
+    pub instant_radiosity: bool,
+    /// Vertex connection and merging: no path that both bidirectional path tracing and photon
+    /// mapping miss.
+    pub vcm: bool,
 }
 
 impl Claims {
     /// Every integrator sees everything.
-    pub const ALL: Self =
-        Self { uniform_area: true, path_tracing: true, light_tracing: true, bidirectional: true };
+    pub const ALL: Self = Self {
+        uniform_area: true,
+        path_tracing: true,
+        light_tracing: true,
+        bidirectional: true,
+        photon_mapping: true,
+        instant_radiosity: true,
+        vcm: true,
+    };
 }
 
 /// The names of the scenes.
-pub const NAMES: [&str; 6] =
-    ["cornell-box", "sphere-cap", "lamp-room", "caustic", "glossy-plates", "smooth-mesh"];
+pub const NAMES: [&str; 7] =
+    ["cornell-box", "sphere-cap", "lamp-room", "caustic", "glossy-plates", "smooth-mesh", "pool"];
 
 /// The subject of a scene, in one sentence; `None` if there is no such scene.
 #[must_use]
@@ -89,6 +111,7 @@ pub fn description(name: &str) -> Option<&'static str> {
         caustic::DESCRIPTION,
         glossy_plates::DESCRIPTION,
         smooth_mesh::DESCRIPTION,
+        pool::DESCRIPTION,
     ];
     Some(descriptions[index])
 }
@@ -105,6 +128,7 @@ pub fn build(name: &str, resolution: UVec2) -> Result<GalleryScene, GalleryError
         "caustic" => caustic::build(resolution),
         "glossy-plates" => glossy_plates::build(resolution),
         "smooth-mesh" => smooth_mesh::build(resolution),
+        "pool" => pool::build(resolution),
         _ => Err(GalleryError::UnknownScene { name: name.to_owned() }),
     }
 }

@@ -4,15 +4,15 @@
 //! form that the dedicated ones are tested against.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
+use super::shared::LightWalks;
 use super::{Crew, Depth, Integrator, Notes, Run, Stage, Started};
 use crate::film::{Contribution, Sample, Sink, Technique};
-use crate::math::Rgb;
 use crate::path::{
     Counters, Heuristic, Out, Path, Plan, RandomWalk, Roulette, Scratch, Site, Steps, TechniqueSet,
     Visit, Weighting, advance, join,
 };
 use crate::sampler::Sampler;
-use crate::scene::{Needs, Scene};
+use crate::scene::Scene;
 use std::ops::ControlFlow;
 
 /// Bidirectional path tracing over any set of techniques.
@@ -38,25 +38,7 @@ impl Bidirectional {
     pub(super) fn run<S: Scene + ?Sized>(self, stage: Stage<'_, S>) -> Pairs<'_, S> {
         let plan = Plan::new(stage, self.techniques, self.depth);
         let weighting = Weighting::new(plan.techniques, self.heuristic);
-        Pairs { plan, roulette: Roulette { constant: Rgb::BLACK, ..self.roulette }, weighting }
-    }
-
-    /// Draws one sample and shows every path with a nonzero contribution, with its weight, to
-    /// `visit`, as an audit or an experiment looks at them.
-    pub fn for_each_path<'s, S: Scene + ?Sized, P: Sampler>(
-        &self,
-        stage: Stage<'s, S>,
-        sample: Sample<P>,
-        scratch: &mut Scratch<'s, S>,
-        mut visit: impl FnMut(&Path<'_, 's, S>, &Contribution),
-    ) {
-        let mut look = |path: &Path<'_, 's, S>, contribution, _: &mut Out<'_>, counters: &mut _| {
-            if path.is_visible(counters) {
-                visit(path, &contribution);
-            }
-        };
-        let nothing_else = &mut |_, _: &Contribution| {};
-        self.run(stage).trace(&mut [sample], nothing_else, scratch, &mut look);
+        Pairs { plan, roulette: self.roulette.without_constant(), weighting }
     }
 }
 
@@ -77,16 +59,13 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
 
 /// A rendering by pairs of subpaths.
 pub struct Pairs<'a, S: Scene + ?Sized> {
-    plan: Plan<'a, S>,
-    roulette: Roulette,
-    weighting: Weighting,
+    pub(super) plan: Plan<'a, S>,
+    pub(super) roulette: Roulette,
+    pub(super) weighting: Weighting,
 }
 
 /// Walks from the camera.
 struct CameraWalks<'r, 'a, S: Scene + ?Sized>(&'r Pairs<'a, S>);
-/// Walks from the light of the samples that have more than this number.
-struct LightWalks<'r, 'a, S: Scene + ?Sized>(&'r Pairs<'a, S>, u32);
-
 impl<'a, S: Scene + ?Sized> Run<'a, S> for Pairs<'a, S> {
     type Chunk = ();
 
@@ -105,9 +84,7 @@ impl<'a, S: Scene + ?Sized> Run<'a, S> for Pairs<'a, S> {
         _: &mut (),
         scratch: &mut Scratch<'a, S>,
     ) {
-        self.trace(samples, sink, scratch, &mut |path, contribution, out, counters| {
-            out.offer(path, contribution, counters);
-        });
+        self.draw_and_merge(samples, sink, scratch, |_| {});
     }
 }
 
@@ -135,50 +112,36 @@ impl<'a, S: Scene + ?Sized> Steps<'a, S> for CameraWalks<'_, 'a, S> {
     }
 }
 
-impl<'a, S: Scene + ?Sized> Steps<'a, S> for LightWalks<'_, 'a, S> {
-    const KEEPS: bool = true;
-
-    #[inline]
-    fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
-        let Site { plan: Plan { stage, depth, .. }, sample, subpaths, counters, .. } = site;
-        subpaths.light.clear();
-        if self.1 >= subpaths.light_subpaths {
-            return None;
-        }
-        let (walk, start) = RandomWalk::from_light(stage.scene, &mut sample.sampler, counters)?;
-        subpaths.light.push(start);
-        let has_use =
-            stage.needs.contains(Needs::FINITE_LOBES) && depth.limit() >= self.connection();
-        walk?.if_useful(has_use, counters)
-    }
-
-    #[inline]
-    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        visit.limit(visit.plan.depth.limit().saturating_sub(self.connection()))?;
-        visit.scatter(&self.0.roulette).flow()
-    }
-}
-
-impl<S: Scene + ?Sized> LightWalks<'_, '_, S> {
-    /// Number of scattering events of the shortest connection: one to the lens, two to a camera
-    /// subpath.
-    fn connection(&self) -> u32 {
-        if self.0.plan.techniques.lens_sampling { 1 } else { 2 }
-    }
-}
-
 impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
+    /// Draws samples, and shows `merge` each with its complete camera subpath.
+    pub(super) fn draw_and_merge<P: Sampler>(
+        &self,
+        samples: &mut [Sample<P>],
+        sink: &mut dyn Sink,
+        scratch: &mut Scratch<'a, S>,
+        merge: impl FnMut(&mut Site<'_, 'a, S, P>),
+    ) {
+        let mut offer =
+            |path: &Path<'_, 'a, S>, contribution, out: &mut Out<'_>, counters: &mut _| {
+                out.offer(path, contribution, counters);
+            };
+        self.trace(samples, sink, scratch, &mut offer, merge);
+    }
+
     /// Draws samples and offers each path that may contribute, with its contribution if it is
     /// visible.
     #[inline]
-    fn trace<P: Sampler>(
+    pub(super) fn trace<P: Sampler>(
         &self,
         samples: &mut [Sample<P>],
         sink: &mut dyn Sink,
         scratch: &mut Scratch<'a, S>,
         offer: &mut impl FnMut(&Path<'_, 'a, S>, Contribution, &mut Out<'_>, &mut Counters),
+        mut merge: impl FnMut(&mut Site<'_, 'a, S, P>),
     ) {
         let (Plan { stage, techniques, .. }, mut rounds) = (&self.plan, 0);
+        // The shortest connection has one scattering event to the lens, two to a camera subpath.
+        let shortest = if techniques.lens_sampling { 1 } else { 2 };
         scratch.counters.samples += samples.len() as u64;
         advance(&self.plan, &CameraWalks(self), samples, sink, scratch);
         join(&self.plan, samples, sink, scratch, |site| {
@@ -186,12 +149,14 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
             for t in 2..=site.subpaths.camera.len() {
                 (0..2).for_each(|s| self.draw_path((s, t), site, offer));
             }
+            merge(site);
             let number = techniques.draw_light_subpaths(&mut site.sample.sampler);
             site.subpaths.light_subpaths = number;
             rounds = rounds.max(number);
         });
         for number in 0..rounds {
-            advance(&self.plan, &LightWalks(self, number), samples, sink, scratch);
+            let walks = LightWalks { roulette: &self.roulette, number, shortest };
+            advance(&self.plan, &walks, samples, sink, scratch);
             join(&self.plan, samples, sink, scratch, |site| {
                 self.weighting.complete_light_subpath(&mut site.subpaths.light, stage.scene);
                 let (s_last, t_last) = (site.subpaths.light.len(), site.subpaths.camera.len());

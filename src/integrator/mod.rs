@@ -6,6 +6,9 @@
 //! | [`PathTracer`] | s = 0 (BSDF sampling) and s = 1 (next event estimation), or either alone |
 //! | [`LightTracer`] | t = 1 (connect to the lens) |
 //! | [`Bidirectional`] | all (s, t), or any set of them |
+//! | [`PhotonMapping`] | merges at the first finite lobe seen from the camera, s = 0 without one |
+//! | [`InstantRadiosity`] | connections to light walks that all pixels share, rest by s = 0 and 1 |
+//! | [`VertexConnectionMerging`] | all (s, t) and all merges |
 //! | [`Adaptive`] | the most efficient set, from path tracing to all (s, t), as a pilot finds it |
 //!
 //! All of them estimate the same image, with the same normalisation and the same meaning of depth.
@@ -15,20 +18,29 @@
 //! ([`Steps`](crate::path::Steps)); many advance together.
 
 mod adaptive;
+mod audit;
 mod bidirectional;
 mod crew;
+mod instant_radiosity;
 mod light_tracer;
 mod path_tracer;
+mod photon_mapping;
 mod run;
+mod shared;
 mod uniform_area;
+mod vertex_connection_merging;
 mod with_needs;
 
 pub use crate::path::{Depth, Stage};
 pub use adaptive::{Adaptive, Candidate, Decision};
 pub use bidirectional::Bidirectional;
 pub use crew::{Caller, Crew};
+pub use instant_radiosity::{InstantRadiosity, VirtualLightPasses};
 pub use light_tracer::LightTracer;
 pub use path_tracer::{PathTracer, PathTracing};
+pub use photon_mapping::{PhotonMapping, PhotonPasses};
 pub use run::{Estimator, Integrator, IntegratorError, Notes, Run, SingleWalk, Started};
+pub use shared::{LightWalks, Merging, PhotonMaps, SharedWalks};
 pub use uniform_area::UniformArea;
+pub use vertex_connection_merging::{MergingPairs, VertexConnectionMerging};
 pub use with_needs::WithNeeds;

@@ -48,11 +48,14 @@ impl PathTracer {
         Self { depth: Depth::up_to(max_bounces), ..Self::default() }
     }
 
-    pub(super) fn run<S: Scene + ?Sized>(self, stage: Stage<'_, S>) -> SingleWalk<'_, S, Self> {
+    pub(super) fn techniques(&self) -> TechniqueSet {
         let bsdf_sampling = self.mode != PathTracing::NextEventOnly;
         let next_event = self.mode != PathTracing::EmissionOnly;
-        let techniques = TechniqueSet { bsdf_sampling, next_event, ..TechniqueSet::NONE };
-        SingleWalk::new(stage, self, techniques, self.depth)
+        TechniqueSet { bsdf_sampling, next_event, ..TechniqueSet::NONE }
+    }
+
+    pub(super) fn run<S: Scene + ?Sized>(self, stage: Stage<'_, S>) -> SingleWalk<'_, S, Self> {
+        SingleWalk::new(stage, self, self.techniques(), self.depth)
     }
 }
 
@@ -97,13 +100,10 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PathTracer {
 impl PathTracer {
     /// Adds what the vertex emits (s = 0).
     #[inline(always)]
-    fn hit<S: Scene + ?Sized, P>(&self, visit: &mut Visit<'_, '_, S, P>) {
-        let Visit { plan: Plan { stage, techniques, depth, .. }, walk, vertex, .. } = visit;
+    pub(super) fn hit<S: Scene + ?Sized, P>(&self, visit: &mut Visit<'_, '_, S, P>) {
+        let Some((id, value)) = visit.emitted() else { return };
+        let Visit { plan: Plan { stage, techniques, .. }, walk, vertex, .. } = visit;
         let scene = stage.scene;
-        if !(techniques.bsdf_sampling && depth.contains(walk.bounces())) {
-            return;
-        }
-        let Some((id, radiance)) = vertex.emission(scene) else { return };
         let light = scene.light(id);
         let competes = techniques.next_event && walk.is_from_connectible();
         let mut weight = 1.0;
@@ -113,20 +113,16 @@ impl PathTracer {
             let hit = walk.pdf().value() * vertex.geometry;
             weight = self.heuristic.weight([connect / hit]);
         }
-        visit.out.add(&visit.contribution(0, visit.vertex.throughput * radiance, weight));
+        visit.out.add(&visit.contribution(0, value, weight));
     }
 
     /// Adds the light of a point sampled on a light, if the vertex sees it (s = 1, next event
     /// estimation).
     #[inline(always)]
-    fn connect<S: Scene + ?Sized, P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
-        let Plan { stage, techniques, depth, .. } = visit.plan;
-        let wanted = techniques.next_event && depth.contains(visit.walk.bounces() + 1);
-        if !(wanted && visit.vertex.is_connectible()) {
-            return;
-        }
+    pub(super) fn connect<S: Scene + ?Sized, P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
         let Some(next) = visit.next_event() else { return };
-        let Visit { vertex, counters, .. } = visit;
+        let Plan { stage, techniques, .. } = visit.plan;
+        let vertex = &*visit.vertex;
         let Some(bsdf) = &vertex.bsdf else { return };
         let mut weight = 1.0;
         if techniques.bsdf_sampling && stage.scene.light(next.light).can_be_hit() {
@@ -135,7 +131,6 @@ impl PathTracer {
             let hit = direction.value() * next.edge.geometry;
             weight = self.heuristic.weight([hit / next.pdf.value()]);
         }
-        counters.shadow_rays += 1;
-        visit.out.connect([visit.end, next.end], visit.contribution(1, next.value, weight));
+        visit.connect(&next, weight);
     }
 }

@@ -6,6 +6,7 @@ use crate::film::{FilmSample, Sample, Sink};
 use crate::path::{Counters, Depth, LeftOut, Plan, Scratch, Stage, Steps, TechniqueSet, advance};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
+use std::fmt;
 
 /// A way to estimate the image, as plain settings. Open for users to implement.
 pub trait Integrator<S: Scene + ?Sized>: Sync {
@@ -44,7 +45,7 @@ pub trait Run<'a, S: Scene + ?Sized + 'a>: Sync {
         Notes::default()
     }
 
-    /// True if a pass depends on those before it. If so, the driver calls
+    /// True if a pass is prepared, or depends on those before it. If so, the driver calls
     /// [`begin_pass`](Self::begin_pass) before and [`collect`](Self::collect) after each pass, and
     /// threads wait for each other in between. If not, it calls neither, and threads go on with the
     /// next pass.
@@ -142,6 +143,8 @@ pub struct Notes {
     pub estimator: Estimator,
     /// True if samples depend on one another: then their variance says nothing of the image's.
     pub is_correlated: bool,
+    /// Bytes of the largest map that the pixels of a pass shared; 0 without one.
+    pub shared_bytes: u64,
 }
 
 /// The mean of an estimate.
@@ -154,6 +157,16 @@ pub enum Estimator {
     Consistent,
     /// Not the image, after any number of passes.
     Biased,
+}
+
+impl fmt::Display for Estimator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Unbiased => "unbiased",
+            Self::Consistent => "consistent: its bias vanishes as passes are added",
+            Self::Biased => "biased: some of its error stays",
+        })
+    }
 }
 
 /// The reason why an integrator cannot render a stage.

@@ -17,6 +17,9 @@ pub struct Ledger {
     pub truncated: Rgb,
     /// Flux lost in non-finite samples.
     pub rejected: Rgb,
+    /// Radiance, summed over samples, that a bound on connections cut off and that nothing else
+    /// draws; no part of the balance.
+    pub clamped: Rgb,
 }
 
 impl AddAssign for Ledger {
@@ -26,6 +29,7 @@ impl AddAssign for Ledger {
         self.escaped += other.escaped;
         self.truncated += other.truncated;
         self.rejected += other.rejected;
+        self.clamped += other.clamped;
     }
 }
 
@@ -45,6 +49,12 @@ pub struct Counters {
     /// Pairs of vertices that were to be connected: scattering or emission was evaluated at one of
     /// them at least.
     pub connections: u64,
+    /// Vertices of light subpaths stored in maps that all pixels share.
+    pub photons: u64,
+    /// Searches of such a map for what is near a vertex of a camera subpath.
+    pub queries: u64,
+    /// Photons found in reach, for each of which scattering was evaluated.
+    pub merges: u64,
     /// Contributions that were infinite or not a number; they were not added to the film.
     pub non_finite: u64,
     /// Walks that the limit on bounces cut off.
@@ -78,6 +88,9 @@ impl AddAssign for Counters {
         self.shadow_rays += other.shadow_rays;
         self.scattered += other.scattered;
         self.connections += other.connections;
+        self.photons += other.photons;
+        self.queries += other.queries;
+        self.merges += other.merges;
         self.non_finite += other.non_finite;
         self.truncated_subpaths += other.truncated_subpaths;
         self.ledger += other.ledger;

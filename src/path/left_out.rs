@@ -16,22 +16,28 @@ pub enum Family {
     LensSampling,
     /// Vertices uniform by area.
     UniformArea,
+    /// Merges of subpaths, s ≥ 2, t ≥ 2.
+    Merges,
 }
 
 impl Family {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::UniformArea,
         Self::BsdfSampling,
         Self::NextEventEstimation,
         Self::Connections,
         Self::LensSampling,
+        Self::Merges,
     ];
 
     /// The family of a technique (s, t) with t ≥ 1.
     #[inline]
     #[must_use]
     pub const fn of(technique: Technique) -> Self {
+        if technique.merged {
+            return Self::Merges;
+        }
         match (technique.s, technique.t) {
             (0, _) => Self::BsdfSampling,
             (_, 1) => Self::LensSampling,
@@ -49,6 +55,7 @@ impl fmt::Display for Family {
             Self::Connections => "s ≥ 2, t ≥ 2 (connections)",
             Self::LensSampling => "t = 1 (lens sampling)",
             Self::UniformArea => "vertices uniform by area",
+            Self::Merges => "merges",
         })
     }
 }
@@ -70,6 +77,8 @@ pub enum Reason {
     NoIllumination,
     /// It would draw (1, 1) alone, whose paths s = 0 draws, too.
     Redundant,
+    /// It would draw what connections draw as well: no lobe is narrow.
+    Connectible,
 }
 
 impl fmt::Display for Reason {
@@ -83,6 +92,7 @@ impl fmt::Display for Reason {
             Self::Redundant => {
                 "only light that is seen directly would be left to it, and s = 0 draws that"
             }
+            Self::Connectible => "every path can be connected",
         })
     }
 }

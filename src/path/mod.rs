@@ -18,7 +18,8 @@
 //! | the loop over many walks, and its steps | [`advance`], [`Steps`] |
 //! | next event estimation (s = 1) | [`NextEvent`] |
 //! | connection of a light subpath to the lens (t = 1) | [`LensConnection`] |
-//! | two subpaths joined to one path | [`Path`] |
+//! | two subpaths joined to one path by an edge | [`Path`] |
+//! | two subpaths whose ends are taken as one vertex | [`MergedPath`] |
 //! | techniques of an integrator | [`TechniqueSet`] |
 //! | densities of all techniques, and weights | [`PathDensities`], [`Heuristic`], [`Weighting`] |
 //! | techniques that a scene rules out | [`LeftOut`], [`Reason`] |
@@ -37,6 +38,7 @@ mod draw;
 mod edge;
 mod left_out;
 mod light_subpaths;
+mod merged;
 mod mis;
 mod path_record;
 pub mod roulette;
@@ -59,7 +61,8 @@ pub use depth::Depth;
 pub use edge::Edge;
 pub use left_out::{Family, LeftOut, Reason};
 pub use light_subpaths::LightSubpaths;
-pub use mis::{Ends, Heuristic, PathDensities, Weighting};
+pub use merged::MergedPath;
+pub use mis::{Ends, Heuristic, MergeSide, PathDensities, Weighting};
 pub use path_record::{PathRecord, Verification};
 pub use roulette::{Roulette, Scattered, Survival, Termination};
 pub use scratch::Scratch;

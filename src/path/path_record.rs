@@ -1,13 +1,14 @@
 //! A path evaluated from the definitions alone, factor by factor: the measure of an audit for an
 //! integrator's numbers.
 
-use super::connect::are_joinable;
 use super::mis::{Ends, PathDensities};
+use super::view::ends;
 use super::walk::emission_density;
-use super::{Edge, Heuristic, Path, TechniqueSet};
+use super::{Edge, MergedPath, Path, StartDensity, Weighting};
 use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
-use crate::endpoint::{Camera, Endpoint, Light, LightId};
+use crate::endpoint::{Camera, Endpoint, LightId};
+use crate::film::Technique;
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::Rgb;
 use crate::scene::Scene;
@@ -78,7 +79,10 @@ impl PathRecord {
         factors[k] = emitter.emit(&points[k], to_camera);
         towards_camera[k] = emitter.direction_pdf(&points[k], to_camera).value();
         let start = emission_density(scene, light, &points[k - 1], &points[k]);
-        let hittable = emitter.can_be_hit();
+        let lens = StartDensity {
+            walk: camera.point_pdf(&points[0]),
+            connection: camera.pdf_from(&points[1], &points[0]),
+        };
         Self {
             points: points.to_vec(),
             dirac: dirac.to_vec(),
@@ -86,16 +90,41 @@ impl PathRecord {
             geometry_terms: edges.iter().map(|edge| edge.geometry).collect(),
             towards_light,
             towards_camera,
-            ends: Ends {
-                camera: camera.point_pdf(&points[0]).value(),
-                camera_connection: camera.pdf_from(&points[1], &points[0]).value(),
-                light: start.walk.value(),
-                light_connection: start.connection.value(),
-                hittable,
-                connectible: emitter.can_be_connected(),
-                joinable: are_joinable(points[0].place, points[k].place, hittable),
-            },
+            ends: ends(emitter, [&points[0], &points[1], &points[k]], [lens, start]),
         }
+    }
+
+    /// The same of a path that two subpaths merge at x_m: the camera subpath ends at `points[m]`,
+    /// the light subpath at `photon`. The BSDF is that of `points[m]`, with the directions of the
+    /// two edges.
+    #[must_use]
+    pub fn evaluate_merge<S: Scene + ?Sized>(
+        scene: &S,
+        camera: &dyn Camera,
+        points: &[SurfacePoint],
+        (m, photon): (usize, SurfacePoint),
+        dirac: &[bool],
+        light: LightId,
+    ) -> Self {
+        let mut record = Self::evaluate(scene, camera, points, dirac, light);
+        let mut beyond = points.to_vec();
+        beyond[m] = photon;
+        let beyond = Self::evaluate(scene, camera, &beyond, dirac, light);
+        record.geometry_terms[m..].copy_from_slice(&beyond.geometry_terms[m..]);
+        record.factors[m + 1..].copy_from_slice(&beyond.factors[m + 1..]);
+        record.towards_light[m + 1..].copy_from_slice(&beyond.towards_light[m + 1..]);
+        record.towards_camera[m + 1..].copy_from_slice(&beyond.towards_camera[m + 1..]);
+        record.ends.light_connection = beyond.ends.light_connection;
+        let towards = |from: &SurfacePoint, to: &SurfacePoint| {
+            Edge::between(from, to).map_or(glam::DVec3::ZERO, |edge| edge.direction)
+        };
+        let to_light = towards(&photon, &points[m + 1]);
+        let to_camera = towards(&points[m], &points[m - 1]);
+        let bsdf = ShadedBsdf::new(scene.bsdf(&points[m]), &points[m]);
+        record.factors[m] = bsdf.eval(to_light, to_camera);
+        record.towards_light[m] = bsdf.pdf(to_camera, to_light, TransportMode::Radiance).value();
+        record.towards_camera[m] = bsdf.pdf(to_light, to_camera, TransportMode::Importance).value();
+        record
     }
 
     /// The throughput `T = Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1})`.
@@ -116,7 +145,7 @@ impl PathRecord {
     /// of f64 here; weights never form this product.
     #[must_use]
     pub fn density(&self, t: usize) -> f64 {
-        if !self.is_admissible(t) {
+        if !self.is_admissible(self.technique(t)) {
             return 0.0;
         }
         let k = self.edges();
@@ -124,20 +153,30 @@ impl PathRecord {
             (0..t - 1).map(|i| self.towards_light[i] * self.geometry_terms[i]).product();
         let light: f64 =
             (t + 1..=k).map(|i| self.towards_camera[i] * self.geometry_terms[i - 1]).product();
-        self.end_density(t) * camera * light
+        self.end_density(self.technique(t)) * camera * light
     }
 
     /// `f/p` under the technique with t vertices from the camera, multiplied up edge by edge so
     /// that it stays in range.
     #[must_use]
     pub fn estimate(&self, t: usize) -> Rgb {
-        let k = self.edges();
-        let mut value = self.factors[0] * (1.0 / self.end_density(t));
-        for i in 0..k {
+        self.product(self.technique(t))
+    }
+
+    /// `f/(N p)` under the merge at x_m, within discs of the given area and with N light walks.
+    #[must_use]
+    pub fn merge_estimate(&self, m: usize, merge_area: f64, light_walks: u32) -> Rgb {
+        self.product(self.merge(m)) * (1.0 / (f64::from(light_walks) * merge_area))
+    }
+
+    fn product(&self, technique: Technique) -> Rgb {
+        let t = usize::from(technique.t);
+        let mut value = self.factors[0] * (1.0 / self.end_density(technique));
+        for i in 0..self.edges() {
             let g = self.geometry_terms[i];
             let density = if i + 1 < t {
                 self.towards_light[i] * g
-            } else if i + 1 == t {
+            } else if i + 1 == t && !technique.merged {
                 1.0
             } else {
                 self.towards_camera[i + 1] * g
@@ -209,27 +248,62 @@ impl<'s, S: Scene + ?Sized + 's> Path<'_, 's, S> {
 
     /// Re-evaluates the path from the definitions and compares.
     #[must_use]
-    pub fn verify(&self, set: &TechniqueSet, heuristic: Heuristic) -> Verification {
-        let record = self.record();
-        let t = usize::from(self.technique().t);
+    pub fn verify(&self, weighting: &Weighting) -> Verification {
+        let (record, technique) = (self.record(), self.technique());
+        let exact = record.estimate(technique.t.into());
         let cached = self.value() * self.survival();
-        let exact = record.estimate(t);
+        Verification::of([cached, exact], self.weight(weighting), &record, technique, weighting)
+    }
+}
+
+impl<'s, S: Scene + ?Sized + 's> MergedPath<'_, 's, S> {
+    /// Evaluates the path anew from its points: f, G, densities, nothing cached.
+    #[must_use]
+    pub fn record(&self) -> PathRecord {
+        let (k, m) = (self.edges(), self.meeting());
+        let points: Vec<SurfacePoint> = (0..=k).map(|i| self.vertex(i).point).collect();
+        let dirac: Vec<bool> = (0..=k).map(|i| i > 0 && i < k && self.is_dirac(i)).collect();
+        let photon = (m, self.photon().point);
+        PathRecord::evaluate_merge(self.scene, self.camera, &points, photon, &dirac, self.light())
+    }
+
+    /// Re-evaluates the path from the definitions and compares.
+    #[must_use]
+    pub fn verify(&self, weighting: &Weighting) -> Verification {
+        let (record, technique) = (self.record(), self.technique());
+        let walks = weighting.set().merges;
+        let exact = record.merge_estimate(self.meeting(), weighting.merge_area(), walks);
+        let cached = self.value(weighting) * self.survival();
+        Verification::of([cached, exact], self.weight(weighting), &record, technique, weighting)
+    }
+}
+
+impl Verification {
+    fn of(
+        [cached, exact]: [Rgb; 2],
+        weight: f64,
+        record: &PathRecord,
+        technique: Technique,
+        weighting: &Weighting,
+    ) -> Self {
         let scale = exact.map(f64::abs).max_component().max(f64::MIN_POSITIVE);
-        let sum: f64 = (1..=record.edges() + 1)
-            .filter(|&t| {
-                set.contains(record.technique(t))
-                    && record.is_admissible(t)
-                    && record.density_is_nonzero(t)
+        let is_merging = weighting.merge_area() > 0.0;
+        let sum: f64 = record
+            .admissible()
+            .filter(|technique| {
+                (is_merging || !technique.merged)
+                    && weighting.set().contains(*technique)
+                    && record.density_is_nonzero(*technique)
             })
-            .map(|t| record.weight(t, set, heuristic))
+            .map(|technique| record.weight(technique, weighting))
             .sum();
-        Verification {
+        Self {
             value_error: if cached.is_finite() && exact.is_finite() {
                 (cached - exact).map(f64::abs).max_component() / scale
             } else {
                 f64::INFINITY
             },
-            weight_error: (self.weight(set, heuristic) - record.weight(t, set, heuristic)).abs(),
+            weight_error: (weight - record.weight(technique, weighting)).abs(),
             weight_sum_error: (sum - 1.0).abs(),
         }
     }
@@ -237,10 +311,12 @@ impl<'s, S: Scene + ?Sized + 's> Path<'_, 's, S> {
 
 impl PathRecord {
     /// True if the technique's density is positive, decided without forming the product.
-    fn density_is_nonzero(&self, t: usize) -> bool {
-        self.end_density(t) > 0.0
+    fn density_is_nonzero(&self, technique: Technique) -> bool {
+        let t = usize::from(technique.t);
+        let onwards = t + usize::from(!technique.merged);
+        self.end_density(technique) > 0.0
             && (0..t - 1).all(|i| self.towards_light[i] * self.geometry_terms[i] > 0.0)
-            && (t + 1..=self.edges())
+            && (onwards..=self.edges())
                 .all(|i| self.towards_camera[i] * self.geometry_terms[i - 1] > 0.0)
     }
 }

@@ -133,6 +133,12 @@ impl Roulette {
         }
     }
 
+    /// The same rule with c = 0.
+    #[must_use]
+    pub const fn without_constant(self) -> Self {
+        Self { constant: Rgb::BLACK, ..self }
+    }
+
     /// The constant for a walk in a transport mode.
     #[inline]
     #[must_use]

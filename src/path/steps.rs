@@ -11,6 +11,7 @@ use super::{
     Counters, End, NextEvent, Out, Plan, RandomWalk, Roulette, Scattered, Scratch, Subpaths,
     Vertex, sample_next_event,
 };
+use crate::endpoint::LightId;
 use crate::film::{Contribution, Sample, Sink, Technique};
 use crate::math::Rgb;
 use crate::sampler::{Sampler, Stream};
@@ -219,23 +220,50 @@ impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
         self.walk.scatter(self.vertex, roulette, &mut self.sample.sampler, self.counters)
     }
 
-    /// Samples a point on a light for a vertex of a camera walk; see [`sample_next_event`].
+    /// Samples a point on a light for a vertex of a camera walk, if the vertex can be connected,
+    /// paths of that length count and next event estimation is in the set; see
+    /// [`sample_next_event`].
     #[inline(always)]
     pub fn next_event(&mut self) -> Option<NextEvent>
     where
         P: Sampler,
     {
+        let Plan { techniques, depth, .. } = self.plan;
+        let wanted = techniques.next_event && depth.contains(self.walk.bounces() + 1);
+        if !(wanted && self.vertex.is_connectible()) {
+            return None;
+        }
         let Self { plan, walk, vertex, sample, out, counters, .. } = self;
         sample.sampler.stream(Stream::NextEvent(walk.bounces() + 1));
         sample_next_event(plan.stage.scene, vertex, &mut sample.sampler, out, counters)
     }
 
+    /// The light that the vertex belongs to, and the estimate `T Le` of hitting it, if paths of this
+    /// length count and hits are in the set.
+    #[inline(always)]
+    pub fn emitted(&self) -> Option<(LightId, Rgb)> {
+        let Plan { stage, techniques, depth, .. } = self.plan;
+        if !(techniques.bsdf_sampling && depth.contains(self.walk.bounces())) {
+            return None;
+        }
+        let (light, radiance) = self.vertex.emission(stage.scene)?;
+        Some((light, self.vertex.throughput * radiance))
+    }
+
+    /// Adds a point on a light that was sampled for this vertex, if the two see each other.
+    #[inline(always)]
+    pub fn connect(&mut self, next: &NextEvent, weight: f64) {
+        self.counters.shadow_rays += 1;
+        self.out.connect([self.end, next.end], self.contribution(1, next.value, weight));
+    }
+
     /// A contribution of a camera walk by the technique that draws s vertices from the light and
-    /// those up to this one from the camera.
+    /// those up to this one from the camera; `weight` is that within the weight of the walk.
     #[inline]
     #[must_use]
     pub fn contribution(&self, s: u16, value: Rgb, weight: f64) -> Contribution {
         let technique = Technique::new(s, self.walk.bounces() as u16 + 2);
+        let weight = self.walk.weight * weight;
         Contribution { raster: self.sample.film.raster, value, weight, technique }
     }
 

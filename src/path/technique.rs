@@ -11,8 +11,8 @@ use std::fmt;
 /// sample of the image.
 ///
 /// A path with k edges can be drawn by the techniques (s, t) with s + t = k + 1 and t ≥ 1: the lens
-/// is never hit by chance. A set is a union of the four families that need different code, less
-/// what the scene rules out.
+/// is never hit by chance; or by merges, with s + t = k + 2. A set is a union of the families that
+/// need different code, less what the scene rules out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TechniqueSet {
     /// s = 0: a camera walk hits a light (BSDF sampling).
@@ -27,7 +27,12 @@ pub struct TechniqueSet {
     /// Every vertex after the first surface uniform by area, the last one on a light: the integral
     /// over paths, sampled as it stands; no (s, t) technique.
     pub uniform_area: bool,
-    /// The number of samples of connections and of lens sampling; the others have one.
+    /// s ≥ 2, t ≥ 2, merged: a vertex of a camera subpath meets one of a light subpath. The number
+    /// of light subpaths, shared by all camera subpaths of a pass, that each merges with; 0 for
+    /// none.
+    pub merges: u32,
+    /// The number of samples of connections and of lens sampling; the others have one, but for
+    /// merges.
     pub light_subpaths: LightSubpaths,
     /// Single techniques that are left out although their families are in the set.
     pub excluded: Excluded,
@@ -84,10 +89,11 @@ impl TechniqueSet {
         connections: false,
         lens_sampling: false,
         uniform_area: false,
+        merges: 0,
         light_subpaths: LightSubpaths::ONE,
         excluded: Excluded::NONE,
     };
-    /// Every technique (s, t) with t ≥ 1.
+    /// Every technique (s, t) with t ≥ 1, and no merges.
     pub const BIDIRECTIONAL: Self = Self {
         bsdf_sampling: true,
         next_event: true,
@@ -121,6 +127,9 @@ impl TechniqueSet {
         self.next_event &= keep(Family::NextEventEstimation);
         self.connections &= keep(Family::Connections);
         self.lens_sampling &= keep(Family::LensSampling);
+        if !keep(Family::Merges) {
+            self.merges = 0;
+        }
         self
     }
 
@@ -155,6 +164,13 @@ impl TechniqueSet {
                 Some(Reason::NoConnectibleLight)
             }
             Family::NextEventEstimation | Family::Connections => no_scattering,
+            Family::Merges => {
+                let narrow =
+                    needs.contains(Needs::DIRAC_LOBES) || needs.contains(Needs::GLOSSY_LOBES);
+                let connects = self.bsdf_sampling && self.next_event && self.connections && !narrow;
+                no_scattering
+                    .or((connects && self.excluded.is_empty()).then_some(Reason::Connectible))
+            }
             Family::LensSampling if !hittable && !needs.contains(Needs::DIRAC_LIGHTS) => {
                 Some(Reason::NoLight)
             }
@@ -176,6 +192,7 @@ impl TechniqueSet {
             Family::Connections => self.connections,
             Family::LensSampling => self.lens_sampling,
             Family::UniformArea => self.uniform_area,
+            Family::Merges => self.merges > 0,
         }
     }
 
@@ -183,8 +200,7 @@ impl TechniqueSet {
     #[inline]
     #[must_use]
     pub fn contains(&self, technique: Technique) -> bool {
-        let family = technique.t > 0 && !technique.merged && self.has(Family::of(technique));
-        family && !self.excluded.contains(technique)
+        technique.t > 0 && self.has(Family::of(technique)) && !self.excluded.contains(technique)
     }
 
     /// The number of samples of a technique of the set per sample of the image.
@@ -200,11 +216,12 @@ impl TechniqueSet {
     pub fn family_count(&self, family: Family) -> f64 {
         match family {
             Family::Connections | Family::LensSampling => self.light_subpaths.count(),
+            Family::Merges => self.merges.into(),
             _ => 1.0,
         }
     }
 
-    /// True if the set draws every path that the set of all techniques draws, on any scene with
+    /// True if the set draws every path that the set of all connections draws, on any scene with
     /// these needs and through a lens at such a place. Decided from the needs alone, so false may
     /// mean "not on every such scene".
     #[must_use]
@@ -226,8 +243,10 @@ impl TechniqueSet {
             && !may_have(Needs::DIRAC_LOBES)
             && !may_have(Needs::UNCONNECTIBLE_LIGHTS)
             && lens != Place::Area;
+        // A merge draws every path with a vertex that takes a finite lobe.
+        let merged = self.merges > 0 && lens != Place::Area;
         let all = self.next_event && self.connections && self.lens_sampling;
-        hittable && (!may_have(Needs::DIRAC_LIGHTS) || all || lens_alone || sampled)
+        hittable && (!may_have(Needs::DIRAC_LIGHTS) || all || lens_alone || sampled || merged)
     }
 
     /// The cost of the kernel that runs the set over that of the general one with the same
@@ -251,7 +270,7 @@ impl TechniqueSet {
         })
     }
 
-    /// True if light subpaths are needed.
+    /// True if samples need light subpaths of their own.
     #[inline]
     #[must_use]
     pub fn has_light_subpath(&self) -> bool {
@@ -262,7 +281,11 @@ impl TechniqueSet {
     #[inline]
     #[must_use]
     pub fn has_camera_subpath(&self) -> bool {
-        self.bsdf_sampling || self.next_event || self.connections || self.uniform_area
+        self.bsdf_sampling
+            || self.next_event
+            || self.connections
+            || self.uniform_area
+            || self.merges > 0
     }
 }
 
@@ -286,6 +309,9 @@ impl fmt::Display for TechniqueSet {
         f.write_str(&names.join(", "))?;
         if self.has_light_subpath() && self.light_subpaths != LightSubpaths::ONE {
             write!(f, ", {} light walks per camera walk", self.light_subpaths.count())?;
+        }
+        if self.merges > 0 {
+            write!(f, " with {} light walks", self.merges)?;
         }
         for technique in self.excluded.techniques() {
             write!(f, ", without {technique}")?;

@@ -37,7 +37,7 @@ pub struct Vertex<B> {
     pub dirac: bool,
     /// Densities of an endpoint as a starting point; zero elsewhere.
     pub start: StartDensity,
-    /// R, the partial sum of [`Weighting`](super::Weighting), once the subpath is complete.
+    /// The partial sum of [`Weighting`](super::Weighting), once the subpath is complete.
     pub(super) partial: f64,
 }
 

@@ -3,14 +3,15 @@
 use super::connect::are_joinable;
 use super::mis::{Ends, PathDensities};
 use super::walk::emission_density;
-use super::{Counters, Edge, Heuristic, StartDensity, TechniqueSet, Vertex};
+use super::{Counters, Edge, StartDensity, Vertex, Weighting};
 use crate::bsdf::TransportMode;
 use crate::endpoint::{Camera, Endpoint, Light, LightId};
 use crate::film::Technique;
-use crate::geometry::SurfacePoint;
+use crate::geometry::{Place, SurfacePoint};
 use crate::math::Rgb;
 use crate::scene::Scene;
 use glam::DVec2;
+use std::f64::consts::PI;
 use std::fmt;
 
 /// A complete path `x_0 … x_k`: the first t vertices from the camera, the last s from the light.
@@ -194,8 +195,8 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
     /// that contains it; by a sweep over all techniques.
     #[inline]
     #[must_use]
-    pub fn weight(&self, set: &TechniqueSet, heuristic: Heuristic) -> f64 {
-        self.densities().weight(self.camera_part.len(), set, heuristic)
+    pub fn weight(&self, weighting: &Weighting) -> f64 {
+        self.densities().weight(self.technique(), weighting)
     }
 
     /// Product of the probabilities 1 - q with which the walks survived Russian roulette; `value`
@@ -232,19 +233,9 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
     }
 
     fn ends(&self) -> Ends {
-        let (lens, end) = (self.vertex(0), self.vertex(self.edges()));
-        let light = self.scene.light(self.light);
-        let hittable = light.can_be_hit();
-        let start = self.light_start();
-        Ends {
-            camera: lens.start.walk.value(),
-            camera_connection: lens.start.connection.value(),
-            light: start.walk.value(),
-            light_connection: start.connection.value(),
-            hittable,
-            connectible: light.can_be_connected(),
-            joinable: are_joinable(lens.point.place, end.point.place, hittable),
-        }
+        let [lens, first, end] = [0, 1, self.edges()].map(|i| self.vertex(i));
+        let points = [&lens.point, &first.point, &end.point];
+        ends(self.scene.light(self.light), points, [lens.start, self.light_start()])
     }
 
     /// Densities at the two vertices that the connection joins; they depend on both parts.
@@ -281,6 +272,33 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
             }
         }
         joint
+    }
+}
+
+/// The ends of a path by its light, its points x_0, x_1 and x_k, and the densities of x_0 and x_k.
+pub(super) fn ends(
+    light: &(impl Light + ?Sized),
+    [lens, first, end]: [&SurfacePoint; 3],
+    [camera_start, light_start]: [StartDensity; 2],
+) -> Ends {
+    let footprint = if lens.place == Place::Infinite || first.place == Place::Infinite {
+        1.0
+    } else {
+        let radius = lens.position.distance(first.position) * 1f64.to_radians().tan();
+        PI * radius * radius
+    };
+    let area = if end.place == Place::Area { footprint } else { 1.0 };
+    let hittable = light.can_be_hit();
+    Ends {
+        camera: camera_start.walk.value(),
+        camera_connection: camera_start.connection.value(),
+        light: light_start.walk.value(),
+        light_connection: light_start.connection.value(),
+        hittable,
+        connectible: light.can_be_connected(),
+        joinable: are_joinable(lens.place, end.place, hittable),
+        footprint,
+        light_footprint: light_start.walk.value() * area,
     }
 }
 

@@ -40,6 +40,9 @@ pub struct RandomWalk<'s, S: Scene + ?Sized + 's> {
     survival: f64,
     /// Number of scattering events so far.
     bounces: u32,
+    /// The weight that steps carry from vertex to vertex, and with which
+    /// [contributions](super::Visit::contribution) count; 1 at the start.
+    pub weight: f64,
 }
 
 impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
@@ -108,6 +111,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
             reference: throughput.max_component(),
             survival: 1.0,
             bounces: 0,
+            weight: 1.0,
         })
     }
 

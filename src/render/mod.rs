@@ -19,7 +19,7 @@ pub use settings::{Budget, RenderError, Settings};
 use crate::endpoint::Camera;
 use crate::film::{Film, Filter, Image, NonFinite};
 use crate::integrator::{Crew, Integrator, Notes, Run, Stage};
-use crate::path::{Counters, Ledger, TechniqueSet};
+use crate::path::{Counters, TechniqueSet};
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
 use chunks::{Job, Totals};
@@ -228,8 +228,7 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
 /// Counts of samples and of what was done beside them, whose rays are rays but whose samples are
 /// none of the image's.
 fn with_preparation(mut counters: Counters, preparation: Counters) -> Counters {
-    let ledger = Ledger::default();
-    counters += Counters { samples: 0, truncated_subpaths: 0, ledger, ..preparation };
+    counters += Counters { samples: 0, ..preparation };
     counters
 }
 

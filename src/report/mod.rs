@@ -44,8 +44,8 @@ pub use error::ReportError;
 pub use page::{Axis, ERROR_SCALE, error_colour, error_plot, exposure, signed_error_map};
 pub use result::{
     CandidateReport, DecisionReport, Layer, LedgerReport, MethodImages, MethodReport, Omission,
-    Pyramid, PyramidReport, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, Snapshot, Study,
-    TechniqueShare, WithoutTechnique,
+    Pyramid, PyramidReport, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, SharedReport,
+    Snapshot, Study, TechniqueShare, WithoutTechnique,
 };
 pub use stats::{
     BIAS_SIGNIFICANCE, Bias, Checkpoint, Cost, Errors, Interval, Pair, REFERENCE_SHARE, Reference,

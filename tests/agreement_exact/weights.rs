@@ -10,7 +10,7 @@ use pathspace::integrator::{
     Bidirectional, Caller, Depth, Integrator, LightTracer, PathTracer, Run, Stage,
 };
 use pathspace::math::Rgb;
-use pathspace::path::{Heuristic, PathDensities, Roulette, Scratch, TechniqueSet};
+use pathspace::path::{Heuristic, PathDensities, Roulette, Scratch, TechniqueSet, Weighting};
 use pathspace::sampler::{Independent, SampleSource};
 use pathspace::scene::{Material, Mesh, World};
 use std::f64::consts::FRAC_1_PI;
@@ -149,7 +149,9 @@ fn f16_weights_across_a_mirror() {
                     "{path:?}: {} instead of {expected}",
                     contribution.weight
                 );
-                assert!((1..=5).filter(|&t| record.is_admissible(t)).count() == 3);
+                assert!(
+                    (1..=5).filter(|&t| record.is_admissible(record.technique(t))).count() == 3
+                );
                 seen[index] += 1;
             },
         );
@@ -201,7 +203,8 @@ fn paths_verify_on_every_material() {
                 Sample { film, sampler },
                 &mut scratch,
                 |path, contribution| {
-                    let verification = path.verify(&integrator.techniques, heuristic);
+                    let verification =
+                        path.verify(&Weighting::new(integrator.techniques, heuristic));
                     assert!(verification.weight_sum_error < 1e-9, "{path:?} {verification:?}");
                     // Directions recomputed from positions lose digits on short edges.
                     assert!(

@@ -151,21 +151,26 @@ fn a10_point_light_in_a_sphere_with_a_port() {
     entry.check_blind(&[Emission, UniformArea]);
 }
 
-/// Two half planes that meet at an angle; the camera looks at a point of one at distance 1 from the
-/// edge. The angle of the entry's formula is the supplement of the opening: at 0 the planes are one
-/// and reflect ρ of the sky.
+/// Two half planes that meet at an angle, whose supplement is given: at 0 they are one and reflect
+/// ρ of the sky.
+fn wedge(degrees: f64) -> World {
+    let mut stage = Stage::default();
+    let (sin, cos) = (180.0 - degrees).to_radians().sin_cos();
+    let side = DVec3::new(cos, 0.0, sin);
+    let along = DVec3::Y * 2e4;
+    let corner = DVec3::new(0.0, -1e4, 0.0);
+    stage.face(Quad { origin: corner, edge_u: DVec3::X * 1e4, edge_v: along }, lambert(0.6));
+    stage.face(Quad { origin: corner, edge_u: along, edge_v: side * 1e4 }, lambert(0.6));
+    stage.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid"));
+    stage.build()
+}
+
+/// The camera looks at a point of one plane at distance 1 from the edge. The angle of the entry's
+/// formula is the supplement of the opening.
 #[test]
 fn a13_wedge() {
     for degrees in [60.0f64, 90.0, 120.0] {
-        let mut stage = Stage::default();
-        let (sin, cos) = (180.0 - degrees).to_radians().sin_cos();
-        let side = DVec3::new(cos, 0.0, sin);
-        let along = DVec3::Y * 2e4;
-        let corner = DVec3::new(0.0, -1e4, 0.0);
-        stage.face(Quad { origin: corner, edge_u: DVec3::X * 1e4, edge_v: along }, lambert(0.6));
-        stage.face(Quad { origin: corner, edge_u: along, edge_v: side * 1e4 }, lambert(0.6));
-        stage.environment(ConstantEnvironment::new(Rgb::WHITE).expect("valid"));
-        let (world, eye) = (stage.build(), camera(DVec3::new(1.0, 0.0, 0.5), DVec3::X, 1e-3));
+        let (world, eye) = (wedge(degrees), camera(DVec3::new(1.0, 0.0, 0.5), DVec3::X, 1e-3));
         Entry::new("A13", &world, &eye, UNLIMITED)
             .within(RARE, MOST)
             .check(&[Emission, Path, Bidirectional], &format!("{degrees}deg"));

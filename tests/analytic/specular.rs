@@ -4,7 +4,7 @@ use crate::entry::{Entry, RARE, expected};
 use crate::measure::Method::{Bidirectional, Emission, Light, Path, UniformArea};
 use crate::scenes::{Stage, camera, footprint, lambert};
 use pathspace::bsdf::fresnel::{conductor, dielectric};
-use pathspace::endpoint::{DirectionalLight, PointLight, SpotLight};
+use pathspace::endpoint::{self, DirectionalLight, PointLight, SpotLight};
 use pathspace::geometry::Sphere;
 use pathspace::glam::{DVec2, DVec3};
 use pathspace::integrator::Depth;
@@ -163,30 +163,48 @@ fn c08_looking_out_of_a_medium() {
     entry.check_blind(&[Light, UniformArea]);
 }
 
-/// Floor, slab, point light; the light is a spot as wide as needed, the floor a disk, the film the
-/// square around it.
-#[test]
-fn c11_caustic_of_a_slab() {
+/// The light of C11 and C12: as much of a point light above as meets what is looked at.
+fn light_above() -> SpotLight {
+    SpotLight::new(DVec3::Z * 3.0, DVec3::NEG_Z, Rgb::WHITE, 4.0, 4.5).expect("valid")
+}
+
+/// Floor, slab, light; the floor is a disk.
+fn slab() -> World {
     let mut stage = Stage::default();
     stage.disk(DVec3::ZERO, DVec3::Z, 0.1, lambert(0.5));
     stage.square(1.0, 10.0, false, GLASS);
     stage.square(2.0, 10.0, true, GLASS);
-    stage.light(SpotLight::new(DVec3::Z * 3.0, DVec3::NEG_Z, Rgb::WHITE, 4.0, 4.5).expect("valid"));
-    let (world, eye) = (stage.build(), footprint(DVec3::ZERO, 0.5, 0.1));
+    stage.light(light_above());
+    stage.build()
+}
+
+/// The film is the square around the disk.
+#[test]
+fn c11_caustic_of_a_slab() {
+    let (world, eye) = (slab(), footprint(DVec3::ZERO, 0.5, 0.1));
     let entry = Entry::new("C11", &world, &eye, UNLIMITED).within(RARE, 30_000_000);
     let expected = 0.5 / PI * entry.expected("E_mean_disc") * PI / 4.0;
     entry.check_value(&[Light, Bidirectional], "mean", expected);
     entry.check_blind(&[Emission, Path, UniformArea]);
 }
 
-#[test]
-fn c12_nobody_sees_a_point_light_on_the_floor_of_a_pool() {
+/// Floor and water under a light. Looked at from z = 4 straight down, what the light on the floor
+/// sends back has scattered three times.
+fn pool(light: impl endpoint::Light + Send + 'static) -> World {
     let mut stage = Stage::default();
     stage.square(0.0, 100.0, true, lambert(0.5));
     stage.square(1.0, 100.0, true, Material::Dielectric { relative_ior: 1.33 });
-    stage.light(PointLight::new(DVec3::Z * 3.0, Rgb::WHITE).expect("valid"));
-    let (world, eye) = (stage.build(), camera(DVec3::Z * 4.0, DVec3::ZERO, 20.0));
-    Entry::new("C12", &world, &eye, UNLIMITED).check_blind(&crate::measure::Method::ALL);
+    stage.light(light);
+    stage.build()
+}
+
+#[test]
+fn c12_nobody_sees_a_point_light_on_the_floor_of_a_pool() {
+    let everywhere = pool(PointLight::new(DVec3::Z * 3.0, Rgb::WHITE).expect("valid"));
+    for (world, degrees) in [(everywhere, 20.0), (pool(light_above()), 0.1)] {
+        let eye = camera(DVec3::Z * 4.0, DVec3::ZERO, degrees);
+        Entry::new("C12", &world, &eye, UNLIMITED).check_blind(&crate::measure::Method::ALL);
+    }
 }
 
 #[test]

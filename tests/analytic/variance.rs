@@ -5,13 +5,15 @@ use crate::measure::Method::{self, Bidirectional, Emission, Light, Path, Uniform
 use crate::measure::{Measured, Probe};
 use crate::scenes::{Stage, camera, cap_sphere, footprint, furnace_sphere, lambert, square_light};
 use pathspace::endpoint::PointLight;
-use pathspace::geometry::Quad;
+use pathspace::geometry::{Quad, Sphere};
 use pathspace::glam::{DVec2, DVec3};
 use pathspace::integrator::Depth;
 use pathspace::math::Rgb;
-use pathspace::path::{Edge, Heuristic, Roulette, Survival, Termination};
+use pathspace::math::statistics::Estimate;
+use pathspace::path::{Counters, Edge, Heuristic, RandomWalk, Roulette, Survival, Termination};
 use pathspace::sampler::{Independent, SampleSource, Sampler};
-use pathspace::scene::SurfaceArea;
+use pathspace::scene::{Material, Scene, SurfaceArea, World};
+use std::f64::consts::PI;
 
 fn assert_variance(what: &str, measured: &Measured, variance: f64, tolerance: f64) {
     let of_samples = measured.channels[1].variance();
@@ -91,6 +93,42 @@ fn f05_no_cap() {
         assert!((1.0 - q - albedo).abs() < 1e-15 && 1.0 - q > albedo * albedo);
     }
     assert!((expected("F05", "rho_threshold_cap0.95") - 0.95f64.sqrt()).abs() < 1e-12);
+}
+
+/// A point light of flux 1 in the middle of a black sphere.
+fn photon_sphere() -> World {
+    let mut stage = Stage::default();
+    let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
+    stage.sphere(sphere, Material::Black);
+    stage.light(PointLight::new(DVec3::ZERO, Rgb::splat(0.25 / PI)).expect("valid"));
+    stage.build()
+}
+
+/// The photons that a thousand light walks leave in a ball around a point of the sphere are a
+/// binomial number, and the estimate of the density is without bias for every radius.
+#[test]
+fn f08_variance_of_a_photon_count() {
+    let (world, point) = (photon_sphere(), DVec3::new(0.48, -0.6, 0.64));
+    let (walks, passes, radius) = (1000u32, 40_000u32, 0.2f64);
+    let mut irradiance = Estimate::default();
+    for pass in 0..passes {
+        let mut flux = 0.0;
+        for i in 0..walks {
+            let mut sampler = Independent { seed: 4 }.sampler(pass, i);
+            let (walk, _) = RandomWalk::from_light(&world, &mut sampler, &mut Counters::default())
+                .expect("light");
+            let walk = walk.expect("a ray");
+            let (from, direction) = walk.ray();
+            let photon = world.intersect(from, direction).expect("a closed sphere");
+            if photon.position.distance(point) < radius {
+                flux += walk.throughput().g();
+            }
+        }
+        irradiance.push(flux / (f64::from(walks) * PI * radius * radius));
+    }
+    let (mean, variance) = (expected("F08", "mean_E"), expected("F08", "variance_E"));
+    assert!((irradiance.mean() - mean).abs() <= 4.0 * (variance / f64::from(passes)).sqrt());
+    assert!((irradiance.variance() / variance - 1.0).abs() <= 0.02, "{irradiance:?}");
 }
 
 /// P(G > g) ~ g^(-3/2) between two squares that meet in an edge.

@@ -28,23 +28,29 @@ impl Sampler for Random {
     }
 }
 
-pub struct Lambertian(pub f64);
+pub struct Lambertian {
+    pub albedo: f64,
+    /// False of one that shows light from behind the surface as well.
+    pub is_opaque: bool,
+}
 
 impl Bsdf for Lambertian {
     fn lobes(&self) -> Lobes {
         Lobes::DIFFUSE_REFLECTION
     }
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
-        if to_light.z > 0.0 && to_camera.z > 0.0 { Rgb::splat(self.0 / PI) } else { Rgb::BLACK }
+        let is_lit = !self.is_opaque || to_light.z > 0.0 && to_camera.z > 0.0;
+        if is_lit { Rgb::splat(self.albedo / PI) } else { Rgb::BLACK }
     }
     fn pdf(&self, fixed: DVec3, next: DVec3, _: TransportMode) -> PerProjected {
-        PerProjected(if fixed.z > 0.0 && next.z > 0.0 { 1.0 / PI } else { 0.0 })
+        let is_sampled = !self.is_opaque || fixed.z > 0.0 && next.z > 0.0;
+        PerProjected(if is_sampled { 1.0 / PI } else { 0.0 })
     }
     fn sample(&self, fixed: DVec3, _: TransportMode, _: f64, u2: DVec2) -> Option<BsdfSample> {
         let pdf = PerProjected(1.0 / PI);
         (fixed.z > 0.0).then(|| BsdfSample {
             next: square_to_cosine_hemisphere(u2),
-            weight: Rgb::splat(self.0),
+            weight: Rgb::splat(self.albedo),
             pdf,
             pdf_reverse: pdf,
             dirac: false,
@@ -57,10 +63,11 @@ impl Bsdf for Lambertian {
 pub struct SphereCap {
     pub albedo: f64,
     pub cos: f64,
-    light: Cap,
+    pub is_opaque: bool,
+    pub light: Cap,
 }
 
-struct Cap {
+pub struct Cap {
     cos: f64,
 }
 
@@ -69,7 +76,7 @@ pub const LIGHT: LightId = LightId(0);
 impl SphereCap {
     pub fn new(albedo: f64, area_fraction: f64) -> Self {
         let cos = 1.0 - 2.0 * area_fraction;
-        Self { albedo, cos, light: Cap { cos } }
+        Self { albedo, cos, is_opaque: true, light: Cap { cos } }
     }
 }
 
@@ -136,7 +143,7 @@ impl Scene for SphereCap {
         true
     }
     fn bsdf(&self, _: &SurfacePoint) -> Lambertian {
-        Lambertian(self.albedo)
+        Lambertian { albedo: self.albedo, is_opaque: self.is_opaque }
     }
     fn light_at(&self, x: &SurfacePoint) -> Option<LightId> {
         (x.position.z >= self.cos).then_some(LIGHT)

@@ -7,7 +7,7 @@ use pathspace::film::Sample;
 use pathspace::gallery;
 use pathspace::geometry::Place;
 use pathspace::integrator::{Bidirectional, Stage, WithNeeds};
-use pathspace::path::{Heuristic, LightSubpaths, Scratch, TechniqueSet};
+use pathspace::path::{Heuristic, LightSubpaths, Scratch, TechniqueSet, Weighting};
 use pathspace::scene::Scene;
 use rooms::{Room, lambert};
 
@@ -73,7 +73,8 @@ fn weights_with_sample_counts_are_the_definitions() {
                 Sample { film, sampler: &mut sampler },
                 &mut scratch,
                 |path, contribution| {
-                    let verification = path.verify(&techniques, integrator.heuristic);
+                    let verification =
+                        path.verify(&Weighting::new(techniques, integrator.heuristic));
                     assert!(verification.worst() < 1e-6, "{path:?} {verification:?}");
                     let share = techniques.count(path.technique());
                     assert_eq!(contribution.value, path.value() * (1.0 / share));

@@ -264,7 +264,7 @@ fn a_bias_that_cancels_in_the_mean_is_measured_over_pixels() {
     let verdicts = study.report.verdicts();
     let verdict = verdicts.iter().find(|v| v.starts_with("progressive is biased")).unwrap();
     assert!(verdict.contains("It stays, however many passes are added: here as N^("), "{verdict}");
-    assert!(study.page().contains("biased: its bias stays"));
+    assert!(study.page().contains("biased: some of its error stays"));
     let directory = std::env::temp_dir().join(format!("pathspace-bias-{}", std::process::id()));
     study.save(&directory).unwrap();
     let plot = std::fs::read_to_string(directory.join("bias.svg")).unwrap();

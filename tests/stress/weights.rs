@@ -8,7 +8,7 @@ use pathspace::film::{Contribution, FilmSample, Sample, Technique};
 use pathspace::geometry::Sphere;
 use pathspace::glam::{DVec2, DVec3};
 use pathspace::integrator::{self, Bidirectional, Caller, Depth, Integrator, PathTracer, Run};
-use pathspace::path::{Heuristic, Roulette, Scratch, TechniqueSet};
+use pathspace::path::{Heuristic, Roulette, Scratch, TechniqueSet, Weighting};
 use pathspace::sampler::{Independent, SampleSource, Sampler};
 use pathspace::scene::{Scene, World};
 
@@ -61,7 +61,9 @@ fn stress_s18_weights_of_twenty_vertices() {
                             "{scale:e} {contribution:?} {expected}"
                         );
                         assert!(
-                            path.verify(&techniques, Heuristic::Balance).weight_sum_error < 1e-12,
+                            path.verify(&Weighting::new(techniques, Heuristic::Balance))
+                                .weight_sum_error
+                                < 1e-12,
                             "{scale:e} {path:?}"
                         );
                         paths += 1;
@@ -119,7 +121,7 @@ fn stress_s38_weights_by_definition() {
                 Sample { film, sampler: &mut sampler },
                 &mut scratch,
                 |path, _| {
-                    let verification = path.verify(&set, method.heuristic);
+                    let verification = path.verify(&Weighting::new(set, method.heuristic));
                     assert!(
                         verification.worst() < 1e-7,
                         "{} {} {:e}: {path:?} {verification:?}",

@@ -10,7 +10,7 @@ use pathspace::endpoint::{
 use pathspace::film::FilmSample;
 use pathspace::geometry::{Disk, Place, Quad, Sphere, SurfacePoint};
 use pathspace::math::Rgb;
-use pathspace::path::{Heuristic, Path, PathDensities, PathRecord, TechniqueSet};
+use pathspace::path::{Path, PathDensities, PathRecord, Weighting};
 use pathspace::sampler::Sampler;
 use pathspace::scene::{Emission, Material, MaterialId, Mesh, SurfaceId, World, WorldBuilder};
 use std::error::Error;
@@ -356,20 +356,19 @@ fn displaced(
 pub fn sensitivity(
     path: &Path<'_, '_, World>,
     scene: (&World, &(dyn Camera + Send)),
-    set: &TechniqueSet,
-    heuristic: Heuristic,
+    weighting: &Weighting,
     displacements: u32,
     random: &mut impl Sampler,
 ) -> (f64, f64) {
     let (record, t) = (path.record(), usize::from(path.technique().t));
-    let (value, weight) = (record.estimate(t), record.weight(t, set, heuristic));
+    let (value, weight) = (record.estimate(t), record.weight(path.technique(), weighting));
     let mut largest = (0.0f64, 0.0f64);
     for _ in 0..displacements {
         let moved = displaced(scene, &record, path.light(), random);
         let change =
             (moved.estimate(t) - value).map(f64::abs).max_component() / value.max_component();
         largest.0 = largest.0.max(change);
-        largest.1 = largest.1.max((moved.weight(t, set, heuristic) - weight).abs());
+        largest.1 = largest.1.max((moved.weight(path.technique(), weighting) - weight).abs());
     }
     (8.0 * largest.0, 8.0 * largest.1)
 }

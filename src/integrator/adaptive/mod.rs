@@ -21,7 +21,7 @@ use super::{
 };
 use crate::film::{Sample, Sink};
 use crate::math::Rgb;
-use crate::path::{Counters, Heuristic, LightSubpaths, Roulette, Scratch, TechniqueSet};
+use crate::path::{Counters, Heuristic, Ledger, LightSubpaths, Roulette, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use race::Race;
@@ -155,8 +155,9 @@ impl<'a, S: Scene + ?Sized> Run<'a, S> for Adapted<'a, S> {
         Notes { left_out: decision.left_out, decision: Some(decision), ..Notes::default() }
     }
 
+    /// The pilot's energy is none of the image's.
     fn preparation(&self) -> Counters {
-        self.counters
+        Counters { truncated_subpaths: 0, ledger: Ledger::default(), ..self.counters }
     }
 
     fn draw<P: Sampler>(

@@ -54,7 +54,7 @@ struct Scouted {
     pixels: Vec<u32>,
     chances: Option<AliasTable>,
     /// Of each path p_i/p summed over each family, and w v².
-    paths: Vec<([f64; 5], f64)>,
+    paths: Vec<([f64; FAMILIES], f64)>,
     counters: Counters,
 }
 
@@ -228,16 +228,17 @@ impl<'r, 'a, S: Scene + ?Sized> Race<'r, 'a, S> {
     }
 }
 
+const FAMILIES: usize = Family::ALL.len();
+
 /// The ratios and the moment of a path of a plain sample; see [`Scouted::paths`].
 fn moment<S: Scene + ?Sized>(
     path: &Path<'_, '_, S>,
     plain: &TechniqueSet,
-) -> Option<([f64; 5], f64)> {
+) -> Option<([f64; FAMILIES], f64)> {
     let column = |technique| Family::ALL.iter().position(|family| *family == Family::of(technique));
-    let (densities, mut ratios) = (path.densities(), [0.0; 5]);
+    let (densities, mut ratios) = (path.densities(), [0.0; FAMILIES]);
     ratios[column(path.technique())?] = 1.0;
-    densities.sweep(path.technique().t.into(), |t, ratio| {
-        let other = densities.technique(t);
+    densities.sweep(path.technique(), 0.0, |other, ratio| {
         if let Some(column) = column(other).filter(|_| plain.contains(other)) {
             ratios[column] += ratio;
         }

@@ -13,5 +13,5 @@
 mod partials;
 mod sweep;
 
-pub use partials::Weighting;
+pub use partials::{MergeSide, Weighting};
 pub use sweep::{Ends, Heuristic, PathDensities};

@@ -31,13 +31,20 @@
 //! subpath. The start may be drawn differently for a connection to it: n_1 has the ratio of the two
 //! densities.
 //!
+//! A merge at v_j has η d_j times the density of the connection that ends this subpath at v_{j-1},
+//! so with N light walks to merge with it adds r(N η d_j) to R_j before the next step, if the path
+//! takes a finite lobe at v_j. At its own end v_m a connection adds r(N η x). A merge has two sides,
+//! both with x = 1/η.
+//!
 //! Sources: weights by recursion are of van Antwerpen 2011 and Georgiev 2012; this one, of ratios
 //! as in [`PathDensities`](super::PathDensities), is derived here.
 
 use super::Heuristic;
 use crate::endpoint::{Camera, Endpoint, Light};
 use crate::path::{Path, TechniqueSet, Vertex};
+use crate::photon_map::has_area;
 use crate::scene::Scene;
+use std::f64::consts::PI;
 
 /// The multiple importance sampling weights of a set of techniques, from the MIS partial sums that
 /// the vertices of complete subpaths keep.
@@ -50,10 +57,25 @@ pub struct Weighting {
     next_event: f64,
     connections: f64,
     lens_sampling: f64,
+    merges: f64,
+    /// η = πr².
+    merge_area: f64,
+    is_correlation_aware: bool,
+}
+
+/// What is known of one of the two subpaths of a merge before it meets the other: the sum over the
+/// techniques that end this subpath earlier is `nearest + r(p⊥) farther`, with the density p⊥ of the
+/// other walk to go on along this one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MergeSide {
+    /// Of the connection that ends the subpath one vertex earlier.
+    pub nearest: f64,
+    /// Of all others, without the factor.
+    pub farther: f64,
 }
 
 impl Weighting {
-    /// The weights of a set by a heuristic.
+    /// The weights of a set by a heuristic; without a radius, so that nothing is merged.
     #[inline]
     #[must_use]
     pub fn new(set: TechniqueSet, heuristic: Heuristic) -> Self {
@@ -66,7 +88,64 @@ impl Weighting {
             next_event: share(set.next_event, 1.0),
             connections: share(set.connections, light_subpaths),
             lens_sampling: share(set.lens_sampling, light_subpaths),
+            merges: 0.0,
+            merge_area: 0.0,
+            is_correlation_aware: false,
         }
+    }
+
+    /// The same with subpaths merged whose ends are nearer than a radius. One so small that its
+    /// square leaves the range of f64 merges nothing.
+    #[must_use]
+    pub fn with_merge_radius(self, radius: f64) -> Self {
+        let area = PI * radius * radius;
+        if self.set.merges == 0 || !has_area(radius) {
+            return Self { merges: 0.0, merge_area: 0.0, ..self };
+        }
+        let merges = self.heuristic.raise(self.set.merges.into());
+        Self { merges, merge_area: area, ..self }
+    }
+
+    /// The same with a merge's light walks counted by how [independent](super::PathDensities::correlation)
+    /// they are, in time proportional to the length of a path.
+    #[must_use]
+    pub fn correlation_aware(self) -> Self {
+        Self { is_correlation_aware: true, ..self }
+    }
+
+    /// The set of techniques.
+    #[inline]
+    #[must_use]
+    pub fn set(&self) -> &TechniqueSet {
+        &self.set
+    }
+
+    /// The heuristic.
+    #[inline]
+    #[must_use]
+    pub fn heuristic(&self) -> Heuristic {
+        self.heuristic
+    }
+
+    /// η, the area of the disc within which subpaths are merged; 0 if none are.
+    #[inline]
+    #[must_use]
+    pub fn merge_area(&self) -> f64 {
+        self.merge_area
+    }
+
+    /// True if the light walks of a merge are counted by how independent they are.
+    #[inline]
+    #[must_use]
+    pub fn is_correlation_aware(&self) -> bool {
+        self.is_correlation_aware
+    }
+
+    /// True if weights do not follow from partial sums, so that [`weight`](Self::weight) sweeps.
+    #[inline]
+    #[must_use]
+    pub fn needs_sweep(&self) -> bool {
+        !self.set.excluded.is_empty() || (self.is_correlation_aware && self.merges > 0.0)
     }
 
     /// Enters what is known of the vertices of a camera subpath once it is complete: the density of
@@ -106,7 +185,8 @@ impl Weighting {
                     } else {
                         self.share(up_to, [to_start, self.connections])
                     };
-                    nearest + self.farther(up_to, 1.0, vertex.pdf_back.value())
+                    let merge = if vertex.dirac { 0.0 } else { self.merge(density(up_to)) };
+                    nearest + self.farther(up_to, 1.0, vertex.pdf_back.value()) + merge
                 }
             };
         }
@@ -115,9 +195,8 @@ impl Weighting {
     /// The weight of the technique that drew a path of complete subpaths, within the set.
     #[must_use]
     pub fn weight<S: Scene + ?Sized>(&self, path: &Path<'_, '_, S>) -> f64 {
-        if !self.set.excluded.is_empty() {
-            // Not a matter of families.
-            return path.weight(&self.set, self.heuristic);
+        if self.needs_sweep() {
+            return path.weight(self);
         }
         let (camera, light) = (path.camera_part, path.light_part);
         let (emitter, joint) = (path.scene.light(path.light), path.joint_densities());
@@ -145,7 +224,7 @@ impl Weighting {
                         [x; 2],
                         joint.behind,
                         [self.sampling(emitter), self.connections],
-                    )
+                    ) + self.merge(x)
                 } else {
                     let density =
                         if is_to_lens { start.start.walk } else { start.start.connection };
@@ -158,11 +237,58 @@ impl Weighting {
                     0.0
                 } else {
                     self.side(camera, [x; 2], joint.before, [self.lens_sampling, self.connections])
+                        + self.merge(x)
                 };
                 (by_camera + by_light) / self.heuristic.raise(self.set.count(path.technique()))
             }
         };
         1.0 / (1.0 + others)
+    }
+
+    /// The camera's side of merges at the last vertex of a complete camera subpath.
+    #[must_use]
+    pub fn camera_side<B>(&self, subpath: &[Vertex<B>]) -> MergeSide {
+        self.merge_side(subpath, [self.lens_sampling, self.connections])
+    }
+
+    /// The light's side of merges at the last vertex of a complete light subpath.
+    #[must_use]
+    pub fn light_side<S: Scene + ?Sized>(
+        &self,
+        subpath: &[Vertex<S::Bsdf<'_>>],
+        scene: &S,
+    ) -> MergeSide {
+        let light = subpath.first().and_then(|start| start.light);
+        let sampling = light.map_or(0.0, |id| self.sampling(scene.light(id)));
+        self.merge_side(subpath, [sampling, self.connections])
+    }
+
+    fn merge_side<B>(&self, subpath: &[Vertex<B>], shares: [f64; 2]) -> MergeSide {
+        let ratio = 1.0 / self.merge_area / density(subpath);
+        MergeSide {
+            nearest: product(self.heuristic.raise(ratio), self.share(subpath, shares)),
+            farther: self.farther(subpath, ratio, 1.0),
+        }
+    }
+
+    /// The weight of a merge, of its two sides, each with the density with which the other walk
+    /// would go on along it from where they meet.
+    #[inline]
+    #[must_use]
+    pub fn merge_weight(&self, sides: [(&MergeSide, f64); 2]) -> f64 {
+        let others: f64 = sides
+            .map(|(side, onwards)| {
+                side.nearest + product(self.heuristic.raise(onwards), side.farther)
+            })
+            .into_iter()
+            .sum();
+        1.0 / (1.0 + others / self.merges)
+    }
+
+    /// The share of a merge at a vertex that the other walk samples with density x.
+    #[inline]
+    fn merge(&self, x: f64) -> f64 {
+        product(self.merges, self.heuristic.raise(self.merge_area * x))
     }
 
     /// The part of the sum of the techniques that end a subpath before its last vertex, which the

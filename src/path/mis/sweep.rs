@@ -28,6 +28,17 @@
 //!
 //! A technique with n samples per sample of the image has the density n p in all weights.
 //!
+//! Half-way between two connections the sweep passes a merge: both walks sample x_m, and they are
+//! taken as meeting there if their points are within a distance r of each other. With η = πr² its
+//! density is
+//!
+//! ```text
+//! p(merge at x_m) = p(t = m + 1) · η b_{m+1} G_m = p(t = m) · η a_{m-1} G_{m-1},
+//! ```
+//!
+//! the probability that the second walk falls into the disc, and n is the number of light walks
+//! that a camera walk merges with (Georgiev et al. 2012; Hachisuka, Pantaleoni and Jensen 2012).
+//!
 //! The probabilities of Russian roulette depend on the walk, not on the path alone; they are left
 //! out of all weights alike and stay in the throughput.
 //!
@@ -36,8 +47,8 @@
 //!
 //! Sources: Veach 1997, sections 9.2 and 10.2; the projected form is derived here.
 
+use super::Weighting;
 use crate::film::Technique;
-use crate::path::TechniqueSet;
 
 /// The heuristic that makes a weight of the densities of several techniques.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,6 +103,12 @@ pub struct Ends {
     /// True if light and lens can be connected to each other: not if the film would see a Dirac
     /// distribution.
     pub joinable: bool,
+    /// A, the area around x_1 that the lens sees within 1° of its direction: the size of what
+    /// [`correlation`](PathDensities::correlation) takes as near. 1 if the lens is at infinity.
+    pub footprint: f64,
+    /// The probability that another light walk starts within such an area; of a light without an
+    /// area, at this very point or direction.
+    pub light_footprint: f64,
 }
 
 /// The densities along a path, whoever keeps them. Vertex 0 is on the lens, vertex `edges()` on the
@@ -110,14 +127,31 @@ pub trait PathDensities {
     /// The ends.
     fn ends(&self) -> Ends;
 
-    /// The technique with t vertices from the camera.
+    /// The connection with t vertices from the camera; if t = k + 1, the hit.
     fn technique(&self, t: usize) -> Technique {
         Technique::new((self.edges() + 1 - t) as u16, t as u16)
     }
 
-    /// True if the technique with t vertices from the camera can draw this path at all.
-    fn is_admissible(&self, t: usize) -> bool {
-        let (k, ends) = (self.edges(), self.ends());
+    /// The merge at x_m.
+    fn merge(&self, m: usize) -> Technique {
+        Technique::merge((self.edges() + 1 - m) as u16, m as u16 + 1)
+    }
+
+    /// All techniques of paths of this length that can draw this one at all, merges last.
+    fn admissible(&self) -> impl Iterator<Item = Technique> {
+        let k = self.edges();
+        let connections = (1..=k + 1).map(|t| self.technique(t));
+        connections
+            .chain((1..k).map(|m| self.merge(m)))
+            .filter(|technique| self.is_admissible(*technique))
+    }
+
+    /// True if a technique for paths of this length can draw this one at all.
+    fn is_admissible(&self, technique: Technique) -> bool {
+        let (k, t, ends) = (self.edges(), usize::from(technique.t), self.ends());
+        if technique.merged {
+            return t >= 2 && t <= k && !self.is_dirac(t - 1);
+        }
         if t == 0 || t > k + 1 {
             return false;
         }
@@ -132,76 +166,127 @@ pub trait PathDensities {
         camera_end && light_end
     }
 
-    /// Density of the two ends under the technique with t vertices from the camera.
-    fn end_density(&self, t: usize) -> f64 {
-        let (k, ends) = (self.edges(), self.ends());
+    /// Density of the two ends under a technique.
+    fn end_density(&self, technique: Technique) -> f64 {
+        let ends = self.ends();
+        let Technique { s, t, merged } = technique;
         let camera = if t == 1 { ends.camera_connection } else { ends.camera };
-        let light = match k + 1 - t {
+        let light = match s {
             0 => 1.0,
-            1 if t > 1 => ends.light_connection,
+            1 if t > 1 && !merged => ends.light_connection,
             _ => ends.light,
         };
         camera * light
     }
 
-    /// Calls `visit(t, p(t) / p(current))` for every other admissible technique of nonzero density.
-    fn sweep(&self, current: usize, mut visit: impl FnMut(usize, f64))
+    /// Calls `visit(technique, p(technique) / p(current))` for every other admissible technique of
+    /// nonzero density, merges within discs of the given area among them if that is not zero.
+    fn sweep(&self, current: Technique, merge_area: f64, mut visit: impl FnMut(Technique, f64))
     where
         Self: Sized,
     {
-        let k = self.edges();
-        let base = self.end_density(current);
+        let (k, t) = (self.edges(), usize::from(current.t));
+        let density = |technique: Technique| {
+            self.end_density(technique) * if technique.merged { merge_area } else { 1.0 }
+        };
+        let base = density(current);
+        let mut meet = |technique: Technique, product: f64| {
+            if self.is_admissible(technique) {
+                visit(technique, product * density(technique) / base);
+            }
+        };
+        // Upwards from the connection with i vertices from the camera to the merge at x_i, and on
+        // to the connection with one more. A current merge is half-way.
         let mut product = 1.0;
-        for t in current..=k {
-            product *= self.towards_light(t - 1) * self.geometry(t - 1);
-            if t < k {
-                product /= self.towards_camera(t + 1) * self.geometry(t);
+        for i in t - usize::from(current.merged)..=k {
+            if !(current.merged && i + 1 == t) {
+                product *= self.towards_light(i - 1) * self.geometry(i - 1);
+                if merge_area > 0.0 && i < k && product > 0.0 {
+                    meet(self.merge(i), product);
+                }
+            }
+            if i < k {
+                product /= self.towards_camera(i + 1) * self.geometry(i);
             }
             if product == 0.0 {
                 break;
             }
-            if self.is_admissible(t + 1) {
-                visit(t + 1, product * self.end_density(t + 1) / base);
-            }
+            meet(self.technique(i + 1), product);
         }
+        // Downwards to the merge at x_{i-1} and the connection with i - 1 vertices.
         let mut product = 1.0;
-        for t in (2..=current).rev() {
-            if t == k + 1 {
+        for i in (2..=t).rev() {
+            if i == k + 1 {
                 product /= self.towards_light(k - 1) * self.geometry(k - 1);
             } else {
-                product *= self.towards_camera(t) * self.geometry(t - 1);
-                product /= self.towards_light(t - 2) * self.geometry(t - 2);
+                if !(current.merged && i == t) {
+                    product *= self.towards_camera(i) * self.geometry(i - 1);
+                    if merge_area > 0.0 && product > 0.0 {
+                        meet(self.merge(i - 1), product);
+                    }
+                }
+                product /= self.towards_light(i - 2) * self.geometry(i - 2);
             }
             if product == 0.0 {
                 break;
             }
-            if self.is_admissible(t - 1) {
-                visit(t - 1, product * self.end_density(t - 1) / base);
-            }
+            meet(self.technique(i - 1), product);
         }
     }
 
-    /// The weight of the technique with t vertices from the camera within a set that contains it.
-    fn weight(&self, t: usize, set: &TechniqueSet, heuristic: Heuristic) -> f64
+    /// The weight of a technique of a weighting's set.
+    fn weight(&self, technique: Technique, weighting: &Weighting) -> f64
     where
         Self: Sized,
     {
-        let mut sum = 1.0;
-        let own = set.count(self.technique(t));
-        self.sweep(t, |other, ratio| {
-            let other = self.technique(other);
+        let (set, heuristic) = (weighting.set(), weighting.heuristic());
+        let count = |technique: Technique| {
+            let is_correlated = technique.merged && weighting.is_correlation_aware();
+            let m = usize::from(technique.t) - 1;
+            set.count(technique) * if is_correlated { self.correlation(m) } else { 1.0 }
+        };
+        let (mut sum, own) = (1.0, count(technique));
+        self.sweep(technique, weighting.merge_area(), |other, ratio| {
             if set.contains(other) {
-                sum += heuristic.raise(ratio * (set.count(other) / own));
+                sum += heuristic.raise(ratio * (count(other) / own));
             }
         });
         1.0 / sum
+    }
+
+    /// The part of the light walks merged at x_m that counts as independent: all that one query
+    /// finds share the camera subpath before it.
+    ///
+    /// ```text
+    /// ρ_m = P_c / (P_c + P_l - P_c P_l),    ρ_1 = 1,
+    /// P_c = Π_{1≤j≤m} min(1, A α_j),        P_l = Π_{m≤j<k} min(1, A β_j),
+    /// ```
+    ///
+    /// with the densities per area α_j = a_{j-1} G_{j-1} and β_j = b_{j+1} G_j with which the walks
+    /// sample x_j, and the [footprint](Ends::footprint) A (Grittmann, Georgiev and Slusallek 2021).
+    fn correlation(&self, m: usize) -> f64 {
+        if m <= 1 {
+            return 1.0;
+        }
+        let ends = self.ends();
+        // Sums of logarithms, because both products can underflow.
+        let log = |density: f64| density.clamp(f64::MIN_POSITIVE, 1.0).ln();
+        let near = |density: f64| ends.footprint * density;
+        let camera: f64 = (0..m).map(|i| log(near(self.towards_light(i) * self.geometry(i)))).sum();
+        let light: f64 = (m..self.edges())
+            .map(|i| {
+                let start = if i + 1 == self.edges() { ends.light_footprint } else { 1.0 };
+                log(near(self.towards_camera(i + 1) * self.geometry(i)) * start)
+            })
+            .sum();
+        1.0 / (1.0 + (light - camera).exp() - light.exp())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::path::Excluded;
+    use crate::path::{Excluded, TechniqueSet};
     use approx::assert_relative_eq;
 
     /// Densities given as plain lists.
@@ -242,6 +327,8 @@ mod tests {
         hittable: true,
         connectible: true,
         joinable: true,
+        footprint: 0.01,
+        light_footprint: 0.02,
     };
 
     fn random_path(k: usize, seed: u64) -> Listed {
@@ -264,14 +351,18 @@ mod tests {
                     path.dirac[2] = true;
                 }
                 let without = |t| Excluded::NONE.with(path.technique(t));
-                let sets = [Some(Excluded::NONE), without(1), without(k + 1)];
-                for excluded in sets.into_iter().flatten() {
-                    let set = TechniqueSet { excluded, ..TechniqueSet::BIDIRECTIONAL };
-                    let sum: f64 = (1..=k + 1)
-                        .filter(|&t| path.is_admissible(t) && set.contains(path.technique(t)))
-                        .map(|t| path.weight(t, &set, heuristic))
-                        .sum();
-                    assert_relative_eq!(sum, 1.0, max_relative = 1e-12);
+                let excluded = [Some(Excluded::NONE), without(1), without(k + 1)];
+                for (excluded, merges) in excluded.into_iter().flatten().zip([3, 0, 7]) {
+                    let set = TechniqueSet { excluded, merges, ..TechniqueSet::BIDIRECTIONAL };
+                    let independent = Weighting::new(set, heuristic).with_merge_radius(0.2);
+                    for weighting in [independent, independent.correlation_aware()] {
+                        let sum: f64 = path
+                            .admissible()
+                            .filter(|technique| set.contains(*technique))
+                            .map(|technique| path.weight(technique, &weighting))
+                            .sum();
+                        assert_relative_eq!(sum, 1.0, max_relative = 1e-12);
+                    }
                 }
             }
         }
@@ -279,21 +370,50 @@ mod tests {
 
     #[test]
     fn ratios_are_those_of_the_products_of_densities() {
-        let path = random_path(5, 3);
-        let k = path.edges();
-        let density = |t: usize| {
+        let mut path = random_path(5, 3);
+        path.dirac[2] = true;
+        let (k, area) = (path.edges(), 0.3);
+        let density = |technique: Technique| {
+            let t = usize::from(technique.t);
+            let onwards = t + usize::from(!technique.merged);
             let camera: f64 = (0..t - 1).map(|i| path.a[i] * path.g[i]).product();
-            let light: f64 = (t + 1..=k).map(|i| path.b[i] * path.g[i - 1]).product();
-            path.end_density(t) * camera * light
+            let light: f64 = (onwards..=k).map(|i| path.b[i] * path.g[i - 1]).product();
+            let near = if technique.merged { area } else { 1.0 };
+            path.end_density(technique) * camera * light * near
         };
-        for current in 1..=k + 1 {
-            let mut visited = 0;
-            path.sweep(current, |t, ratio| {
-                assert_relative_eq!(ratio, density(t) / density(current), max_relative = 1e-12);
-                visited += 1;
+        // Less what connects to the Dirac vertex, and the merge there.
+        assert_eq!(path.admissible().count(), k + 1 - 2 + k - 1 - 1);
+        for current in path.admissible() {
+            let mut visited = Vec::new();
+            path.sweep(current, area, |technique, ratio| {
+                let expected = density(technique) / density(current);
+                assert_relative_eq!(ratio, expected, max_relative = 1e-12);
+                visited.push(technique);
             });
-            assert_eq!(visited, k);
+            visited.push(current);
+            visited.sort();
+            let mut all: Vec<_> = path.admissible().collect();
+            all.sort();
+            assert_eq!(visited, all);
         }
+    }
+
+    /// Photons of the camera's first hit are independent; those behind a narrow lobe of the camera
+    /// that see far are as one.
+    #[test]
+    fn what_one_query_finds_is_counted_by_how_near_the_camera_walks_are() {
+        let mut path = random_path(4, 8);
+        path.a = vec![1e4; 5];
+        path.b = vec![1e-9; 5];
+        path.g = vec![1.0; 4];
+        assert_eq!(path.correlation(1), 1.0);
+        // P_c = 1 since A α = 100: nothing of the light's side is shared.
+        assert_relative_eq!(path.correlation(2), 1.0, max_relative = 1e-12);
+        path.a = vec![1e-9; 5];
+        path.b = vec![1e4; 5];
+        // P_l = 1: ρ = P_c, of three edges.
+        let expected = (0.01f64 * 1e-9).powi(3);
+        assert_relative_eq!(path.correlation(3), expected, max_relative = 1e-9);
     }
 
     /// The ratio of densities across a planar mirror between two Lambertian surfaces is 1, whatever
@@ -313,16 +433,17 @@ mod tests {
         // From connecting (x_0, x_1) to connecting (x_3, x_4): x_1, x_3 change sides; the edge x_0
         // x_1 is sampled instead of x_3 x_4.
         let mut ratio = 0.0;
-        path.sweep(1, |t, r| {
+        let [lens, light] = [1, 4].map(|t| path.technique(t));
+        path.sweep(lens, 0.0, |technique, r| {
             assert!(
-                t == 4 || t == 5,
-                "techniques that connect to a mirror are not admissible: t = {t}"
+                technique == light || technique.s == 0,
+                "techniques that connect to a mirror are not admissible: {technique}"
             );
-            if t == 4 {
+            if technique == light {
                 ratio = r;
             }
         });
-        let ends = path.end_density(4) / path.end_density(1);
+        let ends = path.end_density(light) / path.end_density(lens);
         assert_relative_eq!(ratio, ends * 0.3 / p, max_relative = 1e-14);
     }
 
@@ -332,7 +453,8 @@ mod tests {
             let mut path = random_path(20, 5);
             path.g.iter_mut().for_each(|g| *g *= scale);
             let set = TechniqueSet { bsdf_sampling: false, ..TechniqueSet::BIDIRECTIONAL };
-            let sum: f64 = (1..=20).map(|t| path.weight(t, &set, Heuristic::Power(2.0))).sum();
+            let weighting = Weighting::new(set, Heuristic::Power(2.0));
+            let sum: f64 = (1..=20).map(|t| path.weight(path.technique(t), &weighting)).sum();
             assert_relative_eq!(sum, 1.0, max_relative = 1e-12);
         }
     }

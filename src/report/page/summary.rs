@@ -14,11 +14,7 @@ pub(super) fn summary(report: &Report) -> Markup {
     let target = format!("time to relMSE {} [s]", number(report.setup.target));
     let rows = [
         measure(report, "sees every path", |m| if m.complete { "yes" } else { "no" }),
-        measure(report, "estimator", |m| match m.estimator {
-            Estimator::Unbiased => "unbiased",
-            Estimator::Consistent => "consistent: its bias vanishes",
-            Estimator::Biased => "biased: its bias stays",
-        }),
+        measure(report, "estimator", |m| m.estimator.to_string()),
         measure(report, "runs × samples per pixel", |m| {
             format!("{} × {}", m.runs, m.samples_per_pixel)
         }),
@@ -74,7 +70,29 @@ pub(super) fn summary(report: &Report) -> Markup {
         measure(report, "non-finite contributions", |m| count(m.non_finite_contributions)),
         measure(report, "non-finite pixels", |m| count(m.non_finite_pixels)),
     ];
-    table("", names(report), rows)
+    table("", names(report), rows.into_iter().chain(shared(report)))
+}
+
+/// What pixels share, and what bounds cut off, if any integrator has such.
+fn shared(report: &Report) -> Vec<Markup> {
+    let any = |figure: fn(&MethodReport) -> u64| report.methods.iter().any(|m| figure(m) > 0);
+    let mut rows = Vec::new();
+    if any(|m| m.shared.bytes) {
+        rows.push(measure(report, "largest map that pixels share", |m| match m.shared.bytes {
+            0 => "–".to_owned(),
+            bytes => number(bytes as f64 * 1e-6) + " MB",
+        }));
+    }
+    if any(|m| m.shared.queries) {
+        rows.push(measure(report, "photons found in a search", |m| match m.shared.queries {
+            0 => "–".to_owned(),
+            queries => number(m.shared.merges as f64 / queries as f64),
+        }));
+    }
+    if report.methods.iter().any(|m| m.ledger.clamped > 0.0) {
+        rows.push(measure(report, "mean luminance that is cut off", |m| number(m.ledger.clamped)));
+    }
+    rows
 }
 
 fn names(report: &Report) -> impl Iterator<Item = &str> {

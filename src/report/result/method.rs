@@ -21,6 +21,22 @@ pub struct LedgerReport {
     pub truncated: f64,
     /// Lost in non-finite samples.
     pub rejected: f64,
+    /// Mean luminance of the image that a bound on connections cut off and that nothing else draws;
+    /// no part of the balance.
+    pub clamped: f64,
+}
+
+/// The light walks that all pixels of a pass share; all zero without any.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SharedReport {
+    /// Bytes of the largest map.
+    pub bytes: u64,
+    /// Vertices stored in maps, in all runs.
+    pub photons: u64,
+    /// Searches for what is near a vertex, in all runs.
+    pub queries: u64,
+    /// Photons found in reach, in all runs.
+    pub merges: u64,
 }
 
 /// The names of [`Estimator`] in files.
@@ -104,6 +120,8 @@ pub struct MethodReport {
     pub non_finite_pixels: u64,
     /// Energy ledger of the light subpaths; all zero without any.
     pub ledger: LedgerReport,
+    /// The light walks that all pixels of a pass share.
+    pub shared: SharedReport,
     /// Mean luminance by number of scattering events; the last entry has all longer paths. What an
     /// integrator cannot see is missing.
     pub energy_by_bounces: Vec<f64>,

@@ -14,7 +14,7 @@ use crate::endpoint::Camera;
 use crate::film::{Contribution, FilmRegion, Image, Sample, Technique};
 use crate::integrator::{Bidirectional, Caller, Integrator, Run, Stage};
 use crate::math::Rgb;
-use crate::path::{PathDensities, Scratch, TechniqueSet};
+use crate::path::{PathDensities, Scratch, TechniqueSet, Weighting};
 use crate::render::{Budget, RenderError, Settings};
 use crate::report::result::{Layer, Pyramid, TechniqueShare};
 use crate::report::stats::ratio;
@@ -207,6 +207,7 @@ fn enough(settings: &Settings) -> Settings {
 /// The other techniques without one.
 struct Rest {
     set: TechniqueSet,
+    weighting: Weighting,
     variance: Variance,
     /// True if they could draw every path that it drew.
     is_complete: bool,
@@ -231,8 +232,10 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
     let mut layers = Layers::new(region, techniques());
     let rest = |technique| {
         let excluded = set.excluded.with(technique).unwrap_or(set.excluded);
-        let variance = Variance::new(region.pixels() as usize);
-        Rest { set: TechniqueSet { excluded, ..set }, variance, is_complete: true }
+        let (set, variance) =
+            (TechniqueSet { excluded, ..set }, Variance::new(region.pixels() as usize));
+        let weighting = Weighting::new(set, integrator.heuristic);
+        Rest { set, weighting, variance, is_complete: true }
     };
     let mut rests: BTreeMap<_, _> = techniques().map(|t| (t, rest(t))).collect();
     let stage = Stage::new(scene, camera);
@@ -253,7 +256,7 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
                     continue;
                 }
                 let luminance = if without.bounces() == technique.bounces() {
-                    value.luminance() * path.weight(&rest.set, integrator.heuristic)
+                    value.luminance() * path.weight(&rest.weighting)
                 } else {
                     luminance
                 };
@@ -291,9 +294,7 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
 /// True if another technique of the set can draw the path.
 fn has_competitor(path: &impl PathDensities, set: &TechniqueSet, technique: Technique) -> bool {
     let mut found = false;
-    path.sweep(usize::from(technique.t), |t, ratio| {
-        found |= ratio > 0.0 && set.contains(path.technique(t))
-    });
+    path.sweep(technique, 0.0, |other, ratio| found |= ratio > 0.0 && set.contains(other));
     found
 }
 

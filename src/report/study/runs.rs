@@ -39,7 +39,7 @@ pub(super) struct Task<'a, S: Scene + ?Sized> {
 pub(super) struct Runs {
     settings: Settings,
     pub techniques: TechniqueSet,
-    /// Of the warm-up.
+    /// Of the warm-up; the bytes are those of the largest map of any run.
     pub notes: Notes,
     pub measured: Measured,
     pub snapshots: Vec<Snapshot>,
@@ -172,6 +172,7 @@ impl Runs {
             self.non_finite = Some(rendering.non_finite().clone());
         }
         self.decisions.extend(rendering.notes.decision);
+        self.notes.shared_bytes = self.notes.shared_bytes.max(rendering.notes.shared_bytes);
         Ok(())
     }
 

@@ -5,7 +5,9 @@ use super::runs::Runs;
 use crate::film::NonFinite;
 use crate::math::Rgb;
 use crate::math::statistics::sidak;
-use crate::report::result::{DecisionReport, LedgerReport, MethodReport, Pyramid, omissions};
+use crate::report::result::{
+    DecisionReport, LedgerReport, MethodReport, Pyramid, SharedReport, omissions,
+};
 use crate::report::stats::{
     BIAS_SIGNIFICANCE, BatchMean, Bias, Checkpoint, Errors, Interval, Layout, Measured, Reference,
     Slope, TimeToTarget, median_of_means,
@@ -101,6 +103,13 @@ fn method(
             escaped: per_sample(ledger.escaped),
             truncated: per_sample(ledger.truncated),
             rejected: per_sample(ledger.rejected),
+            clamped: per_sample(ledger.clamped),
+        },
+        shared: SharedReport {
+            bytes: run.notes.shared_bytes,
+            photons: run.counters.photons,
+            queries: run.counters.queries,
+            merges: run.counters.merges,
         },
         energy_by_bounces: run.energy_by_bounces.clone(),
         pyramid: run.pyramid.as_ref().map(Pyramid::report),

@@ -1,0 +1,115 @@
+//! Weights of merges within one sum with all connections, on every test scene.
+
+use crate::common::Random;
+use crate::worlds::{self, Result, TestScene};
+use pathspace::film::Sample;
+use pathspace::integrator::{
+    Bidirectional, Caller, Depth, Integrator, Merging, Run, Stage, VertexConnectionMerging,
+    WithNeeds,
+};
+use pathspace::path::{Heuristic, LightSubpaths, Scratch, TechniqueSet, Verification};
+
+const SUM_TOLERANCE: f64 = 1e-12;
+
+/// Numbers of paths, and the largest errors.
+#[derive(Debug, Default)]
+struct Audit {
+    connected: usize,
+    merged: usize,
+    value: f64,
+    weight: f64,
+    sum: f64,
+    constant_time: f64,
+}
+
+impl Audit {
+    fn look(&mut self, verified: &Verification, difference: f64) {
+        // Not `max` alone, which ignores what is not a number.
+        assert!(verified.worst().is_finite() && difference.is_finite());
+        self.value = self.value.max(verified.value_error);
+        self.weight = self.weight.max(verified.weight_error);
+        self.sum = self.sum.max(verified.weight_sum_error);
+        self.constant_time = self.constant_time.max(difference);
+    }
+}
+
+/// Draws passes of samples until there are enough paths of both kinds.
+fn audit(
+    scene: &TestScene,
+    integrator: VertexConnectionMerging,
+    seed: u64,
+    paths: usize,
+) -> Result<Audit> {
+    let integrator = WithNeeds::all(integrator);
+    let (mut sampler, mut scratch, mut audit) =
+        (Random::new(seed), Scratch::default(), Audit::default());
+    let stage = Stage { seed, ..Stage::new(&scene.world, &*scene.camera) };
+    let mut run = integrator.start(stage, &Caller)?;
+    run.keep_subpaths();
+    for pass in 0..200 {
+        if audit.connected >= paths && audit.merged >= paths {
+            break;
+        }
+        run.begin_pass(pass, &Caller)?;
+        let weighting = *run.weighting();
+        let (mut connected, mut merged) = (Audit::default(), Audit::default());
+        for _ in 0..200 {
+            let film = worlds::film_sample(&*scene.camera, &mut sampler);
+            run.for_each_path(
+                Sample { film, sampler: &mut sampler },
+                &mut scratch,
+                |path, contribution| {
+                    let difference = (contribution.weight - path.weight(&weighting)).abs();
+                    connected.look(&path.verify(&weighting), difference);
+                    connected.connected += 1;
+                },
+                |path, contribution| {
+                    assert_eq!(contribution.technique, path.technique());
+                    assert_eq!(contribution.value, path.value(&weighting));
+                    let difference = (contribution.weight - path.weight(&weighting)).abs();
+                    merged.look(&path.verify(&weighting), difference);
+                    merged.merged += 1;
+                },
+            );
+        }
+        for part in [connected, merged] {
+            audit.connected += part.connected;
+            audit.merged += part.merged;
+            audit.value = audit.value.max(part.value);
+            audit.weight = audit.weight.max(part.weight);
+            audit.sum = audit.sum.max(part.sum);
+            audit.constant_time = audit.constant_time.max(part.constant_time);
+        }
+    }
+    Ok(audit)
+}
+
+#[test]
+fn weights_of_connections_and_merges_sum_to_one_on_every_scene() -> Result {
+    for scene in worlds::all()? {
+        let all = TechniqueSet::BIDIRECTIONAL;
+        let four = LightSubpaths::power_of_two(2).unwrap_or_default();
+        let sets = [
+            (all, Heuristic::Balance),
+            (all, Heuristic::Power(2.0)),
+            (TechniqueSet { lens_sampling: false, ..all }, Heuristic::Power(2.0)),
+            (TechniqueSet { light_subpaths: four, next_event: false, ..all }, Heuristic::Balance),
+        ];
+        for (seed, (techniques, heuristic)) in (0..).zip(sets) {
+            let depth = Depth::up_to(7);
+            let bidirectional =
+                Bidirectional { techniques, heuristic, depth, ..Default::default() };
+            let integrator = VertexConnectionMerging {
+                bidirectional,
+                merging: Merging { light_walks: Some(500), ..Merging::from_radius(0.3) },
+                correlation_aware: false,
+            };
+            let audit = audit(&scene, integrator, seed, 2000)?;
+            println!("{:15} {audit:?}", scene.name);
+            assert!(audit.sum <= SUM_TOLERANCE, "{} {audit:?}", scene.name);
+            assert!(audit.constant_time <= SUM_TOLERANCE, "{} {audit:?}", scene.name);
+            assert!(audit.value < 1e-9 && audit.weight < 1e-9, "{} {audit:?}", scene.name);
+        }
+    }
+    Ok(())
+}
