@@ -27,7 +27,7 @@ pub fn print(report: &Report) {
         "non-finite",
     ];
     let rows: Vec<Vec<String>> = std::iter::once(headings.map(str::to_owned).to_vec())
-        .chain(report.methods.iter().map(|m| row(m).to_vec()))
+        .chain(report.methods.iter().map(|m| row(m, reference.mean).to_vec()))
         .collect();
     let widths: Vec<usize> = (0..headings.len())
         .map(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0))
@@ -80,14 +80,13 @@ fn left_out(report: &Report) {
     }
 }
 
-fn row(m: &MethodReport) -> [String; 14] {
+fn row(m: &MethodReport, reference: f64) -> [String; 14] {
     let flag = if m.complete { "" } else { " *" };
     let last = m.last();
-    let bias = format!(
-        "{:+.3} % ± {:.3} %",
-        100.0 * m.bias.relative,
-        100.0 * m.bias.relative_standard_error
-    );
+    let percent =
+        |bias: f64, error: f64| format!("{:+.3} % ± {:.3} %", 100.0 * bias, 100.0 * error);
+    let bias = percent(m.bias.relative, m.bias.relative_standard_error);
+    let of_mean = percent(m.bias.mean / reference, m.bias.mean_standard_error / reference);
     let error = last.map_or_else(String::new, |c| interval(&c.relative_mse));
     let heavy = if m.infinite_variance { " ∗∗" } else { "" };
     [
@@ -100,8 +99,8 @@ fn row(m: &MethodReport) -> [String; 14] {
         match m.estimator {
             Estimator::Unbiased if m.bias.flagged => format!("{bias} (!)"),
             Estimator::Unbiased => bias,
-            Estimator::Consistent => format!("{bias}, vanishes"),
-            Estimator::Biased => format!("{bias}, stays"),
+            Estimator::Consistent => format!("{of_mean}, vanishes"),
+            Estimator::Biased => format!("{of_mean}, stays"),
         },
         if limited(m) { format!("{error} †") } else { error },
         interval(&m.variance_times_wall),

@@ -237,7 +237,7 @@ fn a_vanishing_bias_is_measured_and_is_no_fault() {
     assert_no_fault(report);
     assert_split(&CONSISTENT, method);
     let (bias, exact) = (&method.bias, CONSISTENT.bias_after(PASSES));
-    assert_inside("bias", bias.relative_interval, exact);
+    assert_inside("bias", bias.mean_interval, exact);
     assert!((bias.mean - exact).abs() < 5.0 * bias.mean_standard_error);
     // Noise that pixels share stays in the mean of the image, and parts of a run with a bias of
     // their own are no batches.

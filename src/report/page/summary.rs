@@ -26,6 +26,7 @@ pub(super) fn summary(report: &Report) -> Markup {
             format!("{:.5} ± {}", m.mean, number(m.mean_standard_error))
         }),
         measure(report, "bias ± SE", bias),
+        measure(report, "bias of the mean luminance", |m| interval(&m.bias.mean_interval)),
         measure(report, "squared bias of a run", |m| {
             known(m.last(), |c| interval(&c.squared_bias))
         }),
@@ -106,11 +107,9 @@ fn measure<R: Render>(report: &Report, name: &str, cell: impl Fn(&MethodReport) 
 
 fn bias(m: &MethodReport) -> Markup {
     let b = &m.bias;
-    let [low, high] = [b.relative_interval.low, b.relative_interval.high].map(|x| 100.0 * x);
     html! {
         (format!("{:+.3} % ± {:.3} %", 100.0 * b.relative, 100.0 * b.relative_standard_error))
         @if b.flagged { " " span.bad { "BIASED" } } @else if !m.complete { " *" }
-        br; small { (format!("{low:+.3} % … {high:+.3} %")) }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::method::MethodReport;
 use super::report::Report;
 use crate::integrator::Estimator;
-use crate::report::stats::{Interval, Pair, REFERENCE_SHARE};
+use crate::report::stats::{Interval, Pair, REFERENCE_SHARE, ratio};
 
 impl Report {
     /// True if no test found a disagreement, a bias or a contribution that is not finite.
@@ -85,7 +85,7 @@ impl Report {
                 (100.0 * method.bias.relative, 100.0 * method.bias.relative_standard_error);
             verdicts.push(format!("BIAS: {name} is off by {b:+.3} % ± {e:.3} %."));
         }
-        verdicts.extend(stated_bias(method));
+        verdicts.extend(self.stated_bias(method));
         if method.non_finite_contributions + method.non_finite_pixels > 0 {
             let first = method
                 .first_non_finite
@@ -120,26 +120,36 @@ impl Report {
         }
         verdicts
     }
-}
 
-/// The bias of an integrator that sees everything and does not claim to have none.
-fn stated_bias(method: &MethodReport) -> Option<String> {
-    let [kind, prospect] = match method.estimator {
-        Estimator::Unbiased => return None,
-        Estimator::Consistent => ["consistent", "It vanishes as passes are added"],
-        Estimator::Biased => ["biased", "It stays, however many passes are added"],
-    };
-    let end = method.last().filter(|_| method.complete)?;
-    let fall = method.fall_of_bias().map_or_else(String::new, |fall| format!(": here as {fall}"));
-    let interval = |i: &Interval| format!("{:.2e} ({:.1e} … {:.1e})", i.value, i.low, i.high);
-    let relative = method.bias.relative_interval;
-    let [value, low, high] = [relative.value, relative.low, relative.high].map(|x| 100.0 * x);
-    Some(format!(
-        "{} is {kind}: with {} samples per pixel its bias is {value:+.3} % ({low:+.3} … \
-         {high:+.3}); squared, mean over pixels, {} beside a variance of {}. {prospect}{fall}.",
-        method.name,
-        end.samples,
-        interval(&end.squared_bias),
-        interval(&end.variance),
-    ))
+    /// The bias of an integrator that sees everything and does not claim to have none.
+    fn stated_bias(&self, method: &MethodReport) -> Option<String> {
+        let [kind, prospect] = match method.estimator {
+            Estimator::Unbiased => return None,
+            Estimator::Consistent => ["consistent", "It vanishes as passes are added"],
+            Estimator::Biased => ["biased", "It stays, however many passes are added"],
+        };
+        let end = method.last().filter(|_| method.complete)?;
+        let percent = |x: f64| 100.0 * ratio(x, self.reference.mean);
+        let Interval { value, low, high } = method.bias.mean_interval;
+        let interval = |i: &Interval| format!("{:.2e} ({:.1e} … {:.1e})", i.value, i.low, i.high);
+        let own = self.reference.own_mse;
+        let limit = if end.reference_limited {
+            format!(", less the reference's own variance of {own:.2e},")
+        } else {
+            String::new()
+        };
+        let fall = method.fall_of_bias().map_or_else(String::new, |f| format!(": here as {f}"));
+        Some(format!(
+            "{} is {kind}: with {} samples per pixel the bias of its mean is {:+.3} % ({:+.3} … \
+             {:+.3}), the squared bias of its pixels{limit} {} beside a variance of {}. \
+             {prospect}{fall}.",
+            method.name,
+            end.samples,
+            percent(value),
+            percent(low),
+            percent(high),
+            interval(&end.squared_bias),
+            interval(&end.variance),
+        ))
+    }
 }

@@ -18,6 +18,8 @@ pub struct Bias {
     /// Its standard error, that of the reference included.
     #[serde(with = "super::number")]
     pub mean_standard_error: f64,
+    /// Its interval (Welch 1947).
+    pub mean_interval: Interval,
     /// Two-sided p-value of the difference of means.
     pub mean_p_value: f64,
     /// Relative bias, 0.01 for an image that is 1 % too bright: blocks of pixels weighted by value
@@ -26,8 +28,6 @@ pub struct Bias {
     /// Its standard error.
     #[serde(with = "super::number")]
     pub relative_standard_error: f64,
-    /// Its interval (Welch 1947).
-    pub relative_interval: Interval,
     /// Its two-sided p-value.
     pub relative_p_value: f64,
     /// True if one of the two is significant and the integrator claims to see every path, and to be
@@ -65,19 +65,18 @@ impl Bias {
         let is_off = |bias: f64, p: f64, noisy: bool| {
             p < limit && !(noisy && (bias < 0.0 || !reference.is_exact()))
         };
-        let half =
-            student_t_quantile(1.0 - CONFIDENCE, relative.freedom) * relative.standard_error();
+        let half = student_t_quantile(1.0 - CONFIDENCE, mean.freedom) * mean.standard_error();
         Self {
             mean: mean.mean,
             mean_standard_error: mean.standard_error(),
+            mean_interval: Interval {
+                value: mean.mean,
+                low: mean.mean - half,
+                high: mean.mean + half,
+            },
             mean_p_value: mean_p,
             relative: relative.mean,
             relative_standard_error: relative.standard_error(),
-            relative_interval: Interval {
-                value: relative.mean,
-                low: relative.mean - half,
-                high: relative.mean + half,
-            },
             relative_p_value: relative_p,
             flagged: m.is_tested()
                 && (is_off(mean.mean, mean_p, no_mean) || is_off(relative.mean, relative_p, heavy)),
