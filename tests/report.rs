@@ -3,6 +3,8 @@
 
 mod common;
 
+#[path = "report/consistent.rs"]
+mod consistent;
 #[path = "report/files.rs"]
 mod files;
 #[path = "report/leave_out.rs"]
@@ -99,6 +101,7 @@ where
         scratch: &mut Scratch<'a, S>,
     ) {
         scratch.counters.samples += samples.len() as u64;
+        scratch.counters.closest_rays += samples.len() as u64;
         for (number, Sample { film, sampler }) in samples.iter_mut().enumerate() {
             let (value, technique) = (Rgb::splat((self.0)(sampler)), Technique::new(0, 2));
             let contribution = Contribution { raster: film.raster, value, weight: 1.0, technique };

@@ -14,14 +14,15 @@ mod table;
 
 use clap::Parser;
 use common::{
-    AnyIntegrator, FileOptions, NamedScene, parse_duration, parse_error, parse_size, progress_bar,
-    scene_list, scene_or_file,
+    AnyIntegrator, FileOptions, NamedScene, SharedWalks, parse_duration, parse_error, parse_size,
+    progress_bar, scene_list, scene_or_file,
 };
 use indicatif::ProgressBar;
 use pathspace::film::ImageFile;
 use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Depth};
+use pathspace::path::Roulette;
 use pathspace::render::{Budget, Settings};
 use pathspace::report::{
     Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, exposure,
@@ -40,7 +41,8 @@ use std::time::Duration;
 /// and writes a page.
 #[derive(Parser, Debug)]
 #[command(after_help = format!(
-    "Exit status: 0 if the integrators agree and none is biased, 3 if not, 2 for errors.\n\n\
+    "Exit status: 0 if the unbiased integrators agree with each other and the reference, 3 if not, \
+     2 for errors.\n\n\
      Scenes of the gallery:\n{}",
     scene_list()
 ))]
@@ -59,14 +61,16 @@ struct Options {
     /// Independent runs that an integrator's budget is split into
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1024))]
     seeds: u32,
-    /// Integrators to compare, separated by commas; the first that sees every path and has a finite
-    /// variance is the baseline of speed-ups
+    /// Integrators to compare, separated by commas; the first that sees every path, without bias
+    /// and with a finite variance, is the baseline of speed-ups
     #[arg(
         long,
         value_delimiter = ',',
         default_value = "path-tracing,light-tracing,uniform-area,bidirectional"
     )]
     integrators: Vec<AnyIntegrator>,
+    #[command(flatten)]
+    shared: SharedWalks,
     /// Width and height of the images in pixels; Mitsuba files bring their own
     #[arg(long, default_value = "256x256", value_parser = parse_size)]
     size: UVec2,
@@ -172,11 +176,16 @@ fn compare(
             integrators.push(*integrator);
         }
     }
-    let methods: Vec<_> = integrators.iter().map(|i| i.build_up_to(depth)).collect();
+    let range = Depth { min_bounces: 0, max_bounces: depth };
+    let build = |i: &AnyIntegrator| i.build(range, Roulette::default(), options.shared);
+    let methods: Vec<_> = integrators.iter().map(build).collect();
     let contestants: Vec<Contestant<'_, World>> = integrators
         .iter()
         .zip(&methods)
-        .map(|(i, method)| Contestant::new(i.name(), &**method, i.sees_all(&scene.claims)))
+        .map(|(i, method)| Contestant {
+            pyramid: *i == AnyIntegrator::Vcm,
+            ..Contestant::new(i.name(), &**method, i.sees_all(&scene.claims))
+        })
         .collect();
 
     let settings = Settings {
@@ -194,10 +203,7 @@ fn compare(
         target: options.target_error.unwrap_or(Plan::default().target),
         until_target: options.target_error.is_some(),
         baseline: None,
-        pyramid: Some(Bidirectional {
-            depth: Depth { min_bounces: 0, max_bounces: depth },
-            ..Bidirectional::default()
-        }),
+        pyramid: Some(Bidirectional { depth: range, ..Bidirectional::default() }),
         command: Some(command_line()),
     };
     let info = SceneInfo {

@@ -1,6 +1,7 @@
 //! The table on the terminal, and the one for a text in Markdown. The page has more.
 
-use pathspace::report::{Interval, MethodReport, Omission, Report};
+use pathspace::integrator::Estimator;
+use pathspace::report::{Interval, MethodReport, Omission, Report, Slope};
 
 pub fn print(report: &Report) {
     let reference = &report.reference;
@@ -26,7 +27,7 @@ pub fn print(report: &Report) {
         "non-finite",
     ];
     let rows: Vec<Vec<String>> = std::iter::once(headings.map(str::to_owned).to_vec())
-        .chain(report.methods.iter().map(|m| row(m).to_vec()))
+        .chain(report.methods.iter().map(|m| row(m, reference.mean).to_vec()))
         .collect();
     let widths: Vec<usize> = (0..headings.len())
         .map(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0))
@@ -79,14 +80,13 @@ fn left_out(report: &Report) {
     }
 }
 
-fn row(m: &MethodReport) -> [String; 14] {
+fn row(m: &MethodReport, reference: f64) -> [String; 14] {
     let flag = if m.complete { "" } else { " *" };
     let last = m.last();
-    let bias = format!(
-        "{:+.3} % ± {:.3} %",
-        100.0 * m.bias.relative,
-        100.0 * m.bias.relative_standard_error
-    );
+    let percent =
+        |bias: f64, error: f64| format!("{:+.3} % ± {:.3} %", 100.0 * bias, 100.0 * error);
+    let bias = percent(m.bias.relative, m.bias.relative_standard_error);
+    let of_mean = percent(m.bias.mean / reference, m.bias.mean_standard_error / reference);
     let error = last.map_or_else(String::new, |c| interval(&c.relative_mse));
     let heavy = if m.infinite_variance { " ∗∗" } else { "" };
     [
@@ -96,7 +96,12 @@ fn row(m: &MethodReport) -> [String; 14] {
         format!("{:.2}", m.total.rays / m.total.wall * 1e-6),
         format!("{:.2}", m.rays_per_sample),
         format!("{:.5} ± {:.5}", m.mean, m.mean_standard_error),
-        if m.bias.flagged { format!("{bias} (!)") } else { bias },
+        match m.estimator {
+            Estimator::Unbiased if m.bias.flagged => format!("{bias} (!)"),
+            Estimator::Unbiased => bias,
+            Estimator::Consistent => format!("{of_mean}, vanishes"),
+            Estimator::Biased => format!("{of_mean}, stays"),
+        },
         if limited(m) { format!("{error} †") } else { error },
         interval(&m.variance_times_wall),
         m.speed_up.map_or_else(
@@ -107,13 +112,16 @@ fn row(m: &MethodReport) -> [String; 14] {
             || "-".to_owned(),
             |t| interval(&t.seconds) + if t.extrapolated { " ‡" } else { "" },
         ),
-        m.slope.as_ref().map_or_else(
-            || "-".to_owned(),
-            |s| format!("{:.2} ± {:.2} {}", s.value.value, s.standard_error, s.measure),
-        ),
+        slopes(m, "-", |s| format!("{:.2} ± {:.2} {}", s.value.value, s.standard_error, s.measure)),
         m.tail.map_or_else(|| "-".to_owned(), |t| format!("{:.1}{heavy}", t.index)),
         m.non_finite_contributions.to_string(),
     ]
+}
+
+/// The slopes of the error in one line, or what there is without any.
+fn slopes(m: &MethodReport, none: &str, text: impl Fn(&Slope) -> String) -> String {
+    let slopes: Vec<String> = m.slopes.iter().map(text).collect();
+    if slopes.is_empty() { none.to_owned() } else { slopes.join(", ") }
 }
 
 fn limited(m: &MethodReport) -> bool {
@@ -165,8 +173,11 @@ pub fn markdown(report: &Report) -> String {
     };
     let dash = || "–".to_owned();
     for m in &report.methods {
-        let slope = |s: &pathspace::report::Slope| {
-            let measure = if s.measure == "MSE" { "" } else { " (MedSE)" };
+        let slope = |s: &Slope| {
+            let measure = match s.measure.as_str() {
+                "MSE" => String::new(),
+                other => format!(" ({other})"),
+            };
             format!("{:.2} ± {:.2}{measure}", s.value.value, s.standard_error)
         };
         let cells = [
@@ -178,7 +189,7 @@ pub fn markdown(report: &Report) -> String {
             figure(&m.variance_times_wall),
             m.speed_up.map_or_else(dash, |s| figure(&s.wall)),
             m.speed_up.map_or_else(dash, |s| figure(&s.rays)),
-            m.slope.as_ref().map_or_else(dash, slope),
+            slopes(m, "–", slope),
             m.tail.map_or_else(dash, |t| {
                 digits(t.index) + if m.infinite_variance { " ∗∗" } else { "" }
             }),

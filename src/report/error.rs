@@ -36,6 +36,9 @@ pub enum ReportError {
     /// The reference has no pixels.
     #[error("reference has no pixels")]
     ReferenceEmpty,
+    /// The integrator with this name, which should render a part of the reference, is not unbiased.
+    #[error("{0} is not unbiased, so it renders no reference")]
+    ReferenceBiased(String),
     /// The rendering of the reference was stopped before it had two runs of both halves.
     #[error("reference was stopped before its error could be told")]
     ReferenceStopped,

@@ -1,13 +1,14 @@
 //! The files of a study: JSON, CSV, SVG plots, the page.
 
-use super::plot::{PLOTS, plot};
+use super::plot::plots;
 use crate::report::error::{ReportError, file_error};
 use crate::report::result::Study;
 use std::path::Path;
 
 impl Study {
     /// Writes `index.html`, `report.json`, `report.csv`, `left-out.csv`, `decisions.csv` and the
-    /// plots `time.svg`, `samples.svg`, `rays.svg` and `smape.svg`.
+    /// plots `time.svg`, `samples.svg`, `rays.svg`, `smape.svg` and, if an integrator is not
+    /// unbiased, `bias.svg`.
     ///
     /// # Errors
     /// If the directory or a file cannot be written.
@@ -21,8 +22,7 @@ impl Study {
             ("left-out.csv", report.left_out_to_csv()),
             ("decisions.csv", report.decisions_to_csv()),
         ];
-        let plots =
-            PLOTS.map(|(name, axis, measure)| (name, plot(report, axis, measure).into_string()));
+        let plots = plots(report).into_iter().map(|(name, plot)| (name, plot.into_string()));
         for (name, text) in texts.into_iter().chain(plots) {
             let path = directory.join(name);
             std::fs::write(&path, text).map_err(file_error(&path))?;

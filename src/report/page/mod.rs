@@ -20,7 +20,7 @@ use crate::report::result::{Report, Study};
 use crate::report::stats::{BIAS_SIGNIFICANCE, REFERENCE_SHARE, SIGNIFICANCE, Tail};
 use images::Images;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use plot::{PLOTS, plot};
+use plot::plots;
 use table::number;
 
 const STYLE: &str = include_str!("style.css");
@@ -32,6 +32,10 @@ impl Study {
     pub fn page(&self) -> String {
         let report = &self.report;
         let mut images = Images::new(self);
+        let gain = exposure(self.reference.image());
+        let pyramids = report.methods.iter().zip(&self.images);
+        let pyramids =
+            pyramids.filter_map(|(m, images)| images.pyramid.as_ref().map(|p| (&m.name, p)));
         let page = html! {
             (DOCTYPE)
             html lang="en" {
@@ -45,13 +49,18 @@ impl Study {
                 body {
                     (header(report))
                     (images.strips())
-                    (plots(report))
+                    (against_cost(report))
                     h2 { "In numbers" }
                     (summary::summary(report))
                     (footnotes())
                     (images.flip())
                     @if let Some(pyramid) = &self.pyramid {
-                        (pyramid::pyramid(pyramid, exposure(self.reference.image())))
+                        h2 { "Techniques of bidirectional path tracing" }
+                        (pyramid::pyramid(pyramid, gain))
+                    }
+                    @for (name, pyramid) in pyramids {
+                        h2 { "Techniques of " (name) }
+                        (pyramid::pyramid(pyramid, gain))
                     }
                     (left_out::left_out(report))
                     (what_is_seen(report))
@@ -87,15 +96,16 @@ fn header(report: &Report) -> Markup {
     }
 }
 
-fn plots(report: &Report) -> Markup {
+fn against_cost(report: &Report) -> Markup {
     html! {
         h2 { "Error against cost" }
         p {
             "Mean over the runs with a band of 95 % confidence (t over seeds, of logarithms). \
-             Curves stop where the reference limits them. A slope of −1 is that of finite variance."
+             Curves stop where the reference limits them. A slope of −1 is that of finite variance \
+             without bias; with a bias, variance and squared bias fall each on its own."
         }
         div.plots {
-            @for (_, axis, measure) in PLOTS { figure { (plot(report, axis, measure)) } }
+            @for (_, plot) in plots(report) { figure { (plot) } }
         }
     }
 }
@@ -107,10 +117,16 @@ fn footnotes() -> Markup {
              channels, the reference's own variance is subtracted from MSE and relMSE. \
              relMSE: (I − R)² / (R² + 0.01 mean(R)²). MAPE: |I − R| / (|R| + 0.01 mean(R)). \
              SMAPE: |I − R| / (|I| + |R|). MedSE: median of (I − R)². \
+             Variance and squared bias of a run are means over pixels and channels, from pairs of \
+             runs with the deviations d = I − R: of (d₁ − d₂)² / 2 and of d₁ d₂. MSE is their sum. \
              Bias: blocks of pixels weighted by value over variance, flagged if its p-value or \
              that of the difference of means is below what all integrators together reach by \
-             chance with probability " (100.0 * BIAS_SIGNIFICANCE) " %. \
+             chance with probability " (100.0 * BIAS_SIGNIFICANCE) " %, for integrators that are \
+             called unbiased. \
              * cannot draw every path, so it is not tested. \
+             § consistent: its variance falls slower than 1/N, so that this number holds for runs \
+             of this length. Speed-ups are of unbiased integrators only: variance × cost leaves \
+             out a bias. \
              † the reference's own variance is more than " (100.0 * REFERENCE_SHARE) " % of it. \
              ‡ not reached by all runs: extrapolated for the others with an error that falls as \
              1/t. Reached is a target when no later checkpoint of the run is above it. \
@@ -139,8 +155,8 @@ fn what_is_seen(report: &Report) -> Markup {
         (summary::ledger(report))
         h2 { "Do the integrators agree?" }
         p {
-            "Three tests for every pair of integrators that see every path, each wrong with \
-             probability " (format!("{SIGNIFICANCE:e}")) ": Welch's t of the image means; the \
+            "Three tests for every pair of unbiased integrators that see every path, each wrong \
+             with probability " (format!("{SIGNIFICANCE:e}")) ": Welch's t of the image means; the \
              worst of the blocks of 8 × 8 pixels, with Šidák's correction for their number; and \
              the mean of t² over all blocks, which is 1 if they agree. Where rare, bright \
              contributions make up much of the noise of one of them, blocks in which it is too \

@@ -2,7 +2,8 @@
 //!
 //! Curves differ by colour, dashes and markers, so that they can be told apart in black and white.
 
-use crate::report::result::{MethodReport, Report};
+use crate::integrator::Estimator;
+use crate::report::result::{MethodReport, ReferenceInfo, Report};
 use crate::report::stats::{Checkpoint, Interval};
 use maud::{Markup, html};
 
@@ -40,6 +41,8 @@ impl Axis {
 pub(super) enum Measure {
     RelativeMse,
     Smape,
+    /// Variance and squared bias of the integrators that are not unbiased.
+    Parts,
 }
 
 impl Measure {
@@ -47,13 +50,16 @@ impl Measure {
         match self {
             Self::RelativeMse => "relMSE",
             Self::Smape => "SMAPE",
+            Self::Parts => "variance and squared bias",
         }
     }
 
-    fn of(self, checkpoint: &Checkpoint) -> Interval {
+    /// Its error of the reference, which was subtracted.
+    fn own(self, reference: &ReferenceInfo) -> f64 {
         match self {
-            Self::RelativeMse => checkpoint.relative_mse,
-            Self::Smape => checkpoint.smape,
+            Self::RelativeMse => reference.own_relative_mse,
+            Self::Smape => 0.0,
+            Self::Parts => reference.own_mse,
         }
     }
 }
@@ -102,27 +108,69 @@ impl Scales {
     }
 }
 
-/// (cost, error) of the checkpoints up to where the reference limits them.
-fn curve(method: &MethodReport, axis: Axis, measure: Measure, pixels: f64) -> Vec<(f64, Interval)> {
-    let usable = method.checkpoints.iter().take_while(|c| !c.reference_limited);
-    let points = usable.map(|c| (axis.of(c, pixels), measure.of(c)));
-    points
-        .filter(|(x, y)| *x > 0.0 && x.is_finite() && y.value > 0.0 && y.value.is_finite())
-        .collect()
+/// The error at a checkpoint.
+type Value = fn(&Checkpoint) -> Interval;
+
+/// A curve with its name.
+struct Curve {
+    label: String,
+    /// (cost, error) of checkpoints.
+    points: Vec<(f64, Interval)>,
 }
 
-/// The plots of a study and the names of their files.
-pub(super) const PLOTS: [(&str, Axis, Measure); 4] = [
-    ("time.svg", Axis::Wall, Measure::RelativeMse),
-    ("samples.svg", Axis::Samples, Measure::RelativeMse),
-    ("rays.svg", Axis::Rays, Measure::RelativeMse),
-    ("smape.svg", Axis::Wall, Measure::Smape),
-];
-
-pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> Markup {
+/// The curves of a plot, where the reference does not limit them.
+fn curves(report: &Report, axis: Axis, measure: Measure) -> Vec<Curve> {
     let pixels = f64::from(report.scene.width) * f64::from(report.scene.height);
-    let curves: Vec<_> = report.methods.iter().map(|m| curve(m, axis, measure, pixels)).collect();
-    let points = || curves.iter().flatten();
+    let curve = |label, checkpoints: &mut dyn Iterator<Item = &Checkpoint>, error: Value| {
+        let points = checkpoints.map(|c| (axis.of(c, pixels), error(c)));
+        let is_finite = |(x, y): &(f64, Interval)| {
+            *x > 0.0 && x.is_finite() && y.value > 0.0 && y.value.is_finite()
+        };
+        Curve { label, points: points.filter(is_finite).collect() }
+    };
+    let methods = report.methods.iter();
+    let whole = |error: Value| {
+        let known = |m: &MethodReport| {
+            let usable = &mut m.checkpoints.iter().take_while(|c| !c.reference_limited);
+            curve(label(m), usable, error)
+        };
+        methods.clone().map(known).collect()
+    };
+    let parts = |m: &MethodReport| {
+        let all = m.checkpoints.iter();
+        let seen = |c: &&Checkpoint| c.bias_is_seen;
+        [
+            curve(format!("{}: variance", m.name), &mut all.clone(), |c| c.variance),
+            curve(format!("{}: squared bias", m.name), &mut all.filter(seen), |c| c.squared_bias),
+        ]
+    };
+    match measure {
+        Measure::RelativeMse => whole(|c| c.relative_mse),
+        Measure::Smape => whole(|c| c.smape),
+        Measure::Parts => {
+            methods.filter(|m| m.estimator != Estimator::Unbiased).flat_map(parts).collect()
+        }
+    }
+}
+
+/// The plots of a study, with the names of their files.
+pub(super) fn plots(report: &Report) -> Vec<(&'static str, Markup)> {
+    let mut plots = vec![
+        ("time.svg", Axis::Wall, Measure::RelativeMse),
+        ("samples.svg", Axis::Samples, Measure::RelativeMse),
+        ("rays.svg", Axis::Rays, Measure::RelativeMse),
+        ("smape.svg", Axis::Wall, Measure::Smape),
+    ];
+    if report.methods.iter().any(|m| m.estimator != Estimator::Unbiased) {
+        plots.push(("bias.svg", Axis::Samples, Measure::Parts));
+    }
+    let plots = plots.into_iter();
+    plots.map(|(name, axis, measure)| (name, plot(report, axis, measure))).collect()
+}
+
+fn plot(report: &Report, axis: Axis, measure: Measure) -> Markup {
+    let curves = curves(report, axis, measure);
+    let points = || curves.iter().flat_map(|curve| &curve.points);
     let range = |values: &mut dyn Iterator<Item = f64>, margin: f64| {
         let [low, high] = values
             .fold([f64::INFINITY, 0.0], |[low, high], v| [f64::min(low, v), f64::max(high, v)]);
@@ -134,13 +182,12 @@ pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> Markup {
             [0.1, 1.0]
         }
     };
-    let floor =
-        if measure == Measure::RelativeMse { report.reference.own_relative_mse } else { 0.0 };
+    let floor = measure.own(&report.reference);
     let scales = Scales {
         x: range(&mut points().map(|p| p.0), 1.25),
         y: range(&mut points().map(|p| p.1.value), 1.6),
     };
-    let labels: Vec<String> = report.methods.iter().map(label).collect();
+    let labels: Vec<&str> = curves.iter().map(|curve| curve.label.as_str()).collect();
     let height =
         AREA[3] + LEGEND[1] + LEGEND[0] * labels.len().div_ceil(legend_columns(&labels)) as f64;
     let title = format!("{} against {}", measure.label(), axis.label());
@@ -151,8 +198,8 @@ pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> Markup {
             aria-label=(title) font-family="sans-serif" font-size="14" {
             rect width=(WIDTH) height=(height) fill="#fff" {}
             (grid(&scales))
-            @for (points, colour) in curves.iter().zip(COLOURS.iter().cycle()) {
-                (band(&scales, points, colour))
+            @for (curve, colour) in curves.iter().zip(COLOURS.iter().cycle()) {
+                (band(&scales, &curve.points, colour))
             }
             @if floor > scales.y[0] && floor < scales.y[1] {
                 line x1=(left) x2=(right) y1=(px(scales.y(floor))) y2=(px(scales.y(floor)))
@@ -161,7 +208,9 @@ pub(super) fn plot(report: &Report, axis: Axis, measure: Measure) -> Markup {
                     "the reference's own error (subtracted)"
                 }
             }
-            @for (index, points) in curves.iter().enumerate() { (line(&scales, points, index)) }
+            @for (index, curve) in curves.iter().enumerate() {
+                (line(&scales, &curve.points, index))
+            }
             (legend(&labels))
             rect x=(left) y=(top) width=(right - left) height=(bottom - top)
                 fill="none" stroke="#333" {}
@@ -256,11 +305,11 @@ fn marker(x: f64, y: f64, index: usize) -> Markup {
 }
 
 /// Two if all names are short.
-fn legend_columns(labels: &[String]) -> usize {
+fn legend_columns(labels: &[&str]) -> usize {
     if labels.iter().all(|label| label.chars().count() <= 26) { 2 } else { 1 }
 }
 
-fn legend(labels: &[String]) -> Markup {
+fn legend(labels: &[&str]) -> Markup {
     let columns = legend_columns(labels);
     let place = |index: usize| {
         let x = 10.0 + WIDTH / columns as f64 * (index % columns) as f64;
@@ -280,9 +329,12 @@ fn legend(labels: &[String]) -> Markup {
 
 /// The name, and how the error falls.
 fn label(method: &MethodReport) -> String {
-    let slope =
-        method.slope.as_ref().map_or_else(String::new, |s| format!(", slope {:.2}", s.value.value));
-    format!("{}{slope}", method.name)
+    let is_whole = method.estimator == Estimator::Unbiased;
+    let slopes = method.slopes.iter().map(|slope| {
+        let of = if is_whole { "slope" } else { &slope.measure };
+        format!(", {of} {:.2}", slope.value.value)
+    });
+    format!("{}{}", method.name, slopes.collect::<String>())
 }
 
 #[cfg(test)]

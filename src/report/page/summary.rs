@@ -2,6 +2,7 @@
 //! agree.
 
 use super::table::{interval, number, row, scientific, table};
+use crate::integrator::Estimator;
 use crate::report::result::{MethodReport, Report};
 use crate::report::stats::{Checkpoint, Interval};
 use maud::{Markup, Render, html};
@@ -13,6 +14,7 @@ pub(super) fn summary(report: &Report) -> Markup {
     let target = format!("time to relMSE {} [s]", number(report.setup.target));
     let rows = [
         measure(report, "sees every path", |m| if m.complete { "yes" } else { "no" }),
+        measure(report, "estimator", |m| m.estimator.to_string()),
         measure(report, "runs × samples per pixel", |m| {
             format!("{} × {}", m.runs, m.samples_per_pixel)
         }),
@@ -24,6 +26,11 @@ pub(super) fn summary(report: &Report) -> Markup {
             format!("{:.5} ± {}", m.mean, number(m.mean_standard_error))
         }),
         measure(report, "bias ± SE", bias),
+        measure(report, "bias of the mean luminance", |m| interval(&m.bias.mean_interval)),
+        measure(report, "squared bias of a run", |m| {
+            known(m.last(), |c| interval(&c.squared_bias))
+        }),
+        measure(report, "variance of a run", |m| known(m.last(), |c| interval(&c.variance))),
         measure(
             report,
             "relMSE of a run",
@@ -51,14 +58,7 @@ pub(super) fn summary(report: &Report) -> Markup {
                 }
             })
         }),
-        measure(report, "slope of the error", |m| {
-            known(m.slope.as_ref(), |s| {
-                html! {
-                    (format!("{:.3} ± {:.3}", s.value.value, s.standard_error))
-                    br; small { (s.measure) ", " (s.from) "–" (s.to) " samples" }
-                }
-            })
-        }),
+        measure(report, "slope of the error", slopes),
         measure(report, "tail index ± SE", |m| {
             let tail = known(m.tail, |t| {
                 html! {
@@ -71,7 +71,29 @@ pub(super) fn summary(report: &Report) -> Markup {
         measure(report, "non-finite contributions", |m| count(m.non_finite_contributions)),
         measure(report, "non-finite pixels", |m| count(m.non_finite_pixels)),
     ];
-    table("", names(report), rows)
+    table("", names(report), rows.into_iter().chain(shared(report)))
+}
+
+/// What pixels share, and what bounds cut off, if any integrator has such.
+fn shared(report: &Report) -> Vec<Markup> {
+    let any = |figure: fn(&MethodReport) -> u64| report.methods.iter().any(|m| figure(m) > 0);
+    let mut rows = Vec::new();
+    if any(|m| m.shared.bytes) {
+        rows.push(measure(report, "largest map that pixels share", |m| match m.shared.bytes {
+            0 => "–".to_owned(),
+            bytes => number(bytes as f64 * 1e-6) + " MB",
+        }));
+    }
+    if any(|m| m.shared.queries) {
+        rows.push(measure(report, "photons found in a search", |m| match m.shared.queries {
+            0 => "–".to_owned(),
+            queries => number(m.shared.merges as f64 / queries as f64),
+        }));
+    }
+    if report.methods.iter().any(|m| m.ledger.clamped > 0.0) {
+        rows.push(measure(report, "mean luminance that is cut off", |m| number(m.ledger.clamped)));
+    }
+    rows
 }
 
 fn names(report: &Report) -> impl Iterator<Item = &str> {
@@ -88,6 +110,17 @@ fn bias(m: &MethodReport) -> Markup {
     html! {
         (format!("{:+.3} % ± {:.3} %", 100.0 * b.relative, 100.0 * b.relative_standard_error))
         @if b.flagged { " " span.bad { "BIASED" } } @else if !m.complete { " *" }
+    }
+}
+
+fn slopes(m: &MethodReport) -> Markup {
+    html! {
+        @if m.slopes.is_empty() { "–" }
+        @for (i, s) in m.slopes.iter().enumerate() {
+            @if i > 0 { br; }
+            (format!("{:.3} ± {:.3}", s.value.value, s.standard_error))
+            br; small { (s.measure) ", " (s.from) "–" (s.to) " samples" }
+        }
     }
 }
 
@@ -113,9 +146,10 @@ fn heavy(m: &MethodReport) -> &'static str {
     if m.infinite_variance { " ∗∗" } else { "" }
 }
 
-/// A number that does not settle if the variance is infinite.
+/// A number that does not settle if the variance is infinite, or does not fall as 1/N.
 fn settled(m: &MethodReport, value: &Interval) -> Markup {
-    html! { (interval(value)) (heavy(m)) }
+    let grows = m.estimator == Estimator::Consistent;
+    html! { (interval(value)) (heavy(m)) @if grows { " §" } }
 }
 
 fn count(n: u64) -> Markup {
@@ -166,7 +200,7 @@ pub(super) fn ledger(report: &Report) -> Markup {
 /// Tests of agreement.
 pub(super) fn pairs(report: &Report) -> Markup {
     if report.pairs.is_empty() {
-        return html! { p { "Fewer than two integrators see every path: nothing to test." } };
+        return html! { p { "Fewer than two unbiased integrators see every path: nothing to test." } };
     }
     let columns = [
         "t of the means",

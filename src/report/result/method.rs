@@ -1,6 +1,8 @@
 //! The findings on one integrator.
 
 use super::left_out::{DecisionReport, Omission};
+use super::pyramid::PyramidReport;
+use crate::integrator::Estimator;
 use crate::report::stats::{
     Bias, Checkpoint, Cost, Errors, Interval, Slope, SpeedUp, Tail, TimeToTarget,
 };
@@ -19,6 +21,31 @@ pub struct LedgerReport {
     pub truncated: f64,
     /// Lost in non-finite samples.
     pub rejected: f64,
+    /// Mean luminance of the image that a bound on connections cut off and that nothing else draws;
+    /// no part of the balance.
+    pub clamped: f64,
+}
+
+/// The light walks that all pixels of a pass share; all zero without any.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SharedReport {
+    /// Bytes of the largest map.
+    pub bytes: u64,
+    /// Vertices stored in maps, in all runs.
+    pub photons: u64,
+    /// Searches for what is near a vertex, in all runs.
+    pub queries: u64,
+    /// Photons found in reach, in all runs.
+    pub merges: u64,
+}
+
+/// The names of [`Estimator`] in files.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Estimator", rename_all = "lowercase")]
+enum EstimatorName {
+    Unbiased,
+    Consistent,
+    Biased,
 }
 
 /// The findings on one integrator.
@@ -34,6 +61,9 @@ pub struct MethodReport {
     pub decisions: Vec<DecisionReport>,
     /// True if it claims to draw every path of the scene.
     pub complete: bool,
+    /// The kind of mean that it claims to have.
+    #[serde(with = "EstimatorName")]
+    pub estimator: Estimator,
     /// Runs that were finished.
     pub runs: u32,
     /// Samples per pixel of each run.
@@ -65,14 +95,15 @@ pub struct MethodReport {
     pub variance_times_cpu: Interval,
     /// Variance × rays per pixel.
     pub variance_times_rays: Interval,
-    /// Over the baseline; `None` for integrators that do not see everything and for infinite
-    /// variance.
+    /// Over the baseline; `None` for integrators that do not see everything or are not unbiased, and
+    /// for infinite variance.
     pub speed_up: Option<SpeedUp>,
     /// Time until the target relMSE is reached; `None` for integrators that do not see everything,
-    /// and if the variance is infinite and not all runs reached it.
+    /// and if not all runs reached it and the variance is infinite or there is a bias.
     pub time_to_target: Option<TimeToTarget>,
-    /// Slope of the error, which is MSE, or MedSE if the variance is infinite.
-    pub slope: Option<Slope>,
+    /// Slopes of the error: of MSE, or of MedSE if the variance is infinite; of variance and squared
+    /// bias if the integrator is not unbiased. None if it does not see everything.
+    pub slopes: Vec<Slope>,
     /// Tail of the contributions.
     pub tail: Option<Tail>,
     /// True if the tail says that the variance is infinite. Then MSE, variance and all that is made
@@ -89,12 +120,37 @@ pub struct MethodReport {
     pub non_finite_pixels: u64,
     /// Energy ledger of the light subpaths; all zero without any.
     pub ledger: LedgerReport,
+    /// The light walks that all pixels of a pass share.
+    pub shared: SharedReport,
     /// Mean luminance by number of scattering events; the last entry has all longer paths. What an
     /// integrator cannot see is missing.
     pub energy_by_bounces: Vec<f64>,
+    /// Shares of its techniques, if they were measured.
+    pub pyramid: Option<PyramidReport>,
 }
 
 impl MethodReport {
+    /// True if its mean must be that of the reference: it claims to draw every path, and to be
+    /// unbiased.
+    #[must_use]
+    pub fn is_tested(&self) -> bool {
+        self.complete && self.estimator == Estimator::Unbiased
+    }
+
+    /// The fall of the bias with N samples per pixel, as far as it was seen: half the slope of its
+    /// square, with its standard error.
+    #[must_use]
+    pub fn fall_of_bias(&self) -> Option<String> {
+        let slope = self.slope("squared bias")?;
+        Some(format!("N^({:.2} ± {:.2})", 0.5 * slope.value.value, 0.5 * slope.standard_error))
+    }
+
+    /// The slope of a measure: `MSE`, `MedSE`, `variance` or `squared bias`.
+    #[must_use]
+    pub fn slope(&self, measure: &str) -> Option<&Slope> {
+        self.slopes.iter().find(|slope| slope.measure == measure)
+    }
+
     /// The last checkpoint: whole runs.
     #[must_use]
     pub fn last(&self) -> Option<&Checkpoint> {

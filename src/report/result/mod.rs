@@ -14,7 +14,7 @@ mod study;
 mod verdict;
 
 pub use left_out::{CandidateReport, DecisionReport, Omission, WithoutTechnique};
-pub use method::{LedgerReport, MethodReport};
+pub use method::{LedgerReport, MethodReport, SharedReport};
 pub use pyramid::{Layer, Pyramid, PyramidReport, TechniqueShare};
 pub use report::{ReferenceInfo, Report, SCHEMA, SceneInfo, Setup};
 pub use study::{MethodImages, Snapshot, Study};

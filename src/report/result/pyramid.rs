@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The pyramid with its images.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pyramid {
-    /// The techniques, by path length and then s.
+    /// The techniques, those that merge last, by path length and then s.
     pub layers: Vec<Layer>,
     /// Samples per pixel.
     pub passes: u32,
@@ -19,7 +19,7 @@ pub struct Pyramid {
 /// One technique.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// Its (s, t).
+    /// The technique.
     pub technique: Technique,
     /// Its contributions as if it were alone.
     pub unweighted: Image,
@@ -36,15 +36,19 @@ pub struct TechniqueShare {
     pub s: u16,
     /// Vertices from the camera.
     pub t: u16,
+    /// True if it merges the ends of its subpaths; false if it connects them.
+    pub merged: bool,
     /// Share of the image's mean luminance.
     pub energy: f64,
     /// Variance of its weighted contributions over that of the whole; the shares do not add up to
     /// 1, since techniques are correlated.
     pub variance: f64,
-    /// Share of the rays that the integrator saves without it.
+    /// Share of the rays that the integrator saves without it. NaN if it was not measured, which is
+    /// for bidirectional path tracing only.
+    #[serde(with = "crate::report::stats::number")]
     pub cost: f64,
     /// Efficiency 1 / (variance × rays) without it over that with it; above 1 it does not pay. NaN
-    /// if the rest cannot draw its paths.
+    /// if the rest cannot draw its paths, or if it was not measured.
     #[serde(with = "crate::report::stats::number")]
     pub efficiency_without: f64,
 }
@@ -58,7 +62,7 @@ pub struct PyramidReport {
     pub variance: f64,
     /// Rays per sample.
     pub rays_per_sample: f64,
-    /// The techniques, by path length and then s.
+    /// The techniques, those that merge last, by path length and then s.
     pub techniques: Vec<TechniqueShare>,
 }
 

@@ -7,7 +7,7 @@ use crate::report::stats::{Layout, Pair, Reference};
 use serde::{Deserialize, Serialize};
 
 /// Number of the JSON schema: rises when a field changes its meaning or goes away.
-pub const SCHEMA: u32 = 3;
+pub const SCHEMA: u32 = 4;
 
 /// A whole study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,7 +24,7 @@ pub struct Report {
     pub reference: ReferenceInfo,
     /// One entry per integrator, in the order given.
     pub methods: Vec<MethodReport>,
-    /// Tests of whether integrators that see everything agree.
+    /// Tests of whether unbiased integrators that see everything agree.
     pub pairs: Vec<Pair>,
     /// Shares of the techniques of bidirectional path tracing, if they were measured.
     pub pyramid: Option<PyramidReport>,

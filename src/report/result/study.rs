@@ -17,7 +17,7 @@ pub struct Study {
     pub images: Vec<MethodImages>,
     /// The reference.
     pub reference: Reference,
-    /// Images of the techniques.
+    /// Images of the techniques of bidirectional path tracing.
     pub pyramid: Option<Pyramid>,
 }
 
@@ -29,6 +29,8 @@ pub struct MethodImages {
     /// The first run after about 1/16, 1/4 and all of its budget, as far as a sample per pixel
     /// takes less.
     pub snapshots: Vec<Snapshot>,
+    /// Images of its techniques, if they were measured.
+    pub pyramid: Option<Pyramid>,
 }
 
 /// An image of the first run.

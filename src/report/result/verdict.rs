@@ -2,7 +2,8 @@
 
 use super::method::MethodReport;
 use super::report::Report;
-use crate::report::stats::{Pair, REFERENCE_SHARE};
+use crate::integrator::Estimator;
+use crate::report::stats::{Interval, Pair, REFERENCE_SHARE, ratio};
 
 impl Report {
     /// True if no test found a disagreement, a bias or a contribution that is not finite.
@@ -54,14 +55,15 @@ impl Report {
             .collect();
         match self.pairs.len() {
             0 => {
-                "Fewer than two integrators see every path of this scene: agreement is not tested."
+                "Fewer than two unbiased integrators see every path of this scene: agreement is not \
+                 tested."
                     .to_owned()
             }
             n if disagreeing.is_empty() => {
                 let noisy: Vec<&str> = self
                     .methods
                     .iter()
-                    .filter(|m| m.complete && m.long_tails)
+                    .filter(|m| m.is_tested() && m.long_tails)
                     .map(|m| m.name.as_str())
                     .collect();
                 let caveat = if noisy.is_empty() {
@@ -83,6 +85,7 @@ impl Report {
                 (100.0 * method.bias.relative, 100.0 * method.bias.relative_standard_error);
             verdicts.push(format!("BIAS: {name} is off by {b:+.3} % ± {e:.3} %."));
         }
+        verdicts.extend(self.stated_bias(method));
         if method.non_finite_contributions + method.non_finite_pixels > 0 {
             let first = method
                 .first_non_finite
@@ -116,5 +119,37 @@ impl Report {
             }
         }
         verdicts
+    }
+
+    /// The bias of an integrator that sees everything and does not claim to have none.
+    fn stated_bias(&self, method: &MethodReport) -> Option<String> {
+        let [kind, prospect] = match method.estimator {
+            Estimator::Unbiased => return None,
+            Estimator::Consistent => ["consistent", "It vanishes as passes are added"],
+            Estimator::Biased => ["biased", "It stays, however many passes are added"],
+        };
+        let end = method.last().filter(|_| method.complete)?;
+        let percent = |x: f64| 100.0 * ratio(x, self.reference.mean);
+        let Interval { value, low, high } = method.bias.mean_interval;
+        let interval = |i: &Interval| format!("{:.2e} ({:.1e} … {:.1e})", i.value, i.low, i.high);
+        let own = self.reference.own_mse;
+        let limit = if end.reference_limited {
+            format!(", less the reference's own variance of {own:.2e},")
+        } else {
+            String::new()
+        };
+        let fall = method.fall_of_bias().map_or_else(String::new, |f| format!(": here as {f}"));
+        Some(format!(
+            "{} is {kind}: with {} samples per pixel the bias of its mean is {:+.3} % ({:+.3} … \
+             {:+.3}), the squared bias of its pixels{limit} {} beside a variance of {}. \
+             {prospect}{fall}.",
+            method.name,
+            end.samples,
+            percent(value),
+            percent(low),
+            percent(high),
+            interval(&end.squared_bias),
+            interval(&end.variance),
+        ))
     }
 }

@@ -83,8 +83,8 @@ pub struct Pair {
     /// Mean of t² over the blocks, each divided by its expectation: 1 if the integrators agree.
     #[serde(with = "super::number")]
     pub mean_square: f64,
-    /// Standard error of `mean_square`; infinite for fewer than 16 blocks, which are not tested
-    /// together.
+    /// Standard error of `mean_square`; infinite for fewer than 16 blocks and for samples that
+    /// depend on one another: then blocks are not tested together.
     #[serde(with = "super::number")]
     pub mean_square_error: f64,
     /// Long tails of the first and of the second.
@@ -128,9 +128,9 @@ impl Pair {
     }
 }
 
-/// Tests all pairs of integrators that see everything.
+/// Tests all pairs of unbiased integrators that see everything.
 pub(in crate::report) fn test_pairs(measured: &[&Measured], layout: Layout) -> Vec<Pair> {
-    let tested: Vec<&Measured> = measured.iter().copied().filter(|run| run.complete).collect();
+    let tested: Vec<&Measured> = measured.iter().copied().filter(|run| run.is_tested()).collect();
     let pairs =
         tested.iter().enumerate().flat_map(|(i, a)| tested[i + 1..].iter().map(move |b| [*a, *b]));
     pairs.map(|pair| test(pair, layout)).collect()
@@ -173,9 +173,10 @@ fn test(pair: [&Measured; 2], layout: Layout) -> Pair {
         },
     );
     let mean_square: f64 = sum / f64::max(count, 1.0);
-    // A few blocks do not know the error of their mean.
-    let variance =
-        if count < FEWEST_BLOCKS { f64::INFINITY } else { squares / count - mean_square.powi(2) };
+    // A few blocks do not know the error of their mean, nor do those of samples that depend on one
+    // another.
+    let is_known = count >= FEWEST_BLOCKS && !pair.iter().any(|m| m.is_correlated);
+    let variance = if is_known { squares / count - mean_square.powi(2) } else { f64::INFINITY };
     let mean_square_error = (variance / f64::max(count, 1.0)).sqrt();
     if !pool.is_empty() {
         let means = batches.map(|side| of_blocks(side, &pool));

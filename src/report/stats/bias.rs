@@ -1,22 +1,25 @@
 //! Tests of whether an integrator's mean is that of the reference.
 
 use super::batches::BatchMean;
+use super::interval::{CONFIDENCE, Interval};
 use super::measured::Measured;
 use super::reference::Reference;
-use crate::math::student::student_t_p_value;
+use crate::math::student::{student_t_p_value, student_t_quantile};
 use serde::{Deserialize, Serialize};
 
 /// Probability that any integrator without bias is flagged.
 pub const BIAS_SIGNIFICANCE: f64 = 0.01;
 
 /// Bias: the difference of an integrator's mean from the reference's.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bias {
     /// Mean luminance minus that of the reference.
     pub mean: f64,
     /// Its standard error, that of the reference included.
     #[serde(with = "super::number")]
     pub mean_standard_error: f64,
+    /// Its interval (Welch 1947).
+    pub mean_interval: Interval,
     /// Two-sided p-value of the difference of means.
     pub mean_p_value: f64,
     /// Relative bias, 0.01 for an image that is 1 % too bright: blocks of pixels weighted by value
@@ -27,7 +30,8 @@ pub struct Bias {
     pub relative_standard_error: f64,
     /// Its two-sided p-value.
     pub relative_p_value: f64,
-    /// True if one of the two is significant and the integrator claims to see every path.
+    /// True if one of the two is significant and the integrator claims to see every path, and to be
+    /// unbiased.
     pub flagged: bool,
 }
 
@@ -61,14 +65,20 @@ impl Bias {
         let is_off = |bias: f64, p: f64, noisy: bool| {
             p < limit && !(noisy && (bias < 0.0 || !reference.is_exact()))
         };
+        let half = student_t_quantile(1.0 - CONFIDENCE, mean.freedom) * mean.standard_error();
         Self {
             mean: mean.mean,
             mean_standard_error: mean.standard_error(),
+            mean_interval: Interval {
+                value: mean.mean,
+                low: mean.mean - half,
+                high: mean.mean + half,
+            },
             mean_p_value: mean_p,
             relative: relative.mean,
             relative_standard_error: relative.standard_error(),
             relative_p_value: relative_p,
-            flagged: m.complete
+            flagged: m.is_tested()
                 && (is_off(mean.mean, mean_p, no_mean) || is_off(relative.mean, relative_p, heavy)),
         }
     }

@@ -1,10 +1,11 @@
 //! Error against cost: checkpoints, how errors fall, when they are small enough.
 
 use super::interval::Interval;
-use super::measured::{Cost, Mark, Measured};
+use super::measured::{Cost, Mark, Measured, Split};
 use super::metrics::Errors;
 use super::reference::Reference;
 use super::regression::{slope, time_to_error};
+use crate::integrator::Estimator;
 use crate::math::statistics::Estimate;
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +25,8 @@ pub struct Checkpoint {
     pub costs: Vec<Cost>,
     /// Errors of each run, in the order of seeds: the same to the bit whenever the seeds are.
     pub runs: Vec<Errors>,
+    /// Variance and squared bias from each pair of runs, in the order of seeds.
+    pub pairs: Vec<Split>,
     /// Mean squared error of a run.
     pub mse: Interval,
     /// Relative mean squared error of a run.
@@ -34,22 +37,25 @@ pub struct Checkpoint {
     pub smape: Interval,
     /// Median squared error of a run.
     pub median_squared: Interval,
-    /// Variance of a run, mean over pixels and channels, from the spread of the runs: no reference
-    /// is needed.
-    #[serde(with = "super::number")]
-    pub variance: f64,
-    /// Mean over pixels and channels of the squared bias: of the mean of the runs against the
-    /// reference, both their variances subtracted.
-    #[serde(with = "super::number")]
-    pub squared_bias: f64,
+    /// Variance of a run, mean over pixels and channels, from the pairs: no reference is needed.
+    pub variance: Interval,
+    /// Squared bias of a run, mean over pixels and channels, from the pairs, the reference's own
+    /// variance subtracted. One that is 0 may come out negative.
+    pub squared_bias: Interval,
     /// True if the reference's own variance is too large a part of the error; curves stop here.
     pub reference_limited: bool,
+    /// True if the squared bias is certainly not 0, and more than ten times the reference's own
+    /// variance.
+    pub bias_is_seen: bool,
 }
+
+/// The errors of the runs, or of pairs of runs, at a checkpoint.
+type Values = fn(&Checkpoint) -> Vec<f64>;
 
 /// A slope in log-log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slope {
-    /// The measure of the error.
+    /// The measure of the error: `MSE`, `MedSE`, `variance` or `squared bias`.
     pub measure: String,
     /// Samples per pixel of the first checkpoint in the fit.
     pub from: u32,
@@ -58,7 +64,6 @@ pub struct Slope {
     /// The slope against the number of samples.
     pub value: Interval,
     /// Standard error of the slope.
-    #[serde(with = "super::number")]
     pub standard_error: f64,
 }
 
@@ -82,14 +87,10 @@ impl Checkpoint {
         };
         let runs = mark.errors.len() as f64;
         let average = |cost: fn(&Cost) -> f64| mark.costs.iter().map(cost).sum::<f64>() / runs;
-        let deviations = mark.deviation.pixels().iter().map(|d| (*d * *d).mean()).sum::<f64>();
-        let squared_mean = deviations / mark.deviation.pixels().len().max(1) as f64 / (runs * runs);
-        let variance = if runs > 1.0 {
-            ((mark.squares - runs * squared_mean) / (runs - 1.0)).max(0.0)
-        } else {
-            f64::NAN
-        };
+        let split = |part: fn(&Split) -> f64| mark.splits.iter().map(part).collect::<Vec<_>>();
         let mse = interval(|e| e.mse);
+        let squared_bias = Interval::of_mean(&split(|s| s.squared_bias));
+        let limited = |error: f64| reference.own_mse() > REFERENCE_SHARE * error;
         Self {
             samples: mark.samples,
             cost: Cost {
@@ -100,63 +101,85 @@ impl Checkpoint {
             },
             costs: mark.costs.clone(),
             runs: mark.errors.clone(),
+            pairs: mark.splits.clone(),
             mse,
             relative_mse: interval(|e| e.relative_mse),
             mape: interval(|e| e.mape),
             smape: interval(|e| e.smape),
             median_squared: interval(|e| e.median_squared),
-            variance,
-            squared_bias: squared_mean - variance / runs - reference.own_mse(),
-            reference_limited: reference.own_mse() > REFERENCE_SHARE * mse.value,
+            variance: Interval::of_positive(&split(|s| s.variance)),
+            squared_bias,
+            reference_limited: limited(mse.value),
+            bias_is_seen: squared_bias.low > 0.0 && !limited(squared_bias.value),
         }
     }
 }
 
 impl Slope {
-    /// Weighted least squares of log error over log samples for each run, and the mean of the runs'
-    /// slopes: checkpoints of one run are correlated, runs are not. `robust` fits MedSE, else MSE.
-    pub(in crate::report) fn fit(checkpoints: &[Checkpoint], robust: bool) -> Option<Self> {
-        let measure: fn(&Errors) -> f64 = if robust { |e| e.median_squared } else { |e| e.mse };
-        let positive = |c: &&Checkpoint| {
-            !c.reference_limited
-                && c.runs.iter().all(|e| measure(e) > 0.0 && measure(e).is_finite())
+    /// The slopes of an integrator: of MSE, or of MedSE if its variance is infinite. The MSE of one
+    /// that is not unbiased is the sum of two powers; then variance and squared bias have a slope
+    /// each, and none if the variance is infinite.
+    pub(in crate::report) fn all(
+        checkpoints: &[Checkpoint],
+        estimator: Estimator,
+        infinite_variance: bool,
+    ) -> Vec<Self> {
+        let fit = |measure, usable: &dyn Fn(&&Checkpoint) -> bool, values: Values| {
+            Self::fit(measure, checkpoints.iter().filter(usable).map(|c| (c.samples, values(c))))
         };
-        let usable: Vec<&Checkpoint> = checkpoints.iter().filter(positive).collect();
-        let last = usable.last()?.samples;
-        let fitted: Vec<&Checkpoint> =
-            usable.into_iter().filter(|c| c.samples.saturating_mul(1 << OCTAVES) >= last).collect();
-        let from = fitted.first().filter(|c| c.samples < last)?.samples;
-        let weights: Vec<f64> = fitted
+        let not_limited = |c: &&Checkpoint| !c.reference_limited;
+        let slopes = match (estimator, infinite_variance) {
+            (Estimator::Unbiased, false) => {
+                vec![fit("MSE", &not_limited, |c| c.runs.iter().map(|e| e.mse).collect())]
+            }
+            (Estimator::Unbiased, true) => {
+                let medians: Values = |c| c.runs.iter().map(|e| e.median_squared).collect();
+                vec![fit("MedSE", &not_limited, medians)]
+            }
+            (_, false) => vec![
+                fit("variance", &|_| true, |c| c.pairs.iter().map(|p| p.variance).collect()),
+                fit("squared bias", &|c| c.bias_is_seen, |c| {
+                    c.pairs.iter().map(|p| p.squared_bias).collect()
+                }),
+            ],
+            (_, true) => Vec::new(),
+        };
+        slopes.into_iter().flatten().collect()
+    }
+
+    /// Weighted least squares of logarithms of error and samples for each run, or pair of runs, and
+    /// the mean of their slopes: checkpoints of one run are correlated, runs are not. One run says
+    /// nothing.
+    fn fit(measure: &str, points: impl Iterator<Item = (u32, Vec<f64>)>) -> Option<Self> {
+        let is_positive = |error: &f64| *error > 0.0 && error.is_finite();
+        let usable: Vec<_> = points.filter(|(_, errors)| errors.iter().all(is_positive)).collect();
+        let last = usable.last()?.0;
+        let fitted: Vec<_> = usable
             .iter()
-            .map(|c| {
-                let spread: Estimate = c.runs.iter().map(|e| measure(e).ln()).collect();
-                1.0 / spread.variance().max(1e-6)
-            })
+            .filter(|(samples, _)| samples.saturating_mul(1 << OCTAVES) >= last)
             .collect();
-        let points = |run: usize| -> Vec<[f64; 3]> {
-            fitted
-                .iter()
-                .zip(&weights)
-                .map(|(c, w)| [f64::from(c.samples).ln(), measure(&c.runs[run]).ln(), *w])
-                .collect()
+        let from = fitted.first().filter(|(samples, _)| *samples < last)?.0;
+        let point = |(samples, errors): &(u32, Vec<f64>), run: usize| {
+            let spread: Estimate = errors.iter().map(|error| error.ln()).collect();
+            [f64::from(*samples).ln(), errors[run].ln(), 1.0 / spread.variance().max(1e-6)]
         };
-        let slopes: Vec<f64> =
-            (0..fitted[0].runs.len()).filter_map(|run| slope(&points(run))).collect();
+        let slopes: Vec<f64> = (0..fitted[0].1.len())
+            .filter_map(|run| slope(&fitted.iter().map(|p| point(p, run)).collect::<Vec<_>>()))
+            .collect();
         let estimate: Estimate = slopes.iter().copied().collect();
-        let name = if robust { "MedSE" } else { "MSE" };
-        Some(Self {
-            measure: name.to_owned(),
+        (estimate.count() > 1).then(|| Self {
+            measure: measure.to_owned(),
             from,
             to: last,
             value: Interval::of_mean(&slopes),
-            standard_error: if estimate.count() > 1 { estimate.standard_error() } else { f64::NAN },
+            standard_error: estimate.standard_error(),
         })
     }
 }
 
 impl TimeToTarget {
-    /// The time to a target of relMSE, for each run. Where the variance is infinite the error does
-    /// not fall as 1/t, and nothing is extrapolated.
+    /// The time to a target of relMSE, for each run. Where the variance is infinite, or there is a
+    /// bias, the error does not fall as 1/t, and nothing is extrapolated.
     pub(in crate::report) fn of(m: &Measured, target: f64) -> Option<Self> {
         let curve = |run: usize| -> Vec<(f64, f64)> {
             m.marks
@@ -168,7 +191,8 @@ impl TimeToTarget {
             (0..m.finals.len()).map(|run| time_to_error(&curve(run), target)).collect();
         let reached = times.iter().filter(|time| time.is_ok()).count();
         let extrapolated = reached < times.len();
-        if times.is_empty() || extrapolated && m.has_infinite_variance() {
+        let falls = m.estimator == Estimator::Unbiased && !m.has_infinite_variance();
+        if times.is_empty() || extrapolated && !falls {
             return None;
         }
         let seconds = times

@@ -22,12 +22,13 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// t-interval of a mean over independent runs; unbounded for a single one.
+    /// t-interval of a mean over independent runs; unbounded for a single one, NaN without any.
     #[must_use]
     pub fn of_mean(values: &[f64]) -> Self {
         let estimate: Estimate = values.iter().copied().collect();
+        let mean = if values.is_empty() { f64::NAN } else { estimate.mean() };
         let half = half_width(&estimate, CONFIDENCE);
-        Self { value: estimate.mean(), low: estimate.mean() - half, high: estimate.mean() + half }
+        Self { value: mean, low: mean - half, high: mean + half }
     }
 
     /// The arithmetic mean of positive values that scatter by a factor, with a t-interval of the
@@ -35,10 +36,10 @@ impl Interval {
     /// are not positive give the interval of [`of_mean`](Self::of_mean).
     #[must_use]
     pub fn of_positive(values: &[f64]) -> Self {
-        if values.iter().any(|v| !(v.is_finite() && *v > 0.0)) {
+        if values.is_empty() || values.iter().any(|v| !(v.is_finite() && *v > 0.0)) {
             return Self::of_mean(values);
         }
-        let value = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let value = values.iter().sum::<f64>() / values.len() as f64;
         let logarithms: Estimate = values.iter().map(|v| v.ln()).collect();
         let factor = half_width(&logarithms, CONFIDENCE).exp();
         Self { value, low: value / factor, high: value * factor }

@@ -6,6 +6,7 @@ use super::metrics::{Errors, mean_image};
 use super::reference::Reference;
 use super::tail::Tail;
 use crate::film::Image;
+use crate::integrator::Estimator;
 use crate::math::Rgb;
 use crate::math::statistics::Estimate;
 use serde::{Deserialize, Serialize};
@@ -55,6 +56,10 @@ pub(in crate::report) struct Measured {
     pub name: String,
     /// True if it claims to draw every path.
     pub complete: bool,
+    /// The kind of mean that it claims to have.
+    pub estimator: Estimator,
+    /// True if samples of one run depend on one another.
+    pub is_correlated: bool,
     /// Samples per pixel of each run.
     pub samples: u32,
     pub marks: Vec<Mark>,
@@ -69,29 +74,56 @@ pub(in crate::report) struct Mark {
     pub samples: u32,
     pub costs: Vec<Cost>,
     pub errors: Vec<Errors>,
-    /// Sum over runs of I - R.
-    pub deviation: Image,
-    /// Sum over runs of the mean of (I - R)².
-    pub squares: f64,
+    /// The errors of each pair of runs, split: the first and the second, the third and the fourth ….
+    pub splits: Vec<Split>,
+    /// I - R of the run that has no partner yet.
+    single: Option<Image>,
+}
+
+/// The mean squared error of two independent runs in its two parts, means over pixels and channels.
+///
+/// With the deviations d = I - R of the runs, `(d_1² + d_2²)/2 = (d_1 - d_2)²/2 + d_1 d_2`, whose
+/// expectations are variance and squared bias, whatever pixels of a run have to do with each other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Split {
+    /// Variance of a run.
+    #[serde(with = "super::number")]
+    pub variance: f64,
+    /// Squared bias, the reference's own variance subtracted.
+    #[serde(with = "super::number")]
+    pub squared_bias: f64,
+}
+
+impl Split {
+    fn of(deviations: [&Image; 2], own_mse: f64) -> Self {
+        let [mut variance, mut squared_bias] = [0.0; 2];
+        for (a, b) in deviations[0].pixels().iter().zip(deviations[1].pixels()) {
+            let difference = *a - *b;
+            variance += 0.5 * (difference * difference).mean();
+            squared_bias += (*a * *b).mean();
+        }
+        let pixels = deviations[0].pixels().len().max(1) as f64;
+        Self { variance: variance / pixels, squared_bias: squared_bias / pixels - own_mse }
+    }
 }
 
 impl Mark {
-    fn new(samples: u32, reference: &Image) -> Self {
-        let deviation = Image::from_fn(reference.width(), reference.height(), |_, _| Rgb::BLACK);
-        Self { samples, costs: Vec::new(), errors: Vec::new(), deviation, squares: 0.0 }
+    fn new(samples: u32) -> Self {
+        Self { samples, costs: Vec::new(), errors: Vec::new(), splits: Vec::new(), single: None }
     }
 
     fn add(&mut self, cost: Cost, image: &Image, reference: &Reference) {
         self.costs.push(cost);
         self.errors.push(Errors::of(image, reference));
-        let mut squares = 0.0;
-        let pixels = image.pixels().iter().zip(reference.image().pixels());
-        for (sum, (i, r)) in self.deviation.pixels_mut().iter_mut().zip(pixels) {
-            let deviation = *i - *r;
-            *sum += deviation;
-            squares += (deviation * deviation).mean();
+        let mut deviation = image.clone();
+        let pixels = deviation.pixels_mut().iter_mut().zip(reference.image().pixels());
+        pixels.for_each(|(d, r)| *d = *d - *r);
+        match self.single.take() {
+            None => self.single = Some(deviation),
+            Some(first) => {
+                self.splits.push(Split::of([&first, &deviation], reference.own_mse()));
+            }
         }
-        self.squares += squares / image.pixels().len().max(1) as f64;
     }
 }
 
@@ -100,13 +132,18 @@ impl Measured {
     pub fn add(&mut self, run: Vec<(u32, Cost, Image)>, reference: &Reference) {
         for (index, (samples, cost, image)) in run.into_iter().enumerate() {
             if self.marks.len() == index {
-                self.marks.push(Mark::new(samples, reference.image()));
+                self.marks.push(Mark::new(samples));
             }
             self.marks[index].add(cost, &image, reference);
             if samples == self.samples {
                 self.finals.push(image);
             }
         }
+    }
+
+    /// True if its mean must be that of the others: it claims to draw every path, and to be unbiased.
+    pub fn is_tested(&self) -> bool {
+        self.complete && self.estimator == Estimator::Unbiased
     }
 
     /// Mean of all runs; without any, an image without pixels.

@@ -5,6 +5,7 @@
 //! | error of an image against a reference | [`Errors`], [`Reference`] |
 //! | fall of the error with cost, and the time to a target | [`Slope`], [`TimeToTarget`] |
 //! | interval of a mean from few runs | [`Interval`] |
+//! | variance and squared bias apart | [`Split`], in each [`Checkpoint`] |
 //! | cost, and efficiency `1 / (variance × cost)` over a baseline's | [`Cost`], [`SpeedUp`] |
 //! | agreement of two integrators | [`Pair`], [`Welch`] |
 //! | bias against the reference | [`Bias`] |
@@ -28,7 +29,7 @@ pub use batches::{BLOCK, Batch, BatchMean, Layout};
 pub use bias::{BIAS_SIGNIFICANCE, Bias};
 pub use curve::{Checkpoint, REFERENCE_SHARE, Slope, TimeToTarget};
 pub use interval::{CONFIDENCE, Interval};
-pub use measured::{Cost, SpeedUp};
+pub use measured::{Cost, SpeedUp, Split};
 pub use metrics::{Errors, median_of_means};
 pub use reference::{RELATIVE_EPSILON, Reference};
 pub use regression::{slope, time_to_error};

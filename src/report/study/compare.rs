@@ -71,7 +71,7 @@ pub fn study<S: Scene + ?Sized>(
         let run = Runs::prepare(&task, stream as u64, &mut |part| report(&label, stream, part))
             .map_err(naming(contestant))?;
         if run.techniques == TechniqueSet::NONE {
-            left_out.push(WithoutTechnique::new(&contestant.name, &run.left_out));
+            left_out.push(WithoutTechnique::new(&contestant.name, &run.notes.left_out));
             continue;
         }
         runs.push((task, run));
@@ -88,14 +88,18 @@ pub fn study<S: Scene + ?Sized>(
     }
     let stopped = stopped.get();
     runs.retain(|(_, run)| !run.measured.finals.is_empty());
+    let mut ask = || progress(&Step { label: "techniques", fraction: 1.0 });
     for (task, run) in runs.iter_mut().filter(|_| !stopped) {
         run.probe(task).map_err(naming(task.contestant))?;
+        if task.contestant.pyramid {
+            let settings = pyramid_settings(plan);
+            let pyramid = task.contestant.method.pyramid(scene, camera, &settings, &mut ask);
+            run.pyramid = pyramid.map_err(naming(task.contestant))?;
+        }
     }
     let runs: Vec<Runs> = runs.into_iter().map(|(_, run)| run).collect();
     let pyramid = match &plan.pyramid {
         Some(integrator) if !stopped => {
-            let step = Step { label: "techniques", fraction: 1.0 };
-            let mut ask = || progress(&step);
             measure_pyramid(scene, camera, integrator, &pyramid_settings(plan), &mut ask)
                 .map_err(|source| ReportError::Render { name: "pyramid".to_owned(), source })?
         }
@@ -115,10 +119,11 @@ pub fn study<S: Scene + ?Sized>(
         left_out,
         stopped,
     };
-    let images = runs
-        .into_iter()
-        .map(|run| MethodImages { mean: run.measured.mean(), snapshots: run.snapshots })
-        .collect();
+    let images = runs.into_iter().map(|run| {
+        let Runs { measured, snapshots, pyramid, .. } = run;
+        MethodImages { mean: measured.mean(), snapshots, pyramid }
+    });
+    let images = images.collect();
     Ok(Study { report, images, reference, pyramid })
 }
 

@@ -3,7 +3,8 @@
 //! A [`Plan`] gives each [`Contestant`] budget and seeds; [`study`] renders its runs, watches error
 //! and cost on the way, and hands images and costs to [`stats`](super::stats). A reference comes
 //! from a file, from two integrators, or from the [cache](cached_reference); [`measure_pyramid`]
-//! takes bidirectional path tracing apart technique by technique (Veach 1997, figure 10.3).
+//! takes bidirectional path tracing apart technique by technique (Veach 1997, figure 10.3), and
+//! [`measure_techniques`] any integrator.
 
 mod cache;
 mod compare;
@@ -20,4 +21,4 @@ pub use cache::cached_reference;
 pub use compare::study;
 pub use method::{Contestant, Method, Probe};
 pub use plan::{Plan, ReferencePlan, Step};
-pub use pyramid::measure_pyramid;
+pub use pyramid::{measure_pyramid, measure_techniques};

@@ -1,6 +1,6 @@
-//! The pyramid of techniques (Veach 1997, figure 10.3): the contributions of each technique (s, t),
-//! unweighted and weighted, its share of energy, variance and cost, and the efficiency of the rest
-//! without it.
+//! The pyramid of techniques (Veach 1997, figure 10.3): the contributions of each technique,
+//! unweighted and weighted, and its share of energy and variance; for those of bidirectional path
+//! tracing also its share of the cost, and the efficiency of the rest without it.
 //!
 //! Variances are per sample of one pixel, mean over pixels, of luminance. Without technique j the
 //! others' weights are evaluated anew on the same paths (the sweep without j), so the second
@@ -9,20 +9,23 @@
 //! subpath contributes to the same pixel; and the cost is the number of rays, measured by running
 //! the reduced set on a part of the pixels.
 
-use super::method::for_each_sample;
+use super::method::{Observer, for_each_sample, observe};
 use crate::endpoint::Camera;
-use crate::film::{Contribution, Image, Sample, Technique};
+use crate::film::{Contribution, FilmRegion, Image, Sample, Technique};
 use crate::integrator::{Bidirectional, Caller, Integrator, Run, Stage};
 use crate::math::Rgb;
 use crate::path::{PathDensities, Scratch, TechniqueSet, Weighting};
 use crate::render::{Budget, RenderError, Settings};
 use crate::report::result::{Layer, Pyramid, TechniqueShare};
+use crate::report::stats::ratio;
 use crate::scene::Scene;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 /// Techniques of longer paths than this many scattering events are drawn but not told apart.
 const MOST_BOUNCES: u16 = 4;
+/// Samples from one question of whether to go on to the next.
+const ASK_EVERY: u32 = 1024;
 
 /// Sums that make the variance of a pixel's sample: own contributions per pixel, and splats.
 struct Variance {
@@ -56,13 +59,158 @@ impl Variance {
     }
 }
 
-struct Work {
+/// Sums over the contributions of one technique.
+struct Sums {
     unweighted: Image,
     weighted: Image,
-    alone: Variance,
-    without: Variance,
-    /// True if another technique could draw every path that this one drew.
-    replaceable: bool,
+    variance: Variance,
+}
+
+/// Sums over the contributions of an integrator, technique by technique.
+struct Layers {
+    region: FilmRegion,
+    sums: BTreeMap<Technique, Sums>,
+    whole: Variance,
+}
+
+impl Layers {
+    /// Sums for these techniques; others get theirs when they contribute.
+    fn new(region: FilmRegion, techniques: impl Iterator<Item = Technique>) -> Self {
+        let whole = Variance::new(region.pixels() as usize);
+        let mut layers = Self { region, sums: BTreeMap::new(), whole };
+        for technique in techniques {
+            layers.of(technique);
+        }
+        layers
+    }
+
+    /// The sums of a technique, if it is told apart.
+    fn of(&mut self, technique: Technique) -> Option<&mut Sums> {
+        let size = self.region.window_size();
+        let black = || Image::from_fn(size.x, size.y, |_, _| Rgb::BLACK);
+        let variance = || Variance::new(self.region.pixels() as usize);
+        let new = || Sums { unweighted: black(), weighted: black(), variance: variance() };
+        let is_told_apart = technique.bounces() <= MOST_BOUNCES;
+        is_told_apart.then(|| self.sums.entry(technique).or_insert_with(new))
+    }
+
+    /// Sum of a technique's weighted luminance, mean over pixels.
+    fn mean(&self, technique: Technique) -> f64 {
+        self.sums.get(&technique).map_or(0.0, |sums| sums.weighted.mean().luminance())
+    }
+
+    /// Takes a contribution; the weighted luminance that it adds to a pixel, if it does.
+    fn add(&mut self, contribution: &Contribution) -> Option<f64> {
+        let Contribution { raster, value, weight, technique } = *contribution;
+        let pixel = self.region.pixel_index(raster)? as usize;
+        let luminance = value.luminance() * weight;
+        if !luminance.is_finite() {
+            return None;
+        }
+        let is_own = technique.t > 1;
+        self.whole.add(luminance, is_own);
+        if let Some(sums) = self.of(technique) {
+            sums.unweighted.pixels_mut()[pixel] += value;
+            sums.weighted.pixels_mut()[pixel] += value * weight;
+            sums.variance.add(luminance, is_own);
+        }
+        Some(luminance)
+    }
+
+    fn end_sample(&mut self, pixel: u32) {
+        self.whole.end_sample(pixel);
+        self.sums.values_mut().for_each(|sums| sums.variance.end_sample(pixel));
+    }
+
+    /// The pyramid; `without` tells a technique's share of the cost, and the efficiency without it.
+    fn finish(self, passes: u32, rays: f64, without: impl Fn(Technique) -> [f64; 2]) -> Pyramid {
+        let variance = self.whole.value(passes);
+        let energy: f64 = self.sums.keys().map(|technique| self.mean(*technique)).sum();
+        let layer = |(technique, mut sums): (Technique, Sums)| {
+            let mean = sums.weighted.mean().luminance();
+            let [cost, efficiency_without] = without(technique);
+            [&mut sums.unweighted, &mut sums.weighted]
+                .into_iter()
+                .flat_map(Image::pixels_mut)
+                .for_each(|p| *p *= 1.0 / f64::from(passes));
+            let share = TechniqueShare {
+                s: technique.s,
+                t: technique.t,
+                merged: technique.merged,
+                energy: ratio(mean, energy),
+                variance: ratio(sums.variance.value(passes), variance),
+                cost,
+                efficiency_without,
+            };
+            let Sums { unweighted, weighted, .. } = sums;
+            Layer { technique, unweighted, weighted, share }
+        };
+        let mut layers: Vec<Layer> = self.sums.into_iter().map(layer).collect();
+        layers.sort_by_key(|Layer { technique: t, .. }| (t.merged, t.bounces(), t.s));
+        Pyramid { layers, passes, variance, rays }
+    }
+}
+
+/// Measures the techniques of any integrator on a scene, merging ones among them, by its
+/// contributions alone: what each costs, and the efficiency without it, are NaN. With a budget of at
+/// least two samples per pixel; `None` if `ask` stops it.
+///
+/// # Errors
+/// If the filter is invalid, or the integrator cannot render the scene.
+pub fn measure_techniques<S: Scene + ?Sized, I: Integrator<S>>(
+    scene: &S,
+    camera: &dyn Camera,
+    integrator: &I,
+    settings: &Settings,
+    ask: &mut dyn FnMut() -> ControlFlow<()>,
+) -> Result<Option<Pyramid>, RenderError> {
+    let layers = Layers::new(camera.film(), std::iter::empty());
+    let mut watched = Watched { layers, ask };
+    let drawn = observe(integrator, scene, camera, &enough(settings), &mut watched)?;
+    let Some((passes, rays)) = drawn else { return Ok(None) };
+    if passes < 2 {
+        return measure_techniques(scene, camera, integrator, &two_samples(settings), ask);
+    }
+    Ok(Some(watched.layers.finish(passes, rays, |_| [f64::NAN; 2])))
+}
+
+/// Layers under way, which may be stopped.
+struct Watched<'a> {
+    layers: Layers,
+    ask: &'a mut dyn FnMut() -> ControlFlow<()>,
+}
+
+impl Observer for Watched<'_> {
+    fn add(&mut self, contribution: &Contribution) {
+        self.layers.add(contribution);
+    }
+
+    fn end_sample(&mut self, pixel: u32) -> ControlFlow<()> {
+        self.layers.end_sample(pixel);
+        if pixel.is_multiple_of(ASK_EVERY) { (self.ask)() } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// One sample has no variance.
+fn two_samples(settings: &Settings) -> Settings {
+    Settings { budget: Budget::Samples(2), ..*settings }
+}
+
+/// The settings, with two samples per pixel at least. A budget of time may still end after one.
+fn enough(settings: &Settings) -> Settings {
+    match settings.budget {
+        Budget::Samples(0 | 1) => two_samples(settings),
+        _ => *settings,
+    }
+}
+
+/// The other techniques without one.
+struct Rest {
+    set: TechniqueSet,
+    weighting: Weighting,
+    variance: Variance,
+    /// True if they could draw every path that it drew.
+    is_complete: bool,
 }
 
 /// Measures the techniques of bidirectional path tracing on a scene; with a budget of at least two
@@ -78,128 +226,69 @@ pub fn measure_pyramid<S: Scene + ?Sized>(
     ask: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<Option<Pyramid>, RenderError> {
     let region = camera.film();
-    let (size, pixels) = (region.window_size(), region.pixels() as usize);
     let set = integrator.techniques.pruned(&scene.needs());
     let most = integrator.depth.limit().min(u32::from(MOST_BOUNCES)) as u16;
-    let black = || Image::from_fn(size.x, size.y, |_, _| Rgb::BLACK);
-    let mut work = BTreeMap::new();
-    for technique in Technique::up_to(most).filter(|t| set.contains(*t)) {
-        let (alone, without) = (Variance::new(pixels), Variance::new(pixels));
-        work.insert(
-            technique,
-            Work { unweighted: black(), weighted: black(), alone, without, replaceable: true },
-        );
-    }
-    let without = |technique| {
+    let techniques = || Technique::up_to(most).filter(|technique| set.contains(*technique));
+    let mut layers = Layers::new(region, techniques());
+    let rest = |technique| {
         let excluded = set.excluded.with(technique).unwrap_or(set.excluded);
-        TechniqueSet { excluded, ..set }
+        let (set, variance) =
+            (TechniqueSet { excluded, ..set }, Variance::new(region.pixels() as usize));
+        let weighting = Weighting::new(set, integrator.heuristic);
+        Rest { set, weighting, variance, is_complete: true }
     };
-    let reduced: Vec<(Technique, TechniqueSet)> = work.keys().map(|&t| (t, without(t))).collect();
+    let mut rests: BTreeMap<_, _> = techniques().map(|t| (t, rest(t))).collect();
     let stage = Stage::new(scene, camera);
-    let mut whole = Variance::new(pixels);
     let mut scratch = Scratch::default();
-    let mut stopped = false;
-    let settings = match settings.budget {
-        Budget::Samples(samples) => {
-            Settings { budget: Budget::Samples(samples.max(2)), ..*settings }
+    let settings = enough(settings);
+    let passes = for_each_sample(region, &settings, |pixel, _, film, sampler| {
+        if pixel.is_multiple_of(ASK_EVERY) && ask().is_break() {
+            return Ok(ControlFlow::Break(()));
         }
-        Budget::Time(_) => *settings,
-    };
-    let mut passes = for_each_sample(region, &settings, |pixel, _, film, sampler| {
-        if pixel % 1024 == 0 {
-            stopped |= ask().is_break();
-        }
-        if stopped {
-            return;
-        }
-        integrator.for_each_path(
-            stage,
-            Sample { film, sampler },
-            &mut scratch,
-            |path, contribution| {
-                let Some(target) = region.pixel_index(contribution.raster) else { return };
-                let (value, weight) = (contribution.value, contribution.weight);
-                let luminance = value.luminance();
-                if !(luminance * weight).is_finite() {
-                    return;
+        let sample = Sample { film, sampler };
+        integrator.for_each_path(stage, sample, &mut scratch, |path, contribution| {
+            let Some(luminance) = layers.add(contribution) else { return };
+            let Contribution { value, weight, technique, .. } = *contribution;
+            for (without, rest) in &mut rests {
+                if *without == technique {
+                    rest.is_complete &=
+                        weight < 1.0 || has_competitor(&path.densities(), &rest.set, technique);
+                    continue;
                 }
-                let is_own = contribution.technique.t > 1;
-                whole.add(luminance * weight, is_own);
-                for (technique, reduced) in &reduced {
-                    let Some(item) = work.get_mut(technique) else { continue };
-                    if *technique == contribution.technique {
-                        item.unweighted.pixels_mut()[target as usize] += value;
-                        item.weighted.pixels_mut()[target as usize] += value * weight;
-                        item.alone.add(luminance * weight, is_own);
-                        item.replaceable &= weight < 1.0
-                            || has_competitor(&path.densities(), reduced, contribution.technique);
-                    } else {
-                        let same_length = technique.s + technique.t
-                            == contribution.technique.s + contribution.technique.t;
-                        let weight = if same_length {
-                            path.weight(&Weighting::new(*reduced, integrator.heuristic))
-                        } else {
-                            weight
-                        };
-                        item.without.add(luminance * weight, is_own);
-                    }
-                }
-            },
-        );
-        whole.end_sample(pixel);
-        for item in work.values_mut() {
-            item.alone.end_sample(pixel);
-            item.without.end_sample(pixel);
-        }
+                let luminance = if without.bounces() == technique.bounces() {
+                    value.luminance() * path.weight(&rest.weighting)
+                } else {
+                    luminance
+                };
+                rest.variance.add(luminance, technique.t > 1);
+            }
+        });
+        layers.end_sample(pixel);
+        rests.values_mut().for_each(|rest| rest.variance.end_sample(pixel));
+        Ok(ControlFlow::Continue(()))
     })?;
-    if stopped {
-        return Ok(None);
-    }
-    passes = passes.max(1);
+    let Some(passes) = passes else { return Ok(None) };
     if passes < 2 {
-        // A budget of time may end after one pass, which has no variance.
-        let settings = Settings { budget: Budget::Samples(2), ..settings };
-        return measure_pyramid(scene, camera, integrator, &settings, ask);
+        return measure_pyramid(scene, camera, integrator, &two_samples(&settings), ask);
     }
     let rays = |set: TechniqueSet| {
         count_rays(scene, camera, &Bidirectional { techniques: set, ..*integrator }, &settings)
     };
-    let all_rays = rays(set)?;
-    let variance = whole.value(passes);
-    let energy: f64 = work.values().map(|item| item.weighted.mean().luminance()).sum();
-    let mut layers = Vec::new();
-    for (technique, mut item) in work {
-        let fewer = rays(without(technique))?;
-        let without = item.without.value(passes);
-        let mean = item.weighted.mean().luminance();
-        let scale = 1.0 / f64::from(passes);
-        [&mut item.unweighted, &mut item.weighted]
-            .into_iter()
-            .flat_map(Image::pixels_mut)
-            .for_each(|p| *p *= scale);
-        let is_idle = mean == 0.0;
-        let efficiency = if is_idle || item.replaceable {
-            variance * all_rays / (without * fewer)
+    let (variance, all) = (layers.whole.value(passes), rays(set)?);
+    let mut without = BTreeMap::new();
+    for (technique, rest) in rests {
+        let fewer = rays(rest.set)?;
+        let cost = if all > 0.0 { 1.0 - fewer / all } else { 0.0 };
+        let is_idle = layers.mean(technique) == 0.0;
+        let efficiency = if is_idle || rest.is_complete {
+            variance * all / (rest.variance.value(passes) * fewer)
         } else {
             f64::NAN
         };
-        let share = TechniqueShare {
-            s: technique.s,
-            t: technique.t,
-            energy: if energy > 0.0 { mean / energy } else { 0.0 },
-            variance: if variance > 0.0 { item.alone.value(passes) / variance } else { 0.0 },
-            cost: if all_rays > 0.0 { 1.0 - fewer / all_rays } else { 0.0 },
-            efficiency_without: efficiency,
-        };
-        layers.push(Layer {
-            technique,
-            unweighted: item.unweighted,
-            weighted: item.weighted,
-            share,
-        });
+        without.insert(technique, [cost, efficiency]);
     }
-    layers.sort_by_key(|layer| (layer.technique.s + layer.technique.t, layer.technique.s));
-    Ok(Some(Pyramid { layers, passes, variance, rays: all_rays }))
+    let without = |technique| without.get(&technique).copied().unwrap_or([f64::NAN; 2]);
+    Ok(Some(layers.finish(passes, all, without)))
 }
 
 /// True if another technique of the set can draw the path.
@@ -224,9 +313,10 @@ fn count_rays<S: Scene + ?Sized>(
     let run = integrator.start(Stage::new(scene, camera), &Caller)?;
     let mut nowhere = |_: usize, _: &Contribution| {};
     for_each_sample(region, &settings, |pixel, _, film, sampler| {
-        if pixel % step == 0 {
+        if pixel.is_multiple_of(step) {
             run.sample(film, sampler, &mut nowhere, &mut scratch);
         }
+        Ok(ControlFlow::Continue(()))
     })?;
     Ok(scratch.counters.rays() as f64 / scratch.counters.samples.max(1) as f64)
 }

@@ -4,6 +4,7 @@ use super::method::Contestant;
 use super::plan::{ReferencePlan, Step, run_seed};
 use crate::endpoint::Camera;
 use crate::film::{Image, ImageFile};
+use crate::integrator::Estimator;
 use crate::math::Rgb;
 use crate::render::{Budget, Settings};
 use crate::report::error::ReportError;
@@ -26,8 +27,8 @@ impl Reference {
     /// Renders with two integrators, which must see every path and should be different ones.
     ///
     /// # Errors
-    /// If a rendering fails, the plan has fewer than two runs, or `progress` stops before each half
-    /// has two.
+    /// If a rendering fails, an integrator is not unbiased, the plan has fewer than two runs, or
+    /// `progress` stops before each half has two.
     pub fn render<S: Scene + ?Sized>(
         scene: &S,
         camera: &dyn Camera,
@@ -65,6 +66,9 @@ impl Reference {
                         name: halves[half].name.clone(),
                         source,
                     })?;
+                if rendering.notes.estimator != Estimator::Unbiased {
+                    return Err(ReportError::ReferenceBiased(halves[half].name.clone()));
+                }
                 moments.add(&rendering.image, rendering.samples_per_pixel);
                 if stopped {
                     break 'runs;

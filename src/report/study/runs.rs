@@ -10,11 +10,12 @@ use super::plan::{Plan, run_seed};
 use super::watch::Watch;
 use crate::endpoint::Camera;
 use crate::film::NonFinite;
-use crate::integrator::Decision;
-use crate::path::{Counters, LeftOut, TechniqueSet};
+use crate::integrator::{Decision, Estimator, Notes};
+use crate::path::{Counters, TechniqueSet};
 use crate::render::{Budget, Progress, RenderError, Settings};
-use crate::report::result::Snapshot;
+use crate::report::result::{Pyramid, Snapshot};
 use crate::report::stats::{Cost, Errors, Measured, Reference, time_to_error};
+use crate::sampler::SamplerKind;
 use crate::scene::Scene;
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -38,7 +39,8 @@ pub(super) struct Task<'a, S: Scene + ?Sized> {
 pub(super) struct Runs {
     settings: Settings,
     pub techniques: TechniqueSet,
-    pub left_out: LeftOut,
+    /// Of the warm-up; the bytes are those of the largest map of any run.
+    pub notes: Notes,
     pub measured: Measured,
     pub snapshots: Vec<Snapshot>,
     pub counters: Counters,
@@ -46,6 +48,7 @@ pub(super) struct Runs {
     pub total: Cost,
     pub decisions: Vec<Decision>,
     pub energy_by_bounces: Vec<f64>,
+    pub pyramid: Option<Pyramid>,
 }
 
 impl Runs {
@@ -103,22 +106,25 @@ impl Runs {
         Ok(Self {
             settings: Settings { budget: Budget::Samples(samples), ..settings },
             techniques: rendering.techniques,
-            left_out: rendering.notes.left_out,
             measured: Measured {
                 name: task.contestant.name.clone(),
                 complete: task.contestant.complete,
+                estimator: rendering.notes.estimator,
+                is_correlated: rendering.notes.is_correlated,
                 samples,
                 marks: Vec::new(),
                 finals: Vec::new(),
                 batches: Vec::new(),
                 tail: None,
             },
+            notes: rendering.notes,
             snapshots: Vec::new(),
             counters: Counters::default(),
             non_finite: None,
             total: Cost::default(),
             decisions: Vec::new(),
             energy_by_bounces: Vec::new(),
+            pyramid: None,
         })
     }
 
@@ -133,8 +139,12 @@ impl Runs {
             seed: self.settings.seed.wrapping_add(u64::from(seed) << 20),
             ..self.settings
         };
-        let samples = self.measured.samples;
-        let mut watch = Watch::new(task.reference, samples, settings.sampler, seed == 0);
+        let Measured { samples, estimator, is_correlated, .. } = self.measured;
+        // Passes with a bias of their own, and passes that depend on each other, are no batches.
+        let has_batches = settings.sampler == SamplerKind::Independent
+            && estimator == Estimator::Unbiased
+            && !is_correlated;
+        let mut watch = Watch::new(task.reference, samples, has_batches, seed == 0);
         let rendering = task.contestant.method.render(
             task.scene,
             task.camera,
@@ -162,6 +172,7 @@ impl Runs {
             self.non_finite = Some(rendering.non_finite().clone());
         }
         self.decisions.extend(rendering.notes.decision);
+        self.notes.shared_bytes = self.notes.shared_bytes.max(rendering.notes.shared_bytes);
         Ok(())
     }
 

@@ -5,19 +5,26 @@ use super::runs::Runs;
 use crate::film::NonFinite;
 use crate::math::Rgb;
 use crate::math::statistics::sidak;
-use crate::report::result::{DecisionReport, LedgerReport, MethodReport, omissions};
+use crate::report::result::{
+    DecisionReport, LedgerReport, MethodReport, Pyramid, SharedReport, omissions,
+};
 use crate::report::stats::{
     BIAS_SIGNIFICANCE, BatchMean, Bias, Checkpoint, Errors, Interval, Layout, Measured, Reference,
     Slope, TimeToTarget, median_of_means,
 };
 
 /// The integrator that speed-ups are relative to: the one that the plan names, or the first, of
-/// those that see everything and have a finite variance. What is better than an infinite one is
-/// better without limit.
+/// those that can have one.
 pub(super) fn baseline<'a>(runs: &'a [Runs], plan: &Plan) -> Option<&'a Measured> {
     let named = |m: &&Measured| plan.baseline.as_ref().is_none_or(|name| *name == m.name);
     let measured = runs.iter().map(|run| &run.measured);
-    measured.filter(|m| m.complete && !m.has_infinite_variance()).find(named)
+    measured.filter(|m| has_speed_up(m)).find(named)
+}
+
+/// Variance × cost says all of an integrator if it sees everything and has no bias; what is better
+/// than an infinite one is better without limit.
+fn has_speed_up(m: &Measured) -> bool {
+    m.is_tested() && !m.has_infinite_variance()
 }
 
 pub(super) fn methods(
@@ -28,7 +35,7 @@ pub(super) fn methods(
 ) -> Vec<MethodReport> {
     let uniform = Layout::of(reference.image()).uniform_weights();
     let weights = [uniform, reference.bias_weights()];
-    let tests = 2 * runs.iter().filter(|run| run.measured.complete).count();
+    let tests = 2 * runs.iter().filter(|run| run.measured.is_tested()).count();
     let limit = sidak(BIAS_SIGNIFICANCE, tests);
     let bias = |run: &Runs| Bias::test(&run.measured, reference, &weights, limit);
     runs.iter().map(|run| method(run, bias(run), baseline, reference, target)).collect()
@@ -45,8 +52,8 @@ fn method(
     let checkpoints: Vec<Checkpoint> =
         m.marks.iter().map(|mark| Checkpoint::of(mark, reference)).collect();
     let infinite_variance = m.has_infinite_variance();
-    let speed_up =
-        baseline.filter(|_| m.complete && !infinite_variance).and_then(|base| m.speed_up(base));
+    let speed_up = baseline.filter(|_| has_speed_up(m)).and_then(|base| m.speed_up(base));
+    let slopes = Slope::all(&checkpoints, m.estimator, infinite_variance);
     let robust = median_of_means(&m.finals, (m.finals.len() / 2).max(1));
     let image = m.mean();
     let mean = BatchMean::of_sum(&m.batches, &Layout::of(&image).uniform_weights());
@@ -58,9 +65,10 @@ fn method(
     MethodReport {
         name: m.name.clone(),
         techniques: run.techniques.to_string(),
-        left_out: omissions(&run.left_out),
+        left_out: omissions(&run.notes.left_out),
         decisions: run.decisions.iter().map(DecisionReport::from).collect(),
         complete: m.complete,
+        estimator: m.estimator,
         runs: m.finals.len() as u32,
         samples_per_pixel: m.samples,
         total: run.total,
@@ -77,16 +85,15 @@ fn method(
         variance_per_sample: Interval::of_positive(&m.variances()),
         speed_up,
         time_to_target: if m.complete { TimeToTarget::of(m, target) } else { None },
-        slope: if m.complete { Slope::fit(&checkpoints, infinite_variance) } else { None },
+        slopes: if m.complete { slopes } else { Vec::new() },
         tail: m.tail,
         infinite_variance,
         long_tails: m.has_long_tails(),
         non_finite_contributions: run.counters.non_finite,
         first_non_finite: first.map(|f| {
-            let technique = f.contribution.technique;
             format!(
-                "pixel ({}, {}), sample {}, technique ({}, {})",
-                f.pixel.x, f.pixel.y, f.pass, technique.s, technique.t
+                "pixel ({}, {}), sample {}, technique {}",
+                f.pixel.x, f.pixel.y, f.pass, f.contribution.technique
             )
         }),
         non_finite_pixels: m.errors().iter().map(|e| e.non_finite_pixels).sum(),
@@ -96,8 +103,16 @@ fn method(
             escaped: per_sample(ledger.escaped),
             truncated: per_sample(ledger.truncated),
             rejected: per_sample(ledger.rejected),
+            clamped: per_sample(ledger.clamped),
+        },
+        shared: SharedReport {
+            bytes: run.notes.shared_bytes,
+            photons: run.counters.photons,
+            queries: run.counters.queries,
+            merges: run.counters.merges,
         },
         energy_by_bounces: run.energy_by_bounces.clone(),
+        pyramid: run.pyramid.as_ref().map(Pyramid::report),
         checkpoints,
     }
 }

@@ -5,11 +5,10 @@ use crate::film::Image;
 use crate::render::Progress;
 use crate::report::result::{SNAPSHOTS, Snapshot};
 use crate::report::stats::{Batch, Cost, Errors, Layout, Reference};
-use crate::sampler::SamplerKind;
 use cpu_time::ProcessTime;
 
-/// Independent batches that each run is cut into, for the test of bias; only if samples are
-/// independent.
+/// Batches that each run is cut into for the test of bias, where its passes are independent and
+/// alike.
 const BATCHES_PER_RUN: u32 = 4;
 
 pub(super) struct Watch<'a> {
@@ -33,14 +32,13 @@ impl<'a> Watch<'a> {
     pub fn new(
         reference: &'a Reference,
         samples: u32,
-        sampler: SamplerKind,
+        has_batches: bool,
         takes_snapshots: bool,
     ) -> Self {
-        let independent = sampler == SamplerKind::Independent;
         Self {
             reference,
             samples,
-            cuts: if independent { BATCHES_PER_RUN.min(samples) } else { 1 },
+            cuts: if has_batches { BATCHES_PER_RUN.min(samples) } else { 1 },
             takes_snapshots,
             checkpoints: Vec::new(),
             batches: Vec::new(),
