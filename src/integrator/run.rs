@@ -141,7 +141,8 @@ pub struct Notes {
     pub decision: Option<Decision>,
     /// The kind of the estimator: unbiased, consistent or biased.
     pub estimator: Estimator,
-    /// True if samples depend on one another: then their variance says nothing of the image's.
+    /// True if samples depend on one another, as those do that share light walks: then the variance
+    /// of single ones says nothing of that of their mean.
     pub is_correlated: bool,
     /// Bytes of the largest map that the pixels of a pass shared; 0 without one.
     pub shared_bytes: u64,

@@ -125,8 +125,13 @@ impl<P: AsRef<Photon> + Send + Sync> PhotonMaps<P> {
             _ if self.settings.alpha < 1.0 => Estimator::Consistent,
             _ => Estimator::Biased,
         };
-        let shared_bytes = self.most_bytes as u64;
-        Notes { left_out: plan.left_out, estimator, shared_bytes, ..Notes::default() }
+        Notes {
+            left_out: plan.left_out,
+            estimator,
+            is_correlated: plan.techniques.merges > 0,
+            shared_bytes: self.most_bytes as u64,
+            ..Notes::default()
+        }
     }
 }
 

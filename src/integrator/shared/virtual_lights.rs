@@ -56,8 +56,13 @@ impl<'a, S: Scene + ?Sized + 'a> VirtualLights<'a, S> {
         let is_exact =
             self.compensates || !plan.techniques.connections || self.bound == f64::INFINITY;
         let estimator = if is_exact { Estimator::Unbiased } else { Estimator::Biased };
-        let shared_bytes = size_of_val(self.lights.as_slice()) as u64;
-        Notes { left_out: plan.left_out, estimator, shared_bytes, ..Notes::default() }
+        Notes {
+            left_out: plan.left_out,
+            estimator,
+            is_correlated: plan.techniques.connections,
+            shared_bytes: size_of_val(self.lights.as_slice()) as u64,
+            ..Notes::default()
+        }
     }
 
     /// Draws the light walks of a pass.
