@@ -110,7 +110,7 @@ pub fn judge(case: &Case, rays: u64, seed: u64) -> Vec<Line> {
             standard_error: measured.channels[i].standard_error(),
             deviation: measured.deviation(case.expected),
             rounding,
-            samples: measured.samples(),
+            samples: measured.samples,
             non_finite: measured.non_finite,
             verdict: match (holds, precise) {
                 (false, _) => Verdict::Fails,
@@ -132,7 +132,7 @@ pub fn judge(case: &Case, rays: u64, seed: u64) -> Vec<Line> {
             standard_error: measured.channels[0].standard_error(),
             deviation: measured.deviation([0.0; 3]),
             rounding: None,
-            samples: measured.samples(),
+            samples: measured.samples,
             non_finite: measured.non_finite,
             verdict: if dark { Verdict::Blind } else { Verdict::Fails },
         }

@@ -137,7 +137,7 @@ fn capped(
     let (world, eye) = at(scale, offset, radiance);
     let (twin, twin_eye) = at(1.0, DVec3::ZERO, 1.0);
     Case::new(row, family, value, 0.1 * radiance, world, eye)
-        .by(&Method::ALL)
+        .by(&Method::SINGLE)
         .twin(twin, twin_eye, radiance)
 }
 
