@@ -5,7 +5,7 @@ use pathspace::film::{Contribution, FilmSample, Sink};
 use pathspace::glam::DVec2;
 use pathspace::integrator::{
     Bidirectional, Caller, Depth, InstantRadiosity, Integrator, LightTracer, Merging, PathTracer,
-    PathTracing, PhotonMapping, Run, Stage, UniformArea, VertexConnectionMerging,
+    PathTracing, PhotonMapping, Run, Stage, UniformArea, VertexConnectionMerging, WithNeeds,
 };
 use pathspace::math::statistics::Estimate;
 use pathspace::path::{Heuristic, Ledger, Roulette, Scratch};
@@ -217,8 +217,13 @@ impl<'a> Probe<'a> {
                 samples,
                 seed,
             ),
+            // Merges are left out where connections draw all.
             Method::Merging => self.run(
-                &VertexConnectionMerging { bidirectional, merging, ..Default::default() },
+                &WithNeeds::all(VertexConnectionMerging {
+                    bidirectional,
+                    merging,
+                    ..Default::default()
+                }),
                 samples,
                 seed,
             ),
