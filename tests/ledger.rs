@@ -12,7 +12,10 @@ use common::{Moments, Random};
 use glam::{DVec3, UVec2};
 use pathspace::endpoint::{Camera, PinholeCamera, PointLight};
 use pathspace::geometry::Sphere;
-use pathspace::integrator::{Bidirectional, Caller, Depth, Integrator, LightTracer, Run, Stage};
+use pathspace::integrator::{
+    Bidirectional, Caller, Depth, InstantRadiosity, Integrator, LightTracer, Merging, PathTracer,
+    PhotonMapping, Run, Stage, VertexConnectionMerging, WithNeeds,
+};
 use pathspace::math::Rgb;
 use pathspace::math::statistics::sidak;
 use pathspace::path::{Counters, Ledger, Roulette, Scratch, Survival};
@@ -46,6 +49,22 @@ fn batches<I: Integrator<World>>(
         scratch.counters
     };
     (0..BATCHES).map(batch).collect()
+}
+
+/// The counters of the light walks of independent passes, of which there are [`SAMPLES`] as well.
+fn passes<I: Integrator<World>>(
+    world: &World,
+    camera: &(dyn Camera + Send),
+    integrator: &I,
+) -> Vec<Counters> {
+    let pass = |seed| {
+        let stage = Stage { seed, ..Stage::new(world, camera) };
+        let mut run = integrator.start(stage, &Caller).expect("a run");
+        run.begin_pass(0, &Caller).expect("memory");
+        assert_eq!(run.preparation().light_subpaths, u64::from(SAMPLES));
+        run.preparation()
+    };
+    (0..BATCHES).map(pass).collect()
 }
 
 /// One number of each batch, per sample.
@@ -128,18 +147,23 @@ fn sphere(albedo: f64, cos_max: f64) -> Result<(WorldBuilder, PinholeCamera)> {
     Ok((builder, camera))
 }
 
-/// After n events a closed sphere has absorbed 1 - ρⁿ of the flux π Le A that a cap of it emits
-/// (row A15 of tests/data/analytic.json).
-#[test]
-fn a_closed_sphere_absorbs_everything() -> Result {
-    let (albedo, fraction): (f64, f64) = (0.5, 0.1);
+/// The sphere, a cap of which emits.
+fn sphere_with_a_cap(albedo: f64, fraction: f64) -> Result<(World, PinholeCamera)> {
     let cos = 1.0 - 2.0 * fraction;
     let (mut builder, camera) = sphere(albedo, cos)?;
     let wall = builder.material("wall")?;
     let cap = Sphere { inward: true, cos_min: cos, ..Sphere::new(DVec3::ZERO, 1.0) };
     let cap = builder.add_sphere("cap", cap, wall)?;
     builder.set_emission(cap, Emission { radiance: Rgb::new(1.0, 2.0, 3.0), two_sided: false })?;
-    let world = builder.build()?;
+    Ok((builder.build()?, camera))
+}
+
+/// After n events a closed sphere has absorbed 1 - ρⁿ of the flux π Le A that a cap of it emits
+/// (row A15 of tests/data/analytic.json).
+#[test]
+fn a_closed_sphere_absorbs_everything() -> Result {
+    let (albedo, fraction): (f64, f64) = (0.5, 0.1);
+    let (world, camera) = sphere_with_a_cap(albedo, fraction)?;
     let flux = PI * 4.0 * PI * fraction;
     for (max_bounces, kept) in
         [(None, 0.0), (Some(1), albedo), (Some(2), albedo.powi(2)), (Some(5), albedo.powi(5))]
@@ -163,6 +187,39 @@ fn a_closed_sphere_absorbs_everything() -> Result {
                 assert_mean(&name, truncated, kept * expected, expected);
                 assert_mean(&name, absorbed, (1.0 - kept) * expected, expected);
             }
+        }
+    }
+    Ok(())
+}
+
+/// The same of light walks that pixels share. They end a bounce earlier, at the vertex that a camera
+/// walk merges with, or two where it connects to it.
+#[test]
+fn shared_light_walks_have_the_same_ledger() -> Result {
+    let (albedo, fraction): (f64, f64) = (0.5, 0.1);
+    let (world, camera) = sphere_with_a_cap(albedo, fraction)?;
+    let flux = 2.0 * PI * 4.0 * PI * fraction;
+    let fixed = Roulette { start: 0, survival: Survival::Fixed(0.8), ..Roulette::default() };
+    for (max_bounces, roulette) in [(None, fixed), (Some(2), fixed), (Some(2), Roulette::NEVER)] {
+        let depth = Depth { min_bounces: 0, max_bounces };
+        let merging = Merging { light_walks: Some(SAMPLES), ..Merging::fixed(0.1) };
+        let photon_mapping = PhotonMapping { depth, roulette, merging, next_event: false };
+        let bidirectional = Bidirectional { depth, roulette, ..Bidirectional::default() };
+        let vcm = VertexConnectionMerging { bidirectional, merging, correlation_aware: false };
+        let path_tracer = PathTracer { depth, roulette, ..PathTracer::default() };
+        let virtual_lights =
+            InstantRadiosity { path_tracer, light_walks: SAMPLES, ..InstantRadiosity::default() };
+        let kept = |shortest: i32| max_bounces.map_or(0.0, |n| albedo.powi(n as i32 - shortest));
+        for (name, passes, kept) in [
+            ("photon mapping", passes(&world, &camera, &photon_mapping), kept(1)),
+            // Merges are left out where connections draw all.
+            ("merging", passes(&world, &camera, &WithNeeds::all(vcm)), kept(1)),
+            ("virtual lights", passes(&world, &camera, &virtual_lights), kept(2)),
+        ] {
+            let name = format!("{name} {max_bounces:?} {roulette:?}");
+            assert_mean(&name, moments(&passes, |l| l.emitted.g()), flux, flux);
+            assert_mean(&name, moments(&passes, |l| l.truncated.g()), kept * flux, flux);
+            assert_mean(&name, moments(&passes, |l| l.absorbed.g()), (1.0 - kept) * flux, flux);
         }
     }
     Ok(())

@@ -5,6 +5,8 @@
 #[path = "merging/cap.rs"]
 mod cap;
 mod common;
+#[path = "merging/dirac.rs"]
+mod dirac;
 #[path = "merging/limits.rs"]
 mod limits;
 #[path = "merging/passes.rs"]

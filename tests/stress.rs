@@ -1,7 +1,8 @@
-//! The stress matrix S01–S52 of docs/numerics.md: each row a test with an oracle, an exact answer
-//! or the same scene without stress; `cargo run --release --example stability` prints the same
-//! cases in more detail. S36 is in leave_out/adaptive.rs; S42 to S44 ask for methods that do not
-//! exist yet.
+//! The stress matrix of docs/numerics.md, S01–S57, S61 and S63: each row a test with an oracle, an
+//! exact answer or the same scene without stress; `cargo run --release --example stability` prints
+//! the same cases in more detail. S36 is in leave_out/adaptive.rs; S44 in merging/cap.rs and
+//! analytic/furnace.rs (A12); S53 and S54 in photon_map.rs and merging/limits.rs, too; S57 in
+//! merging/dirac.rs; S50 and S63 in determinism.rs and batches.rs.
 //!
 //! Standard errors are 0.5 % or what the case states; means must lie within 4 of them, nothing may
 //! be infinite or not a number, and with the same random numbers a scene of another scale, place or
@@ -24,6 +25,8 @@ mod verdict;
 mod film;
 #[path = "stress/numbers.rs"]
 mod numbers;
+#[path = "stress/shared_walks.rs"]
+mod shared_walks;
 #[path = "stress/weights.rs"]
 mod weights;
 
@@ -102,9 +105,13 @@ rows! {
     stress_s38_densities_forwards_and_backwards, "S38";
     stress_s40_size_of_a_light, "S40";
     stress_s41_paths_that_nobody_draws, "S41";
+    stress_s42_walls_nearer_than_a_radius, "S42";
+    stress_s43_grazing_photons, "S43";
     stress_s48_index_of_refraction, "S48";
     stress_s49_limits_on_bounces, "S49";
     stress_s52_plane_under_a_directional_light, "S52";
+    stress_s53_radius_of_merges, "S53";
+    stress_s55_thin_walls_and_veils, "S55";
 }
 
 #[test]
@@ -125,6 +132,11 @@ fn stress_s04_radiance() {
 #[test]
 fn stress_s30_scale_under_an_environment() {
     check_precisely("S30", 1e-9);
+}
+
+#[test]
+fn stress_s56_scale_and_offset_of_shared_walks() {
+    check_precisely("S56", 1e-9);
 }
 
 /// Walks between white walls without roulette end at nothing but the library's own limit, which is

@@ -4,8 +4,8 @@ use pathspace::endpoint::Camera;
 use pathspace::film::{Contribution, FilmSample, Sink};
 use pathspace::glam::DVec2;
 use pathspace::integrator::{
-    Bidirectional, Caller, Depth, Integrator, LightTracer, PathTracer, PathTracing, Run, Stage,
-    UniformArea,
+    Bidirectional, Caller, Depth, InstantRadiosity, Integrator, LightTracer, Merging, PathTracer,
+    PathTracing, PhotonMapping, Run, Stage, UniformArea, VertexConnectionMerging, WithNeeds,
 };
 use pathspace::math::statistics::Estimate;
 use pathspace::path::{Heuristic, Ledger, Roulette, Scratch};
@@ -25,11 +25,30 @@ pub enum Method {
     Light,
     /// Bidirectional path tracing.
     Bidirectional,
+    /// Photon mapping, with the [radius](Probe::radius) of the probe in all passes.
+    PhotonMap,
+    /// Vertex connection and merging, with the same radius.
+    Merging,
+    /// Instant radiosity, bounded and compensated.
+    VirtualLights,
 }
 
 impl Method {
-    pub const ALL: [Self; 5] =
+    /// Those that draw every sample by itself, without bias.
+    pub const SINGLE: [Self; 5] =
         [Self::Emission, Self::Path, Self::UniformArea, Self::Light, Self::Bidirectional];
+    /// Those whose samples share the light walks of a pass.
+    pub const SHARED: [Self; 3] = [Self::PhotonMap, Self::Merging, Self::VirtualLights];
+    pub const ALL: [Self; 8] = [
+        Self::Emission,
+        Self::Path,
+        Self::UniformArea,
+        Self::Light,
+        Self::Bidirectional,
+        Self::PhotonMap,
+        Self::Merging,
+        Self::VirtualLights,
+    ];
 
     /// The key in `analytic.json`.
     pub fn key(self) -> &'static str {
@@ -39,25 +58,40 @@ impl Method {
             Self::UniformArea => "UAS",
             Self::Light => "LT",
             Self::Bidirectional => "BDPT",
+            Self::PhotonMap => "PM",
+            Self::Merging => "VCM",
+            Self::VirtualLights => "IR",
         }
     }
 }
 
 /// A measurement: scene, camera, film and samples.
+#[derive(Clone, Copy)]
 pub struct Probe<'a> {
     pub world: &'a World,
     pub camera: &'a (dyn Camera + Send),
     pub depth: Depth,
     pub roulette: Roulette,
     pub heuristic: Heuristic,
+    /// The radius within which photons count as met.
+    pub radius: f64,
+    /// Samples of a pass that share light walks; only passes are independent of each other.
+    pub pass: u64,
     /// True if all samples look through the middle of the film.
     pub fixed: bool,
 }
 
-/// Moments of the film's mean over samples, per channel.
+/// Fewer passes have no standard error to speak of.
+const FEWEST_PASSES: u64 = 64;
+/// Light walks of a pass that leave photons.
+const PHOTON_WALKS: u32 = 1000;
+
+/// Moments of the film's mean over samples, or over passes of samples that share light walks, per
+/// channel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Measured {
     pub channels: [Estimate; 3],
+    pub samples: u64,
     /// Contributions that were infinite or not a number.
     pub non_finite: u64,
     pub rays: u64,
@@ -66,10 +100,6 @@ pub struct Measured {
 }
 
 impl Measured {
-    pub fn samples(&self) -> u64 {
-        self.channels[0].count()
-    }
-
     /// The largest standard error of a channel, relative to what is expected of it.
     pub fn relative_error(&self, expected: [f64; 3]) -> f64 {
         let relative =
@@ -99,7 +129,7 @@ impl Measured {
     }
 }
 
-/// Sums what one sample contributes to the film.
+/// Sums what samples contribute to the film.
 #[derive(Default)]
 struct Sum {
     value: [f64; 3],
@@ -125,6 +155,8 @@ impl<'a> Probe<'a> {
             depth,
             roulette: Roulette::default(),
             heuristic: Heuristic::default(),
+            radius: 0.05,
+            pass: 64,
             fixed: false,
         }
     }
@@ -133,21 +165,29 @@ impl<'a> Probe<'a> {
         let source = Independent { seed };
         let (mut scratch, mut measured) = (Scratch::default(), Measured::default());
         let region = self.camera.film();
-        let stage = Stage::new(self.world, self.camera);
-        let run = integrator.start(stage, &Caller).expect("a run");
-        for i in 0..samples {
-            let mut sampler = source.sampler((i >> 24) as u32, (i & 0xff_ffff) as u32);
-            let u = if self.fixed { DVec2::splat(0.5) } else { sampler.next_2d() };
-            let film = FilmSample { raster: region.from_window(u), offset: DVec2::ZERO };
+        let stage = Stage { seed, ..Stage::new(self.world, self.camera) };
+        let mut run = integrator.start(stage, &Caller).expect("a run");
+        let (each, observations) = match run.learns() {
+            true => (self.pass, samples.div_ceil(self.pass).max(FEWEST_PASSES)),
+            false => (1, samples),
+        };
+        for observation in 0..observations {
+            if run.learns() {
+                run.begin_pass(observation as u32, &Caller).expect("memory");
+            }
             let mut sum = Sum::default();
-            run.sample(film, sampler, &mut sum, &mut scratch);
-            measured
-                .channels
-                .iter_mut()
-                .zip(sum.value)
-                .for_each(|(channel, value)| channel.push(value));
+            for i in observation * each..(observation + 1) * each {
+                let mut sampler = source.sampler((i >> 24) as u32, (i & 0xff_ffff) as u32);
+                let u = if self.fixed { DVec2::splat(0.5) } else { sampler.next_2d() };
+                let film = FilmSample { raster: region.from_window(u), offset: DVec2::ZERO };
+                run.sample(film, sampler, &mut sum, &mut scratch);
+            }
+            let channels = measured.channels.iter_mut().zip(sum.value);
+            channels.for_each(|(channel, value)| channel.push(value / each as f64));
             measured.non_finite += sum.non_finite;
         }
+        measured.samples = each * observations;
+        scratch.counters += run.preparation();
         let counters = scratch.counters;
         measured.non_finite += counters.non_finite;
         measured.rays = counters.rays();
@@ -158,22 +198,38 @@ impl<'a> Probe<'a> {
 
     /// A given number of samples.
     pub fn sample(&self, method: Method, samples: u64, seed: u64) -> Measured {
-        let Self { depth, roulette, heuristic, .. } = *self;
+        let Self { depth, roulette, heuristic, radius, .. } = *self;
+        let path_tracer = PathTracer { depth, roulette, heuristic, ..PathTracer::default() };
+        let bidirectional = Bidirectional { depth, roulette, heuristic, ..Default::default() };
+        let merging = Merging { light_walks: Some(PHOTON_WALKS), ..Merging::fixed(radius) };
         match method {
             Method::Emission => self.run(
-                &PathTracer { mode: PathTracing::EmissionOnly, depth, roulette, heuristic },
+                &PathTracer { mode: PathTracing::EmissionOnly, ..path_tracer },
                 samples,
                 seed,
             ),
-            Method::Path => self.run(
-                &PathTracer { mode: PathTracing::Both, depth, roulette, heuristic },
-                samples,
-                seed,
-            ),
+            Method::Path => self.run(&path_tracer, samples, seed),
             Method::UniformArea => self.run(&UniformArea { depth, roulette }, samples, seed),
             Method::Light => self.run(&LightTracer { depth, roulette }, samples, seed),
-            Method::Bidirectional => self.run(
-                &Bidirectional { depth, roulette, heuristic, ..Bidirectional::default() },
+            Method::Bidirectional => self.run(&bidirectional, samples, seed),
+            Method::PhotonMap => self.run(
+                &PhotonMapping { depth, roulette, merging, ..PhotonMapping::default() },
+                samples,
+                seed,
+            ),
+            // Merges are left out where connections draw all.
+            Method::Merging => self.run(
+                &WithNeeds::all(VertexConnectionMerging {
+                    bidirectional,
+                    merging,
+                    ..Default::default()
+                }),
+                samples,
+                seed,
+            ),
+            // Each sample connects to all virtual lights, and few samples see what they can show.
+            Method::VirtualLights => Self { pass: 8, ..*self }.run(
+                &InstantRadiosity { path_tracer, ..InstantRadiosity::default() },
                 samples,
                 seed,
             ),
@@ -193,14 +249,14 @@ impl<'a> Probe<'a> {
     ) -> Measured {
         let probe = self.sample(method, 64, !seed);
         let most = |m: &Measured, rays: u64| {
-            (rays as f64 * m.samples() as f64 / (m.rays as f64).max(1.0)).clamp(64.0, 1e8)
+            (rays as f64 * m.samples as f64 / (m.rays as f64).max(1.0)).clamp(64.0, 1e8)
         };
         // Rare events need a pilot that sees them.
         let pilot =
             self.sample(method, most(&probe, rays.1 / 32).min(50_000.0) as u64, seed ^ 0x5555);
         let blank = pilot.channels.iter().all(|m| m.mean() == 0.0);
         let error = if blank { f64::INFINITY } else { pilot.relative_error(expected) };
-        let wanted = |target: f64| 1.3 * pilot.samples() as f64 * (error / target).powi(2);
+        let wanted = |target: f64| 1.3 * pilot.samples as f64 * (error / target).powi(2);
         let (few, many) = (most(&pilot, rays.0), most(&pilot, rays.1));
         let samples = if wanted(target) <= few {
             wanted(target).max(few.min(1000.0))

@@ -89,7 +89,8 @@ pub fn json(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
     )
 }
 
-const COLORS: [&str; 5] = ["#888888", "#1f77b4", "#9467bd", "#ff7f0e", "#2ca02c"];
+const COLORS: [&str; 8] =
+    ["#888888", "#1f77b4", "#9467bd", "#ff7f0e", "#2ca02c", "#d62728", "#8c564b", "#17becf"];
 
 /// The names of the families in order.
 fn families(lines: &[Line]) -> Vec<&'static str> {

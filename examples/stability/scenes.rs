@@ -4,10 +4,10 @@
 #[allow(dead_code, reason = "shared by several programs")]
 mod stage;
 
-use pathspace::endpoint::PinholeCamera;
-use pathspace::geometry::{Quad, Sphere};
-use pathspace::glam::{DVec3, UVec2};
-use pathspace::math::Rgb;
+use pathspace::endpoint::{DirectionSample, Endpoint, Light, PinholeCamera, PointSample};
+use pathspace::geometry::{Quad, Sphere, SurfacePoint};
+use pathspace::glam::{DVec2, DVec3, UVec2};
+use pathspace::math::{PerArea, PerProjected, Rgb};
 use pathspace::scene::{Material, Mesh, World};
 pub use stage::Stage;
 use std::f64::consts::PI;
@@ -152,4 +152,72 @@ pub fn sphere_irradiance(point: DVec3, normal: DVec3, sphere: &Sphere) -> f64 {
     let to_center = sphere.center - point;
     PI * sphere.radius * sphere.radius / to_center.length_squared()
         * normal.dot(to_center.normalize())
+}
+
+/// A beam of parallel light through a rectangle, which only walks from the light find.
+pub struct Beam {
+    direction: DVec3,
+    center: DVec3,
+    /// Half sides of the rectangle.
+    u: DVec3,
+    v: DVec3,
+    irradiance: f64,
+}
+
+impl Beam {
+    /// The beam that lights the square of a half side around the origin of a horizontal floor, and
+    /// arrives at a cosine; with its irradiance on a perpendicular plane.
+    pub fn onto_floor(half: f64, cosine: f64, irradiance: f64) -> Self {
+        let sine = (1.0 - cosine * cosine).sqrt();
+        let direction = DVec3::new(sine, 0.0, -cosine);
+        let u = DVec3::new(cosine, 0.0, sine) * (half * cosine);
+        Self { direction, center: direction * (-3.0 * half), u, v: DVec3::Y * half, irradiance }
+    }
+
+    fn area(&self) -> f64 {
+        4.0 * self.u.length() * self.v.length()
+    }
+}
+
+impl Endpoint for Beam {
+    fn sample_point(&self, _: f64, _: DVec2) -> Option<PointSample> {
+        let point = SurfacePoint::infinite(self.center, self.direction);
+        Some(PointSample { point, pdf: PerArea(1.0) })
+    }
+
+    fn point_pdf(&self, _: &SurfacePoint) -> PerArea {
+        PerArea(1.0)
+    }
+
+    fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
+        let position = self.center + self.u * (2.0 * u.x - 1.0) + self.v * (2.0 * u.y - 1.0);
+        Some(DirectionSample {
+            from: SurfacePoint { position, ..*point },
+            direction: self.direction,
+            pdf: self.direction_pdf(point, self.direction),
+            weight: self.power(),
+        })
+    }
+
+    fn direction_pdf(&self, _: &SurfacePoint, _: DVec3) -> PerProjected {
+        PerProjected(1.0 / self.area())
+    }
+
+    fn emit(&self, _: &SurfacePoint, _: DVec3) -> Rgb {
+        Rgb::splat(self.irradiance)
+    }
+}
+
+impl Light for Beam {
+    fn power(&self) -> Rgb {
+        Rgb::splat(self.irradiance * self.area())
+    }
+
+    fn can_be_hit(&self) -> bool {
+        false
+    }
+
+    fn can_be_connected(&self) -> bool {
+        false
+    }
 }

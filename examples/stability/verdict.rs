@@ -1,6 +1,6 @@
 //! The verdict of a case on an integrator.
 
-use crate::cases::Case;
+use crate::cases::{Case, Twin};
 use crate::measure::{Method, Probe};
 
 /// The outcome of one case by one integrator.
@@ -70,9 +70,12 @@ const TWIN_TOLERANCE: f64 = 1e-3;
 const RANGE: std::ops::Range<f64> = 1e-140..1e140;
 
 pub fn judge(case: &Case, rays: u64, seed: u64) -> Vec<Line> {
-    let probe =
-        |world, camera| Probe { roulette: case.roulette, ..Probe::new(world, camera, case.depth) };
-    let stressed = probe(&case.world, &*case.camera);
+    let probe = |world, camera, radius| Probe {
+        roulette: case.roulette,
+        radius,
+        ..Probe::new(world, camera, case.depth)
+    };
+    let stressed = probe(&case.world, &*case.camera, case.radius);
     let measure = |&method: &Method| {
         // Where variances are out of range, the comparison with the twin has to do.
         let in_range = case.expected.iter().all(|e| RANGE.contains(e));
@@ -82,8 +85,8 @@ pub fn judge(case: &Case, rays: u64, seed: u64) -> Vec<Line> {
         } else {
             stressed.sample(method, TWIN_SAMPLES, seed)
         };
-        let rounding = case.twin.as_ref().map(|(world, camera, factor)| {
-            let [a, b] = [&stressed, &probe(world, &**camera)]
+        let rounding = case.twin.as_ref().map(|Twin { world, camera, radius, factor }| {
+            let [a, b] = [&stressed, &probe(world, &**camera, *radius)]
                 .map(|probe| probe.sample(method, TWIN_SAMPLES, seed));
             let difference =
                 |i: usize| (a.channels[i].mean() / (factor * b.channels[i].mean()) - 1.0).abs();
@@ -110,7 +113,7 @@ pub fn judge(case: &Case, rays: u64, seed: u64) -> Vec<Line> {
             standard_error: measured.channels[i].standard_error(),
             deviation: measured.deviation(case.expected),
             rounding,
-            samples: measured.samples(),
+            samples: measured.samples,
             non_finite: measured.non_finite,
             verdict: match (holds, precise) {
                 (false, _) => Verdict::Fails,
@@ -132,7 +135,7 @@ pub fn judge(case: &Case, rays: u64, seed: u64) -> Vec<Line> {
             standard_error: measured.channels[0].standard_error(),
             deviation: measured.deviation([0.0; 3]),
             rounding: None,
-            samples: measured.samples(),
+            samples: measured.samples,
             non_finite: measured.non_finite,
             verdict: if dark { Verdict::Blind } else { Verdict::Fails },
         }

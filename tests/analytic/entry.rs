@@ -74,6 +74,12 @@ impl<'a> Entry<'a> {
         self
     }
 
+    /// The radius of merges.
+    pub fn radius(mut self, radius: f64) -> Self {
+        self.probe.radius = radius;
+        self
+    }
+
     /// Other limits than [`ERROR`] and [`MOST`].
     pub fn within(mut self, error: f64, rays: u64) -> Self {
         (self.error, self.rays) = (error, rays);
@@ -116,7 +122,7 @@ impl<'a> Entry<'a> {
                 let more = 1.2 * (measured.relative_error(expected) / self.tolerance()).powi(2);
                 if more * measured.rays as f64 <= most {
                     measured =
-                        self.probe.sample(method, (more * measured.samples() as f64) as u64, seed);
+                        self.probe.sample(method, (more * measured.samples as f64) as u64, seed);
                     allowed = self.tolerance();
                 } else {
                     println!(
@@ -135,7 +141,7 @@ impl<'a> Entry<'a> {
                 measured.channels[1].mean(),
                 expected[1],
                 measured.deviation(expected),
-                measured.samples(),
+                measured.samples,
                 if error <= self.tolerance() { "" } else { " (fast)" },
             );
             assert_eq!(measured.non_finite, 0, "{} {what} {method:?}", self.id);

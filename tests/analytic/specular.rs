@@ -1,7 +1,9 @@
 //! C: Fresnel's equations, and what is seen through smooth interfaces.
 
 use crate::entry::{Entry, RARE, expected};
-use crate::measure::Method::{Bidirectional, Emission, Light, Path, UniformArea};
+use crate::measure::Method::{
+    self, Bidirectional, Emission, Light, Merging, Path, PhotonMap, UniformArea,
+};
 use crate::scenes::{Stage, camera, footprint, lambert};
 use pathspace::bsdf::fresnel::{conductor, dielectric};
 use pathspace::endpoint::{self, DirectionalLight, PointLight, SpotLight};
@@ -186,6 +188,11 @@ fn c11_caustic_of_a_slab() {
     let expected = 0.5 / PI * entry.expected("E_mean_disc") * PI / 4.0;
     entry.check_value(&[Light, Bidirectional], "mean", expected);
     entry.check_blind(&[Emission, Path, UniformArea]);
+    // Photons are missing at the border of the disk, and none around its middle.
+    let eye = footprint(DVec3::ZERO, 0.5, 1e-4);
+    let entry = Entry::new("C11", &world, &eye, UNLIMITED).within(RARE, 30_000_000).radius(0.03);
+    let expected = 0.5 / PI * entry.expected("E_axis");
+    entry.check_value(&[PhotonMap, Merging], "axis", expected);
 }
 
 /// Floor and water under a light. Looked at from z = 4 straight down, what the light on the floor
@@ -203,8 +210,15 @@ fn c12_nobody_sees_a_point_light_on_the_floor_of_a_pool() {
     let everywhere = pool(PointLight::new(DVec3::Z * 3.0, Rgb::WHITE).expect("valid"));
     for (world, degrees) in [(everywhere, 20.0), (pool(light_above()), 0.1)] {
         let eye = camera(DVec3::Z * 4.0, DVec3::ZERO, degrees);
-        Entry::new("C12", &world, &eye, UNLIMITED).check_blind(&crate::measure::Method::ALL);
+        Entry::new("C12", &world, &eye, UNLIMITED).check_blind(&Method::SINGLE);
     }
+}
+
+#[test]
+fn c12_photons_show_a_point_light_on_the_floor_of_a_pool() {
+    let (world, eye) = (pool(light_above()), camera(DVec3::Z * 4.0, DVec3::ZERO, 0.1));
+    Entry::new("C12", &world, &eye, Depth::exactly(3))
+        .check(&[PhotonMap, Merging], "L_camera_single_diffuse");
 }
 
 #[test]

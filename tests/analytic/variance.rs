@@ -5,12 +5,15 @@ use crate::measure::Method::{self, Bidirectional, Emission, Light, Path, Uniform
 use crate::measure::{Measured, Probe};
 use crate::scenes::{Stage, camera, cap_sphere, footprint, furnace_sphere, lambert, square_light};
 use pathspace::endpoint::PointLight;
+use pathspace::film::{Contribution, FilmSample};
 use pathspace::geometry::{Quad, Sphere};
 use pathspace::glam::{DVec2, DVec3};
-use pathspace::integrator::Depth;
+use pathspace::integrator::{self, Caller, Depth, Integrator, Merging, PhotonMapping, Run};
 use pathspace::math::Rgb;
 use pathspace::math::statistics::Estimate;
-use pathspace::path::{Counters, Edge, Heuristic, RandomWalk, Roulette, Survival, Termination};
+use pathspace::path::{
+    Counters, Edge, Heuristic, RandomWalk, Roulette, Scratch, Survival, Termination,
+};
 use pathspace::sampler::{Independent, SampleSource, Sampler};
 use pathspace::scene::{Material, Scene, SurfaceArea, World};
 use std::f64::consts::PI;
@@ -19,7 +22,7 @@ fn assert_variance(what: &str, measured: &Measured, variance: f64, tolerance: f6
     let of_samples = measured.channels[1].variance();
     println!(
         "{what}: variance {of_samples:.6e}, expected {variance:.6e}, {} samples",
-        measured.samples()
+        measured.samples
     );
     assert!(
         (of_samples / variance - 1.0).abs() <= tolerance,
@@ -129,6 +132,35 @@ fn f08_variance_of_a_photon_count() {
     let (mean, variance) = (expected("F08", "mean_E"), expected("F08", "variance_E"));
     assert!((irradiance.mean() - mean).abs() <= 4.0 * (variance / f64::from(passes)).sqrt());
     assert!((irradiance.variance() / variance - 1.0).abs() <= 0.02, "{irradiance:?}");
+}
+
+/// The same as what the camera sees by photon mapping, of a sphere that is white and not black, by
+/// one sample a pass.
+#[test]
+fn f08_variance_of_photon_mapping() {
+    let mut stage = Stage::default();
+    let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
+    stage.sphere(sphere, lambert(1.0));
+    stage.light(PointLight::new(DVec3::ZERO, Rgb::splat(0.25 / PI)).expect("valid"));
+    let (world, eye) = (stage.build(), camera(DVec3::new(0.3, 0.1, -0.2), DVec3::X, 60.0));
+    let merging = Merging { light_walks: Some(1000), ..Merging::fixed(0.2) };
+    let integrator =
+        PhotonMapping { depth: Depth::exactly(1), merging, ..PhotonMapping::default() };
+    let stage = integrator::Stage { seed: 4, ..integrator::Stage::new(&world, &eye) };
+    let mut run = integrator.start(stage, &Caller).expect("a run");
+    let (mut irradiance, mut scratch) = (Estimate::default(), Scratch::default());
+    let passes = 10_000;
+    for pass in 0..passes {
+        run.begin_pass(pass, &Caller).expect("memory");
+        let mut found = Vec::<Contribution>::new();
+        let film = FilmSample { raster: DVec2::splat(0.5), offset: DVec2::ZERO };
+        run.sample(film, Independent { seed: 5 }.sampler(0, pass), &mut found, &mut scratch);
+        irradiance.push(PI * found.iter().map(|found| found.value.g()).sum::<f64>());
+    }
+    let (mean, variance) = (expected("F08", "mean_E"), expected("F08", "variance_E"));
+    assert!((irradiance.mean() - mean).abs() <= 4.0 * (variance / f64::from(passes)).sqrt());
+    // A variance of so many has a standard error of √(2/10000).
+    assert!((irradiance.variance() / variance - 1.0).abs() <= 0.06, "{irradiance:?}");
 }
 
 /// P(G > g) ~ g^(-3/2) between two squares that meet in an edge.

@@ -27,7 +27,7 @@ pub(super) fn film(cases: &mut Vec<Case>) {
             .expect("inside");
         let world = square_light(0.5, DVec3::ZERO, 1.0, 1.0);
         let case = Case::new("S32", "rendered share of the film", share, expected, world, eye);
-        cases.push(Case { tolerance: 1e-5, error: 0.0075, ..case.by(&Method::ALL).depth(ONE) });
+        cases.push(Case { tolerance: 1e-5, error: 0.0075, ..case.by(&Method::SINGLE).depth(ONE) });
     }
     for height in [1.0, 0.0] {
         // A shade just before the lens, over the half y > 0 or all of it.
@@ -54,9 +54,9 @@ pub(super) fn film(cases: &mut Vec<Case>) {
         .depth(Depth::up_to(1));
         let case = Case { error: 0.0075, ..case };
         cases.push(if height > 0.0 {
-            case.by(&[]).blind(&Method::ALL)
+            case.by(&[]).blind(&Method::SINGLE)
         } else {
-            case.by(&Method::ALL)
+            case.by(&Method::SINGLE)
         });
     }
     for bounces in 0..4 {
@@ -70,7 +70,7 @@ pub(super) fn film(cases: &mut Vec<Case>) {
             world,
             eye,
         );
-        cases.push(case.by(&Method::ALL).depth(Depth::exactly(bounces as u32)));
+        cases.push(case.by(&Method::SINGLE).depth(Depth::exactly(bounces as u32)));
     }
     let world = furnace_sphere(DVec3::ZERO, 1.0, &lambert(0.8), 1.0);
     let eye = camera(DVec3::ZERO, DVec3::new(1.0, 0.2, 0.1), 80.0);

@@ -128,6 +128,6 @@ pub(super) fn materials(cases: &mut Vec<Case>) {
     cases.push(
         Case::new("S41", "point light, pool, pinhole", 1.33, 0.0, stage.build(), eye)
             .by(&[])
-            .blind(&Method::ALL),
+            .blind(&Method::SINGLE),
     );
 }

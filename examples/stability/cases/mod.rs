@@ -6,6 +6,7 @@ mod geometry;
 mod lights;
 mod materials;
 mod normals;
+mod photons;
 mod placement;
 
 use crate::measure::Method::{self, Bidirectional, Emission, Light, Path};
@@ -31,6 +32,8 @@ pub struct Case {
     pub camera: Box<dyn Camera + Send>,
     pub depth: Depth,
     pub roulette: Roulette,
+    /// The radius of merges.
+    pub radius: f64,
     pub methods: &'static [Method],
     /// Integrators that must report exactly 0.
     pub blind: &'static [Method],
@@ -39,11 +42,20 @@ pub struct Case {
     /// The error of the answer, or the improbability of events that it contains and no sample may
     /// meet.
     pub tolerance: f64,
-    /// The same scene without stress and the factor between both images: with the same random
-    /// numbers they differ by rounding only.
-    pub twin: Option<(World, Box<dyn Camera + Send>, f64)>,
+    pub twin: Option<Twin>,
 }
 
+/// The same scene without stress: with the same random numbers the images differ by a factor and by
+/// rounding only.
+pub struct Twin {
+    pub world: World,
+    pub camera: Box<dyn Camera + Send>,
+    pub radius: f64,
+    pub factor: f64,
+}
+
+/// Of merges, in scenes whose size is 1.
+const RADIUS: f64 = 0.1;
 const UNLIMITED: Depth = Depth { min_bounces: 0, max_bounces: None };
 const ONE: Depth = Depth::exactly(1);
 const WALKS: &[Method] = &[Emission, Path, Light, Bidirectional];
@@ -68,6 +80,7 @@ impl Case {
             camera: Box::new(camera),
             depth: UNLIMITED,
             roulette: Roulette::default(),
+            radius: RADIUS,
             methods: WALKS,
             blind: &[],
             error: 0.005,
@@ -90,7 +103,8 @@ impl Case {
 
     fn twin(self, world: World, camera: impl Camera + Send + 'static, factor: f64) -> Self {
         // The twin tells more than statistics can.
-        Self { twin: Some((world, Box::new(camera), factor)), error: 0.02, ..self }
+        let twin = Twin { world, camera: Box::new(camera), radius: RADIUS, factor };
+        Self { twin: Some(twin), error: 0.02, ..self }
     }
 }
 
@@ -136,9 +150,9 @@ fn capped(
     };
     let (world, eye) = at(scale, offset, radiance);
     let (twin, twin_eye) = at(1.0, DVec3::ZERO, 1.0);
-    Case::new(row, family, value, 0.1 * radiance, world, eye)
-        .by(&Method::ALL)
-        .twin(twin, twin_eye, radiance)
+    let case = Case::new(row, family, value, 0.1 * radiance, world, eye);
+    let case = case.by(&Method::SINGLE).twin(twin, twin_eye, radiance);
+    Case { radius: RADIUS * scale, ..case }
 }
 
 fn lit_floor() -> f64 {
@@ -160,6 +174,7 @@ pub fn all() -> Vec<Case> {
     geometry::geometry(&mut cases);
     materials::materials(&mut cases);
     normals::normals(&mut cases);
+    photons::photons(&mut cases);
     film::film(&mut cases);
     cases
 }

@@ -79,6 +79,16 @@ impl<'a, S: Scene + ?Sized + 'a> SharedWalks<'_, 'a, S> {
         integrator: &'static str,
         read: impl Fn(&mut Vec<Vertex<S::Bsdf<'a>>>, &mut Vec<T>) + Sync,
     ) -> Result<(Vec<T>, Counters), IntegratorError> {
+        let reserved = |count: usize| {
+            let mut room = Vec::<T>::new();
+            room.try_reserve_exact(count).map(|()| room).map_err(|_| {
+                let walks = self.count;
+                let reason = format!("no memory for {count} vertices of {walks} light walks");
+                IntegratorError { integrator, reason }
+            })
+        };
+        // A walk leaves about one or more: what has no room is refused before hours of walks.
+        drop(reserved(self.count as usize)?);
         let source = Independent { seed: self.plan.stage.seed ^ OWN_NUMBERS };
         let steps = LightWalks { roulette: self.roulette, number: 0, shortest: self.shortest };
         let (nowhere, benches) = (|_: usize, _: &Contribution| {}, Mutex::new(Vec::new()));
@@ -102,13 +112,8 @@ impl<'a, S: Scene + ?Sized + 'a> SharedWalks<'_, 'a, S> {
             benches().push(scratch);
             (taken, counters)
         });
-        let (mut all, mut counters) = (Vec::new(), Counters::default());
-        let total: usize = chunks.iter().map(|(taken, _)| taken.len()).sum();
-        all.try_reserve_exact(total).map_err(|_| {
-            let reason =
-                format!("there is no memory for {total} vertices of {} light walks", self.count);
-            IntegratorError { integrator, reason }
-        })?;
+        let mut all = reserved(chunks.iter().map(|(taken, _)| taken.len()).sum())?;
+        let mut counters = Counters::default();
         for (taken, done) in chunks {
             all.extend(taken);
             counters += done;
