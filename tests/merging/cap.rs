@@ -117,9 +117,9 @@ fn photon_mapping_has_the_exact_mean_at_any_radius() {
 fn vertex_connection_and_merging_has_the_exact_mean() {
     let scene = scene();
     for (heuristic, correlation_aware, light_walks, passes) in [
-        (Heuristic::Balance, false, 1000, 500),
-        (Heuristic::Power(2.0), false, 1000, 500),
-        (Heuristic::Balance, true, 200, 1200),
+        (Heuristic::Balance, false, 1000, 700),
+        (Heuristic::Power(2.0), false, 1500, 700),
+        (Heuristic::Balance, true, 300, 1300),
     ] {
         let depth = Depth { min_bounces: 1, max_bounces: Some(3) };
         let integrator = VertexConnectionMerging {

@@ -38,7 +38,7 @@ fn contributions<'a, R: Run<'a, pathspace::scene::World>>(
 ) -> Vec<Contribution> {
     let (mut random, mut scratch, mut found) =
         (Random::new(4), Scratch::default(), Vec::<Contribution>::new());
-    for _ in 0..500 {
+    for _ in 0..1500 {
         let film = worlds::film_sample(camera, &mut random);
         let sample = &mut [Sample { film, sampler: &mut random }];
         run.draw(sample, &mut found, &mut Default::default(), &mut scratch);
