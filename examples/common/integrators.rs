@@ -46,6 +46,9 @@ pub struct SharedWalks {
     /// [default: 64 for instant-radiosity, else one per pixel, at most 262144]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     walks: Option<u32>,
+    /// Weigh the light walks of a merge by how independent they are; for vcm
+    #[arg(long)]
+    correlation_aware: bool,
     /// Bound on the geometry term of connections to virtual lights, per area, or inf; for
     /// instant-radiosity [default: 16 over the area that the camera sees]
     #[arg(long, value_name = "G", value_parser = parse_bound)]
@@ -116,7 +119,7 @@ impl AnyIntegrator {
             Self::Vcm => Box::new(VertexConnectionMerging {
                 bidirectional,
                 merging,
-                ..VertexConnectionMerging::default()
+                correlation_aware: shared.correlation_aware,
             }),
         }
     }

@@ -66,7 +66,8 @@ pub struct Counters {
 impl Counters {
     /// Cost in units of a ray that is traced for its nearest hit: counts times constants, so that
     /// it is the same on every machine and in every run. The constants were fitted to processor
-    /// times of all integrators on the gallery (docs/leave-out.md).
+    /// times of the integrators that share no light walks, on the gallery (docs/leave-out.md); maps
+    /// and what is found in them are not in it.
     #[must_use]
     pub fn cost(&self) -> f64 {
         (self.closest_rays + self.shadow_rays + self.connections + self.scattered) as f64
