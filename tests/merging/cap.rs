@@ -153,9 +153,7 @@ fn weights_are_the_exact_ones() {
             let [hit, merge] = [FRACTION, h].map(|ratio| heuristic.raise(ratio));
             let sum = hit + f64::from(k) * (1.0 + merge);
             let mut seen = [0; 3];
-            let counted = std::sync::Mutex::new(&mut seen);
             over_passes(&mut run, 3, 1000, &mut Random::new(6), film_sample, |found| {
-                let mut seen = counted.lock().expect("one thread");
                 for &Contribution { technique, weight, .. } in found {
                     let (kind, expected) = match (technique.merged, technique.s) {
                         (true, _) => (2, merge / sum),

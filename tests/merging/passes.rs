@@ -14,7 +14,7 @@ pub fn over_passes<'a, S: Scene + 'a, R: Run<'a, S>, P: Sampler>(
     samples: u32,
     sampler: &mut P,
     film: impl Fn(&mut P) -> FilmSample,
-    measure: impl Fn(&[Contribution]) -> f64,
+    mut measure: impl FnMut(&[Contribution]) -> f64,
 ) -> Moments {
     let (mut scratch, mut moments) = (Scratch::default(), Moments::default());
     let mut found: Vec<Contribution> = Vec::new();

@@ -10,6 +10,7 @@ mod cache;
 mod compare;
 mod machine;
 mod method;
+mod observer;
 mod plan;
 mod pyramid;
 mod reference;

@@ -9,7 +9,7 @@
 //! subpath contributes to the same pixel; and the cost is the number of rays, measured by running
 //! the reduced set on a part of the pixels.
 
-use super::method::{Observer, for_each_sample, observe};
+use super::observer::{Observer, for_each_sample, observe};
 use crate::endpoint::Camera;
 use crate::film::{Contribution, FilmRegion, Image, Sample, Technique};
 use crate::integrator::{Bidirectional, Caller, Integrator, Run, Stage};
