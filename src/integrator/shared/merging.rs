@@ -31,7 +31,7 @@ pub struct Merging {
     /// α, in (0, 1].
     pub alpha: f64,
     /// Light walks of a pass; `None` for as many as there are pixels, up to 2¹⁸, whose photons take
-    /// some hundred megabytes.
+    /// some hundred megabytes. Without any, nothing is merged.
     pub light_walks: Option<u32>,
 }
 
