@@ -1,6 +1,5 @@
 //! The settings of merging: a radius that shrinks from pass to pass, and where it begins.
 
-use crate::bsdf::Bsdf;
 use crate::film::{Contribution, FilmSample, Sample};
 use crate::geometry::Place;
 use crate::integrator::IntegratorError;
@@ -26,7 +25,7 @@ use std::ops::ControlFlow;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Merging {
     /// r_1, in units of the scene; `None` for twice the footprint of a pixel on what the camera
-    /// sees, the square root of the area that it covers.
+    /// sees, the square root of the area that it covers, or 1 if it sees no surface.
     pub radius: Option<f64>,
     /// α, in (0, 1].
     pub alpha: f64,
@@ -80,28 +79,26 @@ impl Merging {
         match self.radius {
             Some(radius) if radius >= 0.0 && radius.is_finite() => Ok(radius),
             Some(radius) => refuse(format!("the radius is {radius}, but must be 0 or positive")),
-            None => match pixel_footprint(stage) {
-                Some(footprint) => Ok(2.0 * footprint),
-                None => refuse(format!(
-                    "none of {MOST_SAMPLES} camera samples met a surface that the radius could be \
-                     taken from; give one"
-                )),
-            },
+            // Any radius tends to 0 where nothing is seen that it could be taken from.
+            None => Ok(pixel_footprint(stage).map_or(1.0, |footprint| 2.0 * footprint)),
         }
     }
 }
 
-/// Camera samples that are drawn for a footprint, and at most while they meet nothing.
+/// Camera samples that are drawn for a footprint, and at most while they meet no finite lobe.
 const SAMPLES: u32 = 512;
-const MOST_SAMPLES: u32 = 1 << 16;
+const MOST_SAMPLES: u32 = 1 << 14;
+/// Scattering events of a chain of Dirac lobes that is followed.
+const CHAIN: u32 = 64;
 
 /// √ of the area that a pixel covers on the surfaces that a camera sees, directly or through Dirac
-/// lobes: the median over a few hundred samples. `None` if they see none.
+/// lobes: the median over a few hundred samples. If these end at Dirac lobes alone, on those; `None`
+/// if they meet no surface.
 pub(super) fn pixel_footprint<S: Scene + ?Sized>(stage: Stage<'_, S>) -> Option<f64> {
-    let plan = Plan::new(stage, TechniqueSet::NONE, Depth::default());
+    let plan = Plan::new(stage, TechniqueSet::NONE, Depth::up_to(CHAIN));
     let (source, mut scratch) = (Independent { seed: stage.seed }, Scratch::default());
     let nowhere = &mut |_: usize, _: &Contribution| {};
-    let mut found = Vec::new();
+    let (mut finite, mut dirac) = (Vec::new(), Vec::new());
     for first in (0..MOST_SAMPLES).step_by(SAMPLES as usize) {
         let draw = |number| {
             let mut sampler = source.sampler(number, u32::MAX);
@@ -111,23 +108,26 @@ pub(super) fn pixel_footprint<S: Scene + ?Sized>(stage: Stage<'_, S>) -> Option<
         let mut samples: Vec<_> = (first..first + SAMPLES).map(draw).collect();
         advance(&plan, &DiracChains, &mut samples, nowhere, &mut scratch);
         join(&plan, &mut samples, nowhere, &mut scratch, |site| {
-            found.extend(footprint_at_end(&site.subpaths.camera, stage.film.pixels()));
+            let camera = &site.subpaths.camera;
+            let surfaces = camera.iter().rposition(|vertex| vertex.bsdf.is_some()).unwrap_or(0);
+            let is_finite = camera.get(surfaces).is_some_and(Vertex::is_connectible);
+            let found = if is_finite { &mut finite } else { &mut dirac };
+            let subpath = camera.get(..=surfaces).unwrap_or_default();
+            found.extend(footprint_at_end(subpath, stage.film.pixels()));
         });
-        if !found.is_empty() {
+        if !finite.is_empty() {
             break;
         }
     }
+    let found = if finite.is_empty() { &mut dirac } else { &mut finite };
     found.sort_by(f64::total_cmp);
     found.get(found.len() / 2).copied()
 }
 
 /// Behind Dirac lobes the product of the walk's densities is none per area, so the footprint is
 /// that of the first direction at the length of the whole way.
-fn footprint_at_end<B: Bsdf>(subpath: &[Vertex<B>], pixels: u32) -> Option<f64> {
-    let ([lens, first, ..], [.., end]) = (subpath, subpath) else { return None };
-    if !end.is_connectible() {
-        return None;
-    }
+fn footprint_at_end<B>(subpath: &[Vertex<B>], pixels: u32) -> Option<f64> {
+    let [lens, first, ..] = subpath else { return None };
     let position = |vertex: &Vertex<B>| vertex.point.position;
     let distance = match lens.point.place {
         Place::Infinite => 1.0,
@@ -155,6 +155,7 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for DiracChains {
         if visit.vertex.is_connectible() {
             return ControlFlow::Break(());
         }
+        visit.limit(visit.plan.depth.limit())?;
         visit.scatter(&Roulette::default()).flow()
     }
 }

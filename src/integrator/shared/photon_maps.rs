@@ -27,8 +27,7 @@ impl<P: AsRef<Photon> + Send + Sync> PhotonMaps<P> {
     /// The maps of a run that merges, as its plan says.
     ///
     /// # Errors
-    /// If the settings are none of a radius, or if the camera sees no surface that it could be
-    /// taken from.
+    /// If the settings are none of a radius.
     pub fn new<S: Scene + ?Sized>(
         settings: Merging,
         plan: &Plan<'_, S>,
