@@ -154,7 +154,7 @@ fn maps_are_plain_data_of_anything_with_a_photon() {
     assert_eq!(map.bytes(), 100 * each + 4 * (128 + 1));
 }
 
-/// What carries a photon without taking memory.
+/// A carrier of a photon that takes no memory.
 #[derive(Clone, Copy)]
 struct Nowhere;
 

@@ -75,7 +75,7 @@ pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     })
 }
 
-/// What surrounds the basin, at the height of its rim and with the corners of its walls.
+/// The surroundings of the basin, at the height of its rim and with the corners of its walls.
 fn deck() -> Mesh {
     let ring = |half: f64| {
         [(-half, half), (half, half), (half, -half), (-half, -half)]

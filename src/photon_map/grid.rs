@@ -20,7 +20,7 @@ pub(super) struct HashGrid<T> {
     radius: f64,
     /// Cells per unit of length along each axis.
     resolution: DVec3,
-    /// Where the points of each bucket start, and at the end how many points there are.
+    /// The first point of each bucket, and at the end the number of points.
     starts: Vec<u32>,
     /// Positions of the points.
     positions: Vec<DVec3>,

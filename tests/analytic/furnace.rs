@@ -179,7 +179,7 @@ fn a13_wedge() {
     }
 }
 
-/// What a bound on geometry terms cuts off, half of a sphere's second bounce, is lost, or drawn by
+/// A bound on geometry terms cuts off half of a sphere's second bounce, which is lost, or drawn by
 /// going on.
 #[test]
 fn a12_bound_of_virtual_lights() {

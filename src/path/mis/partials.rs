@@ -63,9 +63,9 @@ pub struct Weighting {
     is_correlation_aware: bool,
 }
 
-/// What is known of one of the two subpaths of a merge before it meets the other: the sum over the
-/// techniques that end this subpath earlier is `nearest + r(p⊥) farther`, with the density p⊥ of the
-/// other walk to go on along this one.
+/// A side of a merge: one of its two subpaths before it meets the other, as weights know it. The sum
+/// over the techniques that end the subpath earlier is `nearest + r(p⊥) farther`, with the density
+/// p⊥ of the other walk to go on along this one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MergeSide {
     /// Of the connection that ends the subpath one vertex earlier.

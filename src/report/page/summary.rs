@@ -74,7 +74,7 @@ pub(super) fn summary(report: &Report) -> Markup {
     table("", names(report), rows.into_iter().chain(shared(report)))
 }
 
-/// What pixels share, and what bounds cut off, if any integrator has such.
+/// Maps that pixels share, and light that bounds cut off, if any integrator has such.
 fn shared(report: &Report) -> Vec<Markup> {
     let any = |figure: fn(&MethodReport) -> u64| report.methods.iter().any(|m| figure(m) > 0);
     let mut rows = Vec::new();
