@@ -99,6 +99,13 @@ impl<B: Bsdf> Vertex<B> {
     #[inline]
     #[must_use]
     pub fn is_connectible(&self) -> bool {
-        self.bsdf.as_ref().is_some_and(|bsdf| bsdf.lobes().intersects(Lobes::FINITE))
+        self.finite_bsdf().is_some()
+    }
+
+    /// The BSDF, if it has lobes that are functions.
+    #[inline]
+    #[must_use]
+    pub fn finite_bsdf(&self) -> Option<&ShadedBsdf<B>> {
+        self.bsdf.as_ref().filter(|bsdf| bsdf.lobes().intersects(Lobes::FINITE))
     }
 }

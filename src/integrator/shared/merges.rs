@@ -77,7 +77,7 @@ impl<'a, S: Scene + ?Sized + 'a> Merges<'a, S> {
         let scale = 1.0 / (f64::from(plan.techniques.merges) * weighting.merge_area());
         for t in 2..=subpaths.camera.len() {
             let (subpath, y) = (&subpaths.camera[..t], &subpaths.camera[t - 1]);
-            let Some(bsdf) = y.bsdf.as_ref().filter(|_| y.is_connectible()) else { continue };
+            let Some(bsdf) = y.finite_bsdf() else { continue };
             let camera_side = weighting.camera_side(subpath);
             self.maps.within(&y.point, counters, |weighted, counters| {
                 let WeightedPhoton { photon, side, subpath: from_light } = weighted;

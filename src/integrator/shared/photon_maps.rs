@@ -97,8 +97,7 @@ impl<P: AsRef<Photon> + Send + Sync> PhotonMaps<P> {
         Visit { plan, vertex, walk, counters, .. }: &mut Visit<'_, '_, S, R>,
     ) -> Vec<(Technique, Rgb)> {
         let (mut sums, t) = (Vec::<(Technique, Rgb)>::new(), walk.bounces() as u16 + 2);
-        let bsdf = vertex.bsdf.as_ref().filter(|_| vertex.is_connectible());
-        let (Some(map), Some(bsdf)) = (&self.map, bsdf) else { return sums };
+        let (Some(map), Some(bsdf)) = (&self.map, vertex.finite_bsdf()) else { return sums };
         let scale = 1.0 / (f64::from(plan.techniques.merges) * map.area());
         self.within(&vertex.point, counters, |photon, counters| {
             let photon = photon.as_ref();

@@ -132,7 +132,7 @@ impl<'a, S: Scene + ?Sized + 'a> VirtualLights<'a, S> {
         let Visit { plan, walk, vertex: y, .. } = visit;
         let (plan, weight, t) = (*plan, walk.weight, walk.bounces() as u16 + 2);
         let scene = plan.stage.scene;
-        let Some(at_camera) = y.bsdf.as_ref().filter(|_| y.is_connectible()) else { return };
+        let Some(at_camera) = y.finite_bsdf() else { return };
         for VirtualLight { vertex: z, s, has_rival } in &self.lights {
             let technique = Technique::new(*s, t);
             let (Some(edge), Some(at_light)) = (Edge::between(&y.point, &z.point), &z.bsdf) else {
