@@ -151,6 +151,7 @@ fn run(
         threads: arguments.threads.map(usize::from),
         filter: arguments.filter.map_or(scene.filter, Into::into),
         sampler: arguments.sampler.into(),
+        ..Settings::default()
     };
     let depth = Depth { min_bounces: arguments.min_bounces, max_bounces };
     let roulette = if arguments.no_roulette { Roulette::NEVER } else { Roulette::default() };

@@ -60,6 +60,7 @@
 //! | [`scene`] | the trait that a host renderer implements; the ready-made [`World`] |
 //! | `tree` | the ray kernel, with the proofs that it misses nothing |
 //! | [`endpoint`] | lights and cameras |
+//! | [`light_tree`] | the choice among many lights |
 //! | [`material`] | descriptions of surfaces; colours that vary over them |
 //! | [`bsdf`] | scattering models |
 //! | [`film`] | contributions, filters, images |
@@ -102,6 +103,7 @@ pub mod geometry;
 #[cfg(feature = "import")]
 pub mod import;
 pub mod integrator;
+pub mod light_tree;
 pub mod material;
 pub mod math;
 pub mod path;

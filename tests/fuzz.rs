@@ -384,13 +384,8 @@ fn verify(plan: &Plan, world: &World, camera: &(dyn Camera + Send), seen: &Seen)
                 } else if verified.weight_sum_error.is_nan() || verified.weight_sum_error > 1e-9 {
                     result = fail("weights do not sum to 1");
                 } else if verified.worst() > 1e-12 {
-                    let (value, weight) = worlds::sensitivity(
-                        path,
-                        (world, camera),
-                        &weighting,
-                        64,
-                        &mut displacements,
-                    );
+                    let (value, weight) =
+                        worlds::sensitivity(path, &weighting, 64, &mut displacements);
                     // Lobes of width 1e-4 between nearly equal indices also magnify the rounding of
                     // local frames, which displacements do not show.
                     let (value, weight) = (4.0 * value + 1e-12, 4.0 * weight + 1e-12);

@@ -15,7 +15,7 @@ use common::Random;
 use glam::DVec3;
 use pathspace::film::{Sample, Technique};
 use pathspace::geometry::Place;
-use pathspace::integrator::{Bidirectional, Depth, Stage};
+use pathspace::integrator::{Arrivals, Bidirectional, Caller, Depth, Stage};
 use pathspace::path::{
     Excluded, Heuristic, LightSubpaths, PathDensities, PathRecord, Roulette, Scratch, TechniqueSet,
     Weighting,
@@ -49,13 +49,17 @@ fn audit(
     let mut audit = Audit::default();
     let set = integrator.techniques.pruned(&scene.world.needs());
     let weighting = Weighting::new(set, integrator.heuristic);
+    let stage = Stage { seed, ..Stage::new(&scene.world, &*scene.camera) };
+    // The choice of lights is in every weight, scaled by what arrives or not.
+    let arrivals = Arrivals::observe(stage, &Caller).filter(|_| seed % 2 == 1);
+    let stage = Stage { arrival: arrivals.as_ref().map(|seen| &seen.arrival), ..stage };
     for _ in 0..100 * paths {
         if audit.paths >= paths {
             break;
         }
         let film = worlds::film_sample(&*scene.camera, &mut sampler);
         integrator.for_each_path(
-            Stage::new(&scene.world, &*scene.camera),
+            stage,
             Sample { film, sampler: &mut sampler },
             &mut scratch,
             |path, contribution| {
@@ -67,13 +71,8 @@ fn audit(
                 assert!(contribution.weight > 0.0 && contribution.weight <= 1.0, "{}", what());
                 // Also false for what is not a number.
                 if !(verified.value_error <= rounding && verified.weight_error <= rounding) {
-                    let (value, weight) = worlds::sensitivity(
-                        path,
-                        (&scene.world, &*scene.camera),
-                        &weighting,
-                        64,
-                        &mut displacements,
-                    );
+                    let (value, weight) =
+                        worlds::sensitivity(path, &weighting, 64, &mut displacements);
                     assert!(verified.value_error <= value + rounding, "{} {value:e}", what());
                     assert!(verified.weight_error <= weight + rounding, "{} {weight:e}", what());
                 }

@@ -2,6 +2,7 @@
 
 use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check, sphere_cone};
 use crate::geometry::{Bounds, Disk, Frame, Place, Shape, Sphere, SurfacePoint, interpolated};
+use crate::light_tree::LightBounds;
 use crate::material::Texture;
 use crate::math::distribution::AliasTable;
 use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_cosine_hemisphere};
@@ -29,6 +30,7 @@ pub struct AreaLight {
     /// `∫ L dA`.
     radiance_integral: Rgb,
     two_sided: bool,
+    bounds: LightBounds,
 }
 
 /// Points at which a texture is looked up, all shapes together, to find the power.
@@ -107,8 +109,14 @@ impl AreaLight {
             uvs: corner_uvs,
             radiance_integral: Rgb::BLACK,
             two_sided,
+            bounds: LightBounds::NONE,
         };
-        Ok(Self { radiance_integral: light.integrate(&areas), ..light })
+        let radiance_integral = light.integrate(&areas);
+        let shapes = light.shapes.iter().zip(&areas).filter(|(_, area)| **area > 0.0);
+        let radiance = radiance_integral.mean() / area;
+        let of_shape = |(shape, area)| bounds_of(shape, radiance * area, two_sided);
+        let bounds = shapes.map(of_shape).fold(LightBounds::NONE, LightBounds::union);
+        Ok(Self { radiance_integral, bounds, ..light })
     }
 
     /// `∫ L dA`, by the midpoint rule in the unit square that each shape is sampled from.
@@ -198,6 +206,22 @@ impl AreaLight {
     }
 }
 
+/// The bounds of a shape that emits `radiance_integral`, ∫ L dA.
+fn bounds_of(shape: &Shape, radiance_integral: f64, two_sided: bool) -> LightBounds {
+    let bounds = shape.bounds();
+    let normal = match shape {
+        Shape::Triangle(triangle) => triangle.cross().try_normalize(),
+        Shape::Quad(quad) => quad.cross().try_normalize(),
+        Shape::Disk(disk) => Some(disk.normal),
+        // From anywhere a ball shows a quarter of its surface.
+        Shape::Sphere(_) => return LightBounds::isotropic(bounds, 0.25 * radiance_integral),
+    };
+    match normal.filter(|_| !two_sided) {
+        Some(normal) => LightBounds::lambertian(bounds, radiance_integral, normal),
+        None => LightBounds::isotropic(bounds, radiance_integral),
+    }
+}
+
 impl Endpoint for AreaLight {
     fn sample_point(&self, u1: f64, u2: DVec2) -> Option<PointSample> {
         let (index, _) = self.by_area.sample(u1);
@@ -256,6 +280,10 @@ impl Endpoint for AreaLight {
 impl Light for AreaLight {
     fn power(&self) -> Rgb {
         self.radiance_integral * (PI * if self.two_sided { 2.0 } else { 1.0 })
+    }
+
+    fn bounds(&self) -> Option<LightBounds> {
+        Some(self.bounds)
     }
 
     fn can_be_hit(&self) -> bool {

@@ -49,6 +49,7 @@ pub use thin_lens::ThinLensCamera;
 
 use crate::film::FilmRegion;
 use crate::geometry::{Bounds, Place, SurfacePoint};
+use crate::light_tree::LightBounds;
 use crate::math::{PerArea, PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -127,6 +128,12 @@ pub trait Light: Endpoint {
 
     /// True if a ray can reach it by chance: area lights and environments, not Dirac lights.
     fn can_be_hit(&self) -> bool;
+
+    /// Bounds on where it is and where it shines, by which it is chosen for a receiver. `None` if
+    /// it has none, as lights at infinity: then it is chosen by its power.
+    fn bounds(&self) -> Option<LightBounds> {
+        None
+    }
 
     /// True if it can be connected to: everything but a light with both Dirac position and Dirac
     /// direction.

@@ -1,7 +1,8 @@
 //! A point light.
 
 use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check};
-use crate::geometry::SurfacePoint;
+use crate::geometry::{Bounds, SurfacePoint};
+use crate::light_tree::LightBounds;
 use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_sphere};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -53,6 +54,11 @@ impl Endpoint for PointLight {
 impl Light for PointLight {
     fn power(&self) -> Rgb {
         self.intensity * (4.0 * PI)
+    }
+
+    fn bounds(&self) -> Option<LightBounds> {
+        let place = Bounds::of_points([self.position]);
+        Some(LightBounds::isotropic(place, self.intensity.mean()))
     }
 
     fn can_be_hit(&self) -> bool {

@@ -1,11 +1,12 @@
 //! A spot light: a point light that shines into a cone.
 
 use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check};
-use crate::geometry::{Frame, SurfacePoint};
+use crate::geometry::{Bounds, Frame, SurfacePoint};
+use crate::light_tree::LightBounds;
 use crate::math::warp::{direction_from_one_minus_cosine, square_to_smoothstep};
 use crate::math::{PerArea, PerProjected, Rgb};
 use glam::{DVec2, DVec3};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 const OBJECT: &str = "spot light";
 
@@ -224,6 +225,19 @@ impl Endpoint for SpotLight {
 impl Light for SpotLight {
     fn power(&self) -> Rgb {
         self.intensity * self.falloff.solid_angle()
+    }
+
+    /// The cosine of the angle from the inner cone stands for the falloff.
+    fn bounds(&self) -> Option<LightBounds> {
+        let angle = |one_minus_cosine: f64| 2.0 * (0.5 * one_minus_cosine).sqrt().asin();
+        let [theta_o, outer] = [self.falloff.inner, self.falloff.outer].map(angle);
+        let place = Bounds::of_points([self.position]);
+        let everywhere = LightBounds::isotropic(place, self.intensity.mean());
+        let theta_e = outer - theta_o;
+        Some(match theta_e <= FRAC_PI_2 {
+            true => LightBounds { axis: self.frame.z, theta_o, theta_e, ..everywhere },
+            false => everywhere,
+        })
     }
 
     fn can_be_hit(&self) -> bool {

@@ -158,7 +158,7 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
             let walks = LightWalks { roulette: &self.roulette, number, shortest };
             advance(&self.plan, &walks, samples, sink, scratch);
             join(&self.plan, samples, sink, scratch, |site| {
-                self.weighting.complete_light_subpath(&mut site.subpaths.light, stage.scene);
+                self.weighting.complete_light_subpath(&mut site.subpaths.light, stage);
                 let (s_last, t_last) = (site.subpaths.light.len(), site.subpaths.camera.len());
                 for t in 1..=t_last.max(1) {
                     let first = if t == 1 { 1 } else { 2 };

@@ -58,31 +58,29 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for LightTracer {
     #[inline(always)]
     fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
         let Site { plan: Plan { stage, techniques, depth, .. }, sample, out, counters, .. } = site;
-        let Stage { scene, camera, needs, .. } = *stage;
         if !techniques.lens_sampling {
             return None;
         }
-        let (walk, start) = RandomWalk::from_light(scene, &mut sample.sampler, counters)?;
+        let (walk, start) = RandomWalk::from_light(stage, &mut sample.sampler, counters)?;
         let from = (&start, None);
         if depth.contains(0)
-            && let Some(found) =
-                sample_lens_connection(scene, camera, from, 0, sample, out, counters)
+            && let Some(found) = sample_lens_connection(stage, from, 0, sample, out, counters)
         {
             out.connect(found.ends, found.contribution);
         }
         // Without a vertex that could be connected the walk would be for nothing.
-        walk?.if_useful(depth.limit() > 0 && needs.contains(Needs::FINITE_LOBES), counters)
+        walk?.if_useful(depth.limit() > 0 && stage.needs.contains(Needs::FINITE_LOBES), counters)
     }
 
     #[inline(always)]
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         let Visit { plan, walk, vertex, end, sample, out, counters } = visit;
-        let (Stage { scene, camera, .. }, bounces) = (plan.stage, walk.bounces() + 1);
+        let bounces = walk.bounces() + 1;
         let from = (&**vertex, Some(*end));
         if plan.depth.contains(bounces)
             && vertex.is_connectible()
             && let Some(found) =
-                sample_lens_connection(scene, camera, from, bounces, sample, out, counters)
+                sample_lens_connection(&plan.stage, from, bounces, sample, out, counters)
         {
             out.connect(found.ends, found.contribution);
         }

@@ -19,6 +19,7 @@
 //! ([`Steps`](crate::path::Steps)); many advance together.
 
 mod adaptive;
+mod arrivals;
 mod audit;
 mod bidirectional;
 mod crew;
@@ -34,6 +35,7 @@ mod with_needs;
 
 pub use crate::path::{Depth, Stage};
 pub use adaptive::{Adaptive, Candidate, Decision};
+pub use arrivals::Arrivals;
 pub use bidirectional::Bidirectional;
 pub use crew::{Caller, Crew};
 pub use instant_radiosity::{InstantRadiosity, VirtualLightPasses};

@@ -103,13 +103,12 @@ impl PathTracer {
     pub(super) fn hit<S: Scene + ?Sized, P>(&self, visit: &mut Visit<'_, '_, S, P>) {
         let Some((id, value)) = visit.emitted() else { return };
         let Visit { plan: Plan { stage, techniques, .. }, walk, vertex, .. } = visit;
-        let scene = stage.scene;
-        let light = scene.light(id);
+        let light = stage.scene.light(id);
         let competes = techniques.next_event && walk.is_from_connectible();
         let mut weight = 1.0;
         if competes && light.can_be_connected() {
             let point = light.pdf_from(walk.from(), &vertex.point);
-            let connect = point.value() * scene.pick_pmf_for(walk.from(), id);
+            let connect = point.value() * stage.pick_pmf_for(walk.from(), id);
             let hit = walk.pdf().value() * vertex.geometry;
             weight = self.heuristic.weight([connect / hit]);
         }

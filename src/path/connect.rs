@@ -1,7 +1,7 @@
 //! Points sampled on an endpoint for the sake of a given vertex: next event estimation and light
 //! tracing.
 
-use super::{Counters, Edge, End, Out, StartDensity, Vertex};
+use super::{Counters, Edge, End, Out, Stage, StartDensity, Vertex};
 use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
 use crate::film::{Contribution, Sample, Technique};
 use crate::geometry::{Place, SurfacePoint};
@@ -41,14 +41,10 @@ impl SampledEndpoint {
     /// The point as a vertex of a path.
     #[inline]
     #[must_use]
-    pub fn vertex<'s, S: Scene + ?Sized>(
-        &self,
-        scene: &'s S,
-        camera: &dyn Camera,
-    ) -> Vertex<S::Bsdf<'s>> {
+    pub fn vertex<'s, S: Scene + ?Sized>(&self, stage: &Stage<'s, S>) -> Vertex<S::Bsdf<'s>> {
         let walk = match self.light {
-            Some(id) => scene.light(id).point_pdf(&self.point) * scene.pick_pmf(id),
-            None => camera.point_pdf(&self.point),
+            Some(id) => stage.scene.light(id).point_pdf(&self.point) * stage.pick_pmf(id),
+            None => stage.camera.point_pdf(&self.point),
         };
         let start = StartDensity { walk, connection: self.pdf };
         Vertex {
@@ -63,14 +59,14 @@ impl SampledEndpoint {
 /// `None` if there is no light, or if the one chosen has nothing to offer to the receiver.
 #[inline(always)]
 pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(
-    scene: &S,
+    stage: &Stage<'_, S>,
     receiver: &SurfacePoint,
     sampler: &mut P,
 ) -> Option<SampledEndpoint> {
     // All numbers are drawn first, so that later dimensions do not depend on the outcome.
     let (u0, u1, u2) = (sampler.next_1d(), sampler.next_1d(), sampler.next_2d());
-    let (id, pmf) = scene.pick_light_for(receiver, u0)?;
-    let light = scene.light(id);
+    let (id, pmf) = stage.pick_light_for(receiver, u0)?;
+    let light = stage.scene.light(id);
     if !light.can_be_connected() {
         return None;
     }
@@ -120,17 +116,17 @@ pub struct NextEvent {
 /// nothing comes of it.
 #[inline(always)]
 pub fn sample_next_event<S: Scene + ?Sized, P: Sampler>(
-    scene: &S,
+    stage: &Stage<'_, S>,
     vertex: &Vertex<S::Bsdf<'_>>,
     sampler: &mut P,
     out: &mut Out<'_>,
     counters: &mut Counters,
 ) -> Option<NextEvent> {
-    let emitter = sample_emitter(scene, &vertex.point, sampler)?;
+    let emitter = sample_emitter(stage, &vertex.point, sampler)?;
     let (light, bsdf) = (emitter.light?, vertex.bsdf.as_ref()?);
     let edge = Edge::between(&vertex.point, &emitter.point)?;
     counters.connections += 1;
-    let radiance = scene.light(light).emit(&emitter.point, -edge.direction);
+    let radiance = stage.scene.light(light).emit(&emitter.point, -edge.direction);
     let incoming = edge.geometry * (radiance * emitter.throughput());
     if incoming.is_black() {
         return None;
@@ -158,8 +154,7 @@ pub struct LensConnection {
 /// of a walk has none, because its place can depend on the lens.
 #[inline(always)]
 pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
-    scene: &S,
-    camera: &dyn Camera,
+    &Stage { scene, camera, .. }: &Stage<'_, S>,
     (vertex, end): (&Vertex<S::Bsdf<'_>>, Option<End>),
     bounces: u32,
     Sample { film, sampler }: &mut Sample<P>,

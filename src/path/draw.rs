@@ -17,7 +17,7 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Site<'_, 's, S, P> {
         visit: impl FnOnce(&Path<'_, 's, S>, DVec2, &mut Out<'_>, &mut Counters),
     ) {
         let Self { plan, sample: Sample { film, sampler }, subpaths, out, counters } = self;
-        let Stage { scene, camera, film: region, .. } = plan.stage;
+        let Stage { camera, film: region, .. } = plan.stage;
         let (s, t) = (usize::from(s), usize::from(t));
         let (from_camera, from_light) = (&subpaths.camera, &subpaths.light);
         let is_closed = |subpath: &[Vertex<_>], n: usize| n > 1 && !subpath[n - 1].is_connectible();
@@ -31,20 +31,20 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Site<'_, 's, S, P> {
                 sampler.stream(Stream::LensSampling(s as u32 - 1));
                 let lens = sample_lens(camera, &from_light[s - 1].point, sampler);
                 let Some(lens) = lens else { return };
-                sampled = [lens.vertex(scene, camera)];
+                sampled = [lens.vertex(&plan.stage)];
                 (&sampled, &from_light[..s])
             }
             (1, _) => {
                 sampler.stream(Stream::NextEvent(t as u32 - 1));
-                let emitter = sample_emitter(scene, &from_camera[t - 1].point, sampler);
+                let emitter = sample_emitter(&plan.stage, &from_camera[t - 1].point, sampler);
                 let Some(emitter) = emitter else { return };
-                sampled = [emitter.vertex(scene, camera)];
+                sampled = [emitter.vertex(&plan.stage)];
                 (&from_camera[..t], &sampled)
             }
             _ => (&from_camera[..t], &from_light[..s]),
         };
         counters.connections += u64::from(s > 0);
-        let Some(path) = Path::new(scene, camera, camera_part, light_part) else { return };
+        let Some(path) = Path::new(&plan.stage, camera_part, light_part) else { return };
         let seen = || {
             let raster = path.lens_raster()? - film.offset;
             region.pixel_index(raster).is_some().then_some(raster)

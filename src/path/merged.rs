@@ -2,9 +2,9 @@
 
 use super::mis::{Ends, PathDensities};
 use super::view::ends;
-use super::{Vertex, Weighting};
+use super::{Stage, Vertex, Weighting};
 use crate::bsdf::TransportMode;
-use crate::endpoint::{Camera, LightId};
+use crate::endpoint::LightId;
 use crate::film::Technique;
 use crate::math::Rgb;
 use crate::scene::Scene;
@@ -14,8 +14,7 @@ use std::fmt;
 /// taken as one: x_m, with the position and the BSDF of the camera's, and the direction to the
 /// light of the photon. Copies nothing.
 pub struct MergedPath<'v, 's, S: Scene + ?Sized + 's> {
-    pub(super) scene: &'s S,
-    pub(super) camera: &'v dyn Camera,
+    pub(super) stage: &'v Stage<'s, S>,
     camera_part: &'v [Vertex<S::Bsdf<'s>>],
     light_part: &'v [Vertex<S::Bsdf<'s>>],
     light: LightId,
@@ -39,8 +38,7 @@ impl<'v, 's, S: Scene + ?Sized + 's> MergedPath<'v, 's, S> {
     /// `None` if it carries nothing.
     #[must_use]
     pub fn new(
-        scene: &'s S,
-        camera: &'v dyn Camera,
+        stage: &'v Stage<'s, S>,
         camera_part: &'v [Vertex<S::Bsdf<'s>>],
         light_part: &'v [Vertex<S::Bsdf<'s>>],
     ) -> Option<Self> {
@@ -55,7 +53,7 @@ impl<'v, 's, S: Scene + ?Sized + 's> MergedPath<'v, 's, S> {
             bsdf.pdf(to_camera, to_light, TransportMode::Radiance).value(),
             bsdf.pdf(to_light, to_camera, TransportMode::Importance).value(),
         ];
-        Some(Self { scene, camera, camera_part, light_part, light, flux, onwards })
+        Some(Self { stage, camera_part, light_part, light, flux, onwards })
     }
 
     /// The technique that drew the path.
@@ -118,7 +116,7 @@ impl<'v, 's, S: Scene + ?Sized + 's> MergedPath<'v, 's, S> {
     #[must_use]
     pub fn weight_of_sides(&self, weighting: &Weighting) -> f64 {
         let camera = weighting.camera_side(self.camera_part);
-        let light = weighting.light_side(self.light_part, self.scene);
+        let light = weighting.light_side(self.light_part, self.stage.scene);
         let [to_light, to_camera] = self.onwards;
         weighting.merge_weight([(&camera, to_camera), (&light, to_light)])
     }
@@ -162,6 +160,6 @@ impl<'s, S: Scene + ?Sized + 's> PathDensities for MergedPath<'_, 's, S> {
     fn ends(&self) -> Ends {
         let [lens, first, end] = [0, 1, self.edges()].map(|i| self.vertex(i));
         let points = [&lens.point, &first.point, &end.point];
-        ends(self.scene.light(self.light), points, [lens.start, end.start])
+        ends(self.stage.scene.light(self.light), points, [lens.start, end.start])
     }
 }

@@ -4,10 +4,10 @@
 use super::mis::{Ends, PathDensities};
 use super::view::ends;
 use super::walk::emission_density;
-use super::{Edge, MergedPath, Path, StartDensity, Weighting};
+use super::{Edge, MergedPath, Path, Stage, StartDensity, Weighting};
 use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
-use crate::endpoint::{Camera, Endpoint, LightId};
+use crate::endpoint::{Endpoint, LightId};
 use crate::film::Technique;
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::Rgb;
@@ -39,12 +39,12 @@ impl PathRecord {
     /// part of the BSDF at x_i. Edges between coinciding points have G = 0.
     #[must_use]
     pub fn evaluate<S: Scene + ?Sized>(
-        scene: &S,
-        camera: &dyn Camera,
+        stage: &Stage<'_, S>,
         points: &[SurfacePoint],
         dirac: &[bool],
         light: LightId,
     ) -> Self {
+        let Stage { scene, camera, .. } = *stage;
         let k = points.len() - 1;
         let none = Edge { direction: glam::DVec3::ZERO, geometry: 0.0 };
         let edge = |a: &SurfacePoint, b: &SurfacePoint| match (a.place, b.place) {
@@ -78,7 +78,7 @@ impl PathRecord {
         let to_camera = -edges[k - 1].direction;
         factors[k] = emitter.emit(&points[k], to_camera);
         towards_camera[k] = emitter.direction_pdf(&points[k], to_camera).value();
-        let start = emission_density(scene, light, &points[k - 1], &points[k]);
+        let start = emission_density(stage, light, &points[k - 1], &points[k]);
         let lens = StartDensity {
             walk: camera.point_pdf(&points[0]),
             connection: camera.pdf_from(&points[1], &points[0]),
@@ -99,17 +99,16 @@ impl PathRecord {
     /// two edges.
     #[must_use]
     pub fn evaluate_merge<S: Scene + ?Sized>(
-        scene: &S,
-        camera: &dyn Camera,
+        stage: &Stage<'_, S>,
         points: &[SurfacePoint],
         (m, photon): (usize, SurfacePoint),
         dirac: &[bool],
         light: LightId,
     ) -> Self {
-        let mut record = Self::evaluate(scene, camera, points, dirac, light);
+        let mut record = Self::evaluate(stage, points, dirac, light);
         let mut beyond = points.to_vec();
         beyond[m] = photon;
-        let beyond = Self::evaluate(scene, camera, &beyond, dirac, light);
+        let beyond = Self::evaluate(stage, &beyond, dirac, light);
         record.geometry_terms[m..].copy_from_slice(&beyond.geometry_terms[m..]);
         record.factors[m + 1..].copy_from_slice(&beyond.factors[m + 1..]);
         record.towards_light[m + 1..].copy_from_slice(&beyond.towards_light[m + 1..]);
@@ -120,7 +119,7 @@ impl PathRecord {
         };
         let to_light = towards(&photon, &points[m + 1]);
         let to_camera = towards(&points[m], &points[m - 1]);
-        let bsdf = ShadedBsdf::new(scene.bsdf(&points[m]), &points[m]);
+        let bsdf = ShadedBsdf::new(stage.scene.bsdf(&points[m]), &points[m]);
         record.factors[m] = bsdf.eval(to_light, to_camera);
         record.towards_light[m] = bsdf.pdf(to_camera, to_light, TransportMode::Radiance).value();
         record.towards_camera[m] = bsdf.pdf(to_light, to_camera, TransportMode::Importance).value();
@@ -243,7 +242,7 @@ impl<'s, S: Scene + ?Sized + 's> Path<'_, 's, S> {
         let densities = self.densities();
         let points: Vec<SurfacePoint> = (0..=k).map(|i| self.vertex(i).point).collect();
         let dirac: Vec<bool> = (0..=k).map(|i| i > 0 && i < k && densities.is_dirac(i)).collect();
-        PathRecord::evaluate(self.scene, self.camera, &points, &dirac, self.light)
+        PathRecord::evaluate(self.stage, &points, &dirac, self.light)
     }
 
     /// Re-evaluates the path from the definitions and compares.
@@ -264,7 +263,7 @@ impl<'s, S: Scene + ?Sized + 's> MergedPath<'_, 's, S> {
         let points: Vec<SurfacePoint> = (0..=k).map(|i| self.vertex(i).point).collect();
         let dirac: Vec<bool> = (0..=k).map(|i| i > 0 && i < k && self.is_dirac(i)).collect();
         let photon = (m, self.photon().point);
-        PathRecord::evaluate_merge(self.scene, self.camera, &points, photon, &dirac, self.light())
+        PathRecord::evaluate_merge(self.stage, &points, photon, &dirac, self.light())
     }
 
     /// Re-evaluates the path from the definitions and compares.

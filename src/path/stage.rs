@@ -1,8 +1,10 @@
 //! The subject of a rendering, and what is drawn of it.
 
 use super::{Depth, LeftOut, RandomWalk, TechniqueSet, Vertex};
-use crate::endpoint::Camera;
+use crate::endpoint::{Camera, LightId};
 use crate::film::{FilmRegion, Kernel, Sample};
+use crate::geometry::SurfacePoint;
+use crate::light_tree::{Arrival, LightTree};
 use crate::sampler::Sampler;
 use crate::scene::{Needs, Scene};
 use std::fmt;
@@ -23,10 +25,14 @@ pub struct Stage<'a, S: Scene + ?Sized> {
     pub samples: u64,
     /// The rendering's seed, for random numbers that are not those of samples.
     pub seed: u64,
+    /// The light that arrives in the picture, by which the choice of lights is scaled where the
+    /// scene has a [tree](Scene::light_tree) of them.
+    pub arrival: Option<&'a Arrival>,
 }
 
 impl<'a, S: Scene + ?Sized> Stage<'a, S> {
-    /// A stage with a box filter, 64 samples per pixel and seed 0.
+    /// A stage with a box filter, 64 samples per pixel and seed 0, where nothing is known of the
+    /// light that arrives.
     pub fn new(scene: &'a S, camera: &'a dyn Camera) -> Self {
         let film = camera.film();
         Self {
@@ -37,7 +43,53 @@ impl<'a, S: Scene + ?Sized> Stage<'a, S> {
             needs: scene.needs(),
             samples: 64 * u64::from(film.pixels()),
             seed: 0,
+            arrival: None,
         }
+    }
+
+    /// Chooses the light at which a walk starts; see [`Scene::pick_light`].
+    #[inline]
+    #[must_use]
+    pub fn pick_light(&self, u: f64) -> Option<(LightId, f64)> {
+        match self.tree() {
+            Some((tree, arrival)) => of_light(tree.sample_regardless(Some(arrival), u)),
+            None => self.scene.pick_light(u),
+        }
+    }
+
+    /// The probability with which `pick_light` chooses a light.
+    #[inline]
+    #[must_use]
+    pub fn pick_pmf(&self, id: LightId) -> f64 {
+        match self.tree() {
+            Some((tree, arrival)) => tree.pmf_regardless(Some(arrival), id.0),
+            None => self.scene.pick_pmf(id),
+        }
+    }
+
+    /// Chooses a light to connect `receiver` to; see [`Scene::pick_light_for`].
+    #[inline]
+    #[must_use]
+    pub fn pick_light_for(&self, receiver: &SurfacePoint, u: f64) -> Option<(LightId, f64)> {
+        match self.tree() {
+            Some((tree, arrival)) => of_light(tree.sample(receiver, Some(arrival), u)),
+            None => self.scene.pick_light_for(receiver, u),
+        }
+    }
+
+    /// The probability with which `pick_light_for` chooses a light for the same receiver.
+    #[inline]
+    #[must_use]
+    pub fn pick_pmf_for(&self, receiver: &SurfacePoint, id: LightId) -> f64 {
+        match self.tree() {
+            Some((tree, arrival)) => tree.pmf(receiver, Some(arrival), id.0),
+            None => self.scene.pick_pmf_for(receiver, id),
+        }
+    }
+
+    #[inline]
+    fn tree(&self) -> Option<(&'a LightTree, &'a Arrival)> {
+        self.arrival.and_then(|arrival| Some((self.scene.light_tree()?, arrival)))
     }
 
     /// Starts the camera walk of a sample; with the vertex on the lens.
@@ -49,6 +101,11 @@ impl<'a, S: Scene + ?Sized> Stage<'a, S> {
         let u = self.film.to_window(film.raster + film.offset);
         RandomWalk::from_camera(self.scene, self.camera, u, sampler)
     }
+}
+
+#[inline]
+fn of_light(choice: Option<(u32, f64)>) -> Option<(LightId, f64)> {
+    choice.map(|(item, pmf)| (LightId(item), pmf))
 }
 
 impl<S: Scene + ?Sized> Clone for Stage<'_, S> {

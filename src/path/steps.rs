@@ -235,7 +235,7 @@ impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
         }
         let Self { plan, walk, vertex, sample, out, counters, .. } = self;
         sample.sampler.stream(Stream::NextEvent(walk.bounces() + 1));
-        sample_next_event(plan.stage.scene, vertex, &mut sample.sampler, out, counters)
+        sample_next_event(&plan.stage, vertex, &mut sample.sampler, out, counters)
     }
 
     /// The light that the vertex belongs to, and the estimate `T Le` of hitting it, if paths of this

@@ -3,9 +3,9 @@
 use super::connect::are_joinable;
 use super::mis::{Ends, PathDensities};
 use super::walk::emission_density;
-use super::{Counters, Edge, StartDensity, Vertex, Weighting};
+use super::{Counters, Edge, Stage, StartDensity, Vertex, Weighting};
 use crate::bsdf::TransportMode;
-use crate::endpoint::{Camera, Endpoint, Light, LightId};
+use crate::endpoint::{Endpoint, Light, LightId};
 use crate::film::Technique;
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::Rgb;
@@ -17,8 +17,7 @@ use std::fmt;
 /// A complete path `x_0 … x_k`: the first t vertices from the camera, the last s from the light.
 /// Copies nothing.
 pub struct Path<'v, 's, S: Scene + ?Sized + 's> {
-    pub(super) scene: &'s S,
-    pub(super) camera: &'v dyn Camera,
+    pub(super) stage: &'v Stage<'s, S>,
     pub(super) camera_part: &'v [Vertex<S::Bsdf<'s>>],
     pub(super) light_part: &'v [Vertex<S::Bsdf<'s>>],
     pub(super) light: LightId,
@@ -50,15 +49,14 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
     #[inline]
     #[must_use]
     pub fn new(
-        scene: &'s S,
-        camera: &'v dyn Camera,
+        stage: &'v Stage<'s, S>,
         camera_part: &'v [Vertex<S::Bsdf<'s>>],
         light_part: &'v [Vertex<S::Bsdf<'s>>],
     ) -> Option<Self> {
         if light_part.is_empty() {
-            Self::hit(scene, camera, camera_part)
+            Self::hit(stage, camera_part)
         } else {
-            Self::connect(scene, camera, camera_part, light_part)
+            Self::connect(stage, camera_part, light_part)
         }
     }
 
@@ -66,18 +64,14 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
     /// emits nothing this way.
     #[inline]
     #[must_use]
-    pub fn hit(
-        scene: &'s S,
-        camera: &'v dyn Camera,
-        camera_part: &'v [Vertex<S::Bsdf<'s>>],
-    ) -> Option<Self> {
+    pub fn hit(stage: &'v Stage<'s, S>, camera_part: &'v [Vertex<S::Bsdf<'s>>]) -> Option<Self> {
         let end = camera_part.last()?;
-        let (light, radiance) = end.emission(scene)?;
+        let (light, radiance) = end.emission(stage.scene)?;
         if camera_part.len() < 2 {
             return None;
         }
         let value = end.throughput * radiance;
-        Some(Self { scene, camera, camera_part, light_part: &[], light, joint: None, value })
+        Some(Self { stage, camera_part, light_part: &[], light, joint: None, value })
     }
 
     /// The path that joins the last vertices of a camera part and a light part, neither of them
@@ -86,8 +80,7 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
     #[inline]
     #[must_use]
     pub fn connect(
-        scene: &'s S,
-        camera: &'v dyn Camera,
+        stage: &'v Stage<'s, S>,
         camera_part: &'v [Vertex<S::Bsdf<'s>>],
         light_part: &'v [Vertex<S::Bsdf<'s>>],
     ) -> Option<Self> {
@@ -98,23 +91,29 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
             return None;
         }
         let at_camera = match &y.bsdf {
-            None => camera.emit(&y.point, edge.direction),
+            None => stage.camera.emit(&y.point, edge.direction),
             Some(bsdf) => bsdf.eval(edge.direction, y.to_previous),
         };
         if at_camera.is_black() {
             return None;
         }
         let at_light = match &z.bsdf {
-            None => scene.light(light).emit(&z.point, -edge.direction),
+            None => stage.scene.light(light).emit(&z.point, -edge.direction),
             Some(bsdf) => bsdf.eval(z.to_previous, -edge.direction),
         };
         if at_light.is_black() {
             return None;
         }
         let value = (y.throughput * at_camera) * (edge.geometry * (at_light * z.throughput));
-        let path = Self { scene, camera, camera_part, light_part, light, joint: Some(edge), value };
+        let path = Self { stage, camera_part, light_part, light, joint: Some(edge), value };
         let lens_to_light = camera_part.len() == 1 && light_part.len() == 1;
         (!value.is_black() && (!lens_to_light || path.ends_are_joinable())).then_some(path)
+    }
+
+    /// The subject of the rendering that drew it.
+    #[must_use]
+    pub fn stage(&self) -> &'v Stage<'s, S> {
+        self.stage
     }
 
     /// The technique that drew the path.
@@ -134,7 +133,7 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
     #[inline]
     #[must_use]
     pub fn lens_raster(&self) -> Option<DVec2> {
-        self.camera.raster(&self.camera_part.first()?.point, self.joint?.direction)
+        self.stage.camera.raster(&self.camera_part.first()?.point, self.joint?.direction)
     }
 
     /// Number of scattering events, k - 1.
@@ -177,8 +176,8 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
         };
         counters.shadow_rays += 1;
         match self.facing() {
-            Some(facing) => self.scene.visible(&y.point, &facing),
-            None => self.scene.visible(&y.point, &z.point),
+            Some(facing) => self.stage.scene.visible(&y.point, &facing),
+            None => self.stage.scene.visible(&y.point, &z.point),
         }
     }
 
@@ -188,7 +187,7 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
     pub fn facing(&self) -> Option<SurfacePoint> {
         let (y, z) = (self.camera_part.last()?, self.light_part.last()?);
         (y.bsdf.is_none() && z.bsdf.is_none())
-            .then(|| self.scene.light(self.light).facing(&z.point, &y.point))
+            .then(|| self.stage.scene.light(self.light).facing(&z.point, &y.point))
     }
 
     /// The multiple importance sampling weight of the technique that drew the path, within a set
@@ -219,14 +218,14 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
         match (self.light_part, self.camera_part) {
             ([start, ..], _) => start.start,
             ([], [.., receiver, end]) => {
-                emission_density(self.scene, self.light, &receiver.point, &end.point)
+                emission_density(self.stage, self.light, &receiver.point, &end.point)
             }
             _ => StartDensity::default(),
         }
     }
 
     pub(super) fn ends_are_joinable(&self) -> bool {
-        let hittable = self.scene.light(self.light).can_be_hit();
+        let hittable = self.stage.scene.light(self.light).can_be_hit();
         let lens = self.vertex(0).point.place;
         let light = self.vertex(self.edges()).point.place;
         are_joinable(lens, light, hittable)
@@ -235,7 +234,7 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
     fn ends(&self) -> Ends {
         let [lens, first, end] = [0, 1, self.edges()].map(|i| self.vertex(i));
         let points = [&lens.point, &first.point, &end.point];
-        ends(self.scene.light(self.light), points, [lens.start, self.light_start()])
+        ends(self.stage.scene.light(self.light), points, [lens.start, self.light_start()])
     }
 
     /// Densities at the two vertices that the connection joins; they depend on both parts.
@@ -244,13 +243,14 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
         let Some(y) = self.camera_part.last() else { return joint };
         let Some(edge) = &self.joint else {
             joint.towards_camera =
-                self.scene.light(self.light).direction_pdf(&y.point, y.to_previous).value();
+                self.stage.scene.light(self.light).direction_pdf(&y.point, y.to_previous).value();
             return joint;
         };
         let z = self.vertex(self.camera_part.len());
         match &y.bsdf {
             None => {
-                joint.towards_light = self.camera.direction_pdf(&y.point, edge.direction).value()
+                joint.towards_light =
+                    self.stage.camera.direction_pdf(&y.point, edge.direction).value()
             }
             Some(bsdf) => {
                 joint.towards_light =
@@ -261,8 +261,12 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
         }
         match &z.bsdf {
             None => {
-                joint.towards_camera =
-                    self.scene.light(self.light).direction_pdf(&z.point, -edge.direction).value();
+                joint.towards_camera = self
+                    .stage
+                    .scene
+                    .light(self.light)
+                    .direction_pdf(&z.point, -edge.direction)
+                    .value();
             }
             Some(bsdf) => {
                 joint.towards_camera =

@@ -5,7 +5,7 @@
 //! geometry terms cancel against `p_area = p⊥ G`.
 
 use super::connect::lens_numbers;
-use super::{Counters, Edge, Roulette, Scattered, StartDensity, Vertex};
+use super::{Counters, Edge, Roulette, Scattered, Stage, StartDensity, Vertex};
 use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
 use crate::endpoint::{Camera, Endpoint, LightId};
@@ -66,7 +66,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     /// Starts a walk at a light chosen by the scene. The vertex on the light is returned even if no
     /// ray leaves it, because it may still be connected to.
     pub fn from_light<P: Sampler>(
-        scene: &'s S,
+        stage: &Stage<'s, S>,
         sampler: &mut P,
         counters: &mut Counters,
     ) -> Option<(Option<Self>, Vertex<S::Bsdf<'s>>)> {
@@ -74,13 +74,13 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         let (u0, u1, u2, u3) =
             (sampler.next_1d(), sampler.next_1d(), sampler.next_2d(), sampler.next_2d());
         counters.light_subpaths += 1;
-        let (id, pmf) = scene.pick_light(u0)?;
-        let light = scene.light(id);
+        let (id, pmf) = stage.pick_light(u0)?;
+        let light = stage.scene.light(id);
         let sample = light.sample_point(u1, u2)?;
         let pdf = sample.pdf * pmf;
         let mut vertex =
             Vertex::endpoint(sample.point, Some(id), StartDensity { walk: pdf, connection: pdf });
-        let walk = Self::start(scene, light, TransportMode::Importance, &mut vertex, u3);
+        let walk = Self::start(stage.scene, light, TransportMode::Importance, &mut vertex, u3);
         if let Some(walk) = &walk {
             counters.ledger.emitted += walk.throughput;
         }
@@ -297,14 +297,14 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
 /// connects to, each with the probability of choosing the light.
 #[must_use]
 pub(super) fn emission_density<S: Scene + ?Sized>(
-    scene: &S,
+    stage: &Stage<'_, S>,
     id: LightId,
     receiver: &SurfacePoint,
     point: &SurfacePoint,
 ) -> StartDensity {
-    let light = scene.light(id);
+    let light = stage.scene.light(id);
     StartDensity {
-        walk: light.point_pdf(point) * scene.pick_pmf(id),
-        connection: light.pdf_from(receiver, point) * scene.pick_pmf_for(receiver, id),
+        walk: light.point_pdf(point) * stage.pick_pmf(id),
+        connection: light.pdf_from(receiver, point) * stage.pick_pmf_for(receiver, id),
     }
 }

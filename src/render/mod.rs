@@ -18,7 +18,7 @@ pub use settings::{Budget, RenderError, Settings};
 
 use crate::endpoint::Camera;
 use crate::film::{Film, Filter, Image, NonFinite};
-use crate::integrator::{Crew, Integrator, Notes, Run, Stage};
+use crate::integrator::{Arrivals, Crew, Integrator, Notes, Run, Stage};
 use crate::path::{Counters, TechniqueSet};
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
@@ -67,7 +67,8 @@ pub struct Rendering {
     pub counters: Counters,
     /// Wall-clock time spent rendering, without the progress callback.
     pub wall: Duration,
-    /// The part of it before the first pass, in which the integrator prepared itself.
+    /// The part of it before the first pass, in which lights were observed and the integrator
+    /// prepared itself.
     pub preparation: Duration,
     /// Sum over the threads of the time that they spent on samples: processor time, if no thread
     /// had to wait for a processor.
@@ -180,7 +181,11 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
         needs: scene.needs(),
         samples: samples(&film, settings.budget.samples().unwrap_or(UNKNOWN_BUDGET)),
         seed: settings.seed,
+        arrival: None,
     };
+    let arrivals = settings.observes_lights.then(|| Arrivals::observe(stage, &crew)).flatten();
+    let stage = Stage { arrival: arrivals.as_ref().map(|a| &a.arrival), ..stage };
+    let observed = arrivals.as_ref().map_or_else(Counters::default, |a| a.counters);
     let mut run = integrator.start(stage, &crew)?;
     let preparation = start.elapsed();
     let job = Job { source, kernel, region, threads: &threads };
@@ -193,7 +198,7 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
         let since = start.elapsed();
         (passes, wall) = (pass, since - paused);
         let (film, counters) =
-            (&totals.film, &with_preparation(totals.counters, run.preparation()));
+            (&totals.film, &with_preparation(totals.counters, [observed, run.preparation()]));
         let mut fraction = settings.budget.fraction(passes, wall);
         if let Some(watch) = &mut watch {
             watch.look(passes, || film.image(samples(film, passes)));
@@ -211,7 +216,7 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
         image: film.image(samples(&film, passes)),
         film,
         samples_per_pixel: passes,
-        counters: with_preparation(counters, run.preparation()),
+        counters: with_preparation(counters, [observed, run.preparation()]),
         wall,
         preparation,
         thread_time: thread_time + crew.time(),
@@ -227,8 +232,10 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
 
 /// Counts of samples and of what was done beside them, whose rays are rays but whose samples are
 /// none of the image's.
-fn with_preparation(mut counters: Counters, preparation: Counters) -> Counters {
-    counters += Counters { samples: 0, ..preparation };
+fn with_preparation(mut counters: Counters, preparations: [Counters; 2]) -> Counters {
+    for preparation in preparations {
+        counters += Counters { samples: 0, ..preparation };
+    }
     counters
 }
 

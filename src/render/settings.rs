@@ -70,6 +70,9 @@ pub struct Settings {
     pub filter: Filter,
     /// The source of random numbers. Default: independent.
     pub sampler: SamplerKind,
+    /// True to see first which lights [arrive](crate::integrator::Arrivals) in the picture and to
+    /// choose among them by that, where there are several. Default: true.
+    pub observes_lights: bool,
 }
 
 impl Default for Settings {
@@ -81,6 +84,7 @@ impl Default for Settings {
             threads: None,
             filter: Filter::Box,
             sampler: SamplerKind::Independent,
+            observes_lights: true,
         }
     }
 }

@@ -289,7 +289,7 @@ impl WorldBuilder {
         } else {
             bounds
         };
-        let light_choice = lights::prepare(&mut lights, &lit)?;
+        let light_tree = lights::prepare(&mut lights, &lit)?;
         Warning::of_surfaces(&self.surfaces, &self.shapes, &bounds, &mut self.warnings);
         let areas: Vec<f64> = self.shapes.iter().map(Shape::area).collect();
         let bvh = Bvh::new(self.shapes, &bounds);
@@ -300,7 +300,7 @@ impl WorldBuilder {
             self.surfaces,
             lights,
             environment,
-            light_choice,
+            light_tree,
             &areas,
             self.warnings,
         ))

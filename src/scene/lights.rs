@@ -1,29 +1,91 @@
-//! The lights of a world and the choice among them by their power.
+//! The lights of a world and the choice among them.
 
-use super::error::{SceneError, check};
-use crate::endpoint::{Light, LightId};
+use super::error::{SceneError, check, check_point};
+use crate::endpoint::Light;
 use crate::geometry::Bounds;
+use crate::light_tree::{LightBounds, LightTree, with_floor};
 use crate::math::distribution::AliasTable;
+use std::f64::consts::PI;
 
 /// A light that a world can own.
 pub(crate) type BoxedLight = Box<dyn Light + Send>;
 
-/// Tells all lights how large the scene is and builds the table to choose among them.
+/// Tells all lights how large the scene is and builds the tree to choose among them.
+///
+/// Without a receiver, where light walks start, lights are chosen by the flux that they can send
+/// into the box, and a little by number.
 pub(crate) fn prepare(
     lights: &mut [(String, BoxedLight)],
     bounds: &Bounds,
-) -> Result<Choice, SceneError> {
-    let mut powers = Vec::with_capacity(lights.len());
-    for (name, light) in lights {
+) -> Result<LightTree, SceneError> {
+    let mut all = Vec::with_capacity(lights.len());
+    for (name, light) in lights.iter_mut() {
         light.set_scene_bounds(bounds);
         let power = light.power();
         power
             .0
             .iter()
             .try_for_each(|&p| check(name, "power", p, "finite and not negative", |p| p >= 0.0))?;
-        powers.push(power.mean());
+        let power = if light.is_black() { 0.0 } else { power.mean() };
+        let around = light.bounds();
+        if let Some(around) = around {
+            check_bounds(name, &around)?;
+        }
+        all.push((power, around.unwrap_or_else(|| unbounded(power, bounds))));
     }
-    Ok(Choice::new(&powers))
+    // A light may shine although it does not know how much.
+    let known: Vec<f64> = all.iter().map(|(power, _)| *power).filter(|p| *p > 0.0).collect();
+    let usual = known.iter().map(|power| power / known.len() as f64).sum::<f64>();
+    let usual = if usual > 0.0 { usual } else { 1.0 };
+    for ((power, around), (_, light)) in all.iter_mut().zip(&*lights) {
+        let shines = !light.is_black() && light.can_illuminate(bounds);
+        if shines && *power == 0.0 && bounds.radius() > 0.0 {
+            *power = usual;
+        }
+        if *power > 0.0 && around.intensity == 0.0 {
+            let intensity = *power / (4.0 * PI);
+            *around = match around.is_bounded() {
+                true => LightBounds { intensity, ..*around },
+                false => unbounded(*power, bounds),
+            };
+        }
+        *power = power.min(around.intensity * solid_angle(around, bounds));
+    }
+    let (powers, bounds): (Vec<f64>, Vec<LightBounds>) = all.into_iter().unzip();
+    Ok(LightTree::new(&bounds, &with_floor(&powers)))
+}
+
+/// The bounds of a light at infinity that sends a flux into the scene. A box of surface 4 A has a
+/// mean shadow of A.
+fn unbounded(power: f64, scene: &Bounds) -> LightBounds {
+    let surface = 4.0 * PI * scene.radius().powi(2);
+    LightBounds::unbounded(if surface > 0.0 { power / surface } else { 0.0 })
+}
+
+/// The solid angle under which a light sees the sphere around a box; infinite for one at infinity.
+fn solid_angle(light: &LightBounds, scene: &Bounds) -> f64 {
+    if !light.is_bounded() {
+        return f64::INFINITY;
+    }
+    let reach = scene.radius() + light.bounds.radius();
+    let sine = reach / light.bounds.center().distance(scene.center());
+    if sine < 1.0 {
+        // 1 - cos
+        2.0 * PI * sine * sine / (1.0 + (1.0 - sine * sine).sqrt())
+    } else {
+        4.0 * PI
+    }
+}
+
+/// Refuses bounds that say nothing.
+fn check_bounds(name: &str, light: &LightBounds) -> Result<(), SceneError> {
+    let is_angle = |angle: f64| (0.0..=PI).contains(&angle);
+    check(name, "intensity", light.intensity, "finite and not negative", |i| i >= 0.0)?;
+    check(name, "theta_o", light.theta_o, "an angle from 0 to pi", is_angle)?;
+    check(name, "theta_e", light.theta_e, "an angle from 0 to pi", is_angle)?;
+    check(name, "axis", light.axis.length(), "a unit vector", |l| (l - 1.0).abs() < 1e-3)?;
+    check_point(name, "bounds", light.bounds.min)?;
+    check_point(name, "bounds", light.bounds.max)
 }
 
 /// A choice among numbered things with given weights; those of weight 0 are never chosen, and
@@ -46,20 +108,6 @@ impl Choice {
         let (index, pmf) = self.0.as_ref()?.sample(u);
         Some((index as u32, pmf))
     }
-
-    /// The probability of one of the things; 0 for a number that is none of them.
-    #[inline]
-    pub fn pmf(&self, index: u32) -> f64 {
-        self.0.as_ref().map_or(0.0, |table| {
-            if (index as usize) < table.len() { table.pmf(index as usize) } else { 0.0 }
-        })
-    }
-
-    /// The id of a light chosen by this table.
-    #[inline]
-    pub fn sample_light(&self, u: f64) -> Option<(LightId, f64)> {
-        self.sample(u).map(|(index, pmf)| (LightId(index), pmf))
-    }
 }
 
 #[cfg(test)]
@@ -71,13 +119,9 @@ mod tests {
         let choice = Choice::new(&[0.0, 1.0, 0.0, 3.0, 0.0]);
         for u in [0.0, 0.2, 0.25, 0.5, 0.999, 1.0f64.next_down()] {
             let (index, pmf) = choice.sample(u).unwrap();
-            assert_eq!(pmf, choice.pmf(index));
-            assert!(pmf > 0.0);
+            assert_eq!(pmf, if index == 1 { 0.25 } else { 0.75 });
+            assert!(index == 1 || index == 3);
         }
-        assert_eq!(
-            (choice.pmf(0), choice.pmf(1), choice.pmf(3), choice.pmf(9)),
-            (0.0, 0.25, 0.75, 0.0)
-        );
         assert_eq!(Choice::new(&[0.0, 0.0]).sample(0.5), None);
         assert_eq!(Choice::new(&[]).sample(0.5), None);
         assert_eq!(Choice::new(&[1e308, 1e308]).sample(0.7).map(|(_, pmf)| pmf), Some(0.5));

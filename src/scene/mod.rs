@@ -8,7 +8,8 @@
 //! | visibility V of the geometry term (shadow rays) | [`Scene::visible`] |
 //! | f at a point | [`Scene::bsdf`] |
 //! | Le, and the light that a point belongs to | [`Scene::light`], [`Scene::light_at`] |
-//! | choice of a light, and its probability | [`Scene::pick_light`], [`Scene::pick_pmf`] |
+//! | choice of a light to start at, and its probability | [`Scene::pick_light`], [`Scene::pick_pmf`] |
+//! | the same for a receiver | [`Scene::pick_light_for`], [`Scene::pick_pmf_for`] |
 //! | features that the scene has at all | [`Needs`] |
 //!
 //! A [`WorldBuilder`] makes a [`World`] of shapes, [`Mesh`]es, [`Material`]s and lights. It refuses
@@ -36,6 +37,7 @@ pub use world::World;
 use crate::bsdf::Bsdf;
 use crate::endpoint::{Light, LightId};
 use crate::geometry::SurfacePoint;
+use crate::light_tree::LightTree;
 use glam::{DVec2, DVec3};
 
 /// The questions of integrators about a scene. A host renderer implements it over its own geometry
@@ -100,22 +102,29 @@ pub trait Scene: Sync {
     /// A light by its id.
     fn light(&self, id: LightId) -> &Self::Light;
 
-    /// Chooses a light with a number in `[0, 1)`; returns its probability too. `None` if there is
-    /// no light.
+    /// Chooses the light at which a walk starts, with a number in `[0, 1)`; returns its probability
+    /// too. `None` if there is no light.
     fn pick_light(&self, u: f64) -> Option<(LightId, f64)>;
 
     /// The probability with which `pick_light` chooses a light.
     fn pick_pmf(&self, id: LightId) -> f64;
 
-    /// Chooses a light to connect `receiver` to; returns its probability too. The default does not
-    /// look at the receiver. Where the light is chosen for the start of a walk there is none.
+    /// Chooses a light to connect `receiver` to; returns its probability too. `None` if no light
+    /// can reach it. The default does not look at the receiver.
     fn pick_light_for(&self, _receiver: &SurfacePoint, u: f64) -> Option<(LightId, f64)> {
         self.pick_light(u)
     }
 
-    /// The probability with which `pick_light_for` chooses a light for the same receiver.
+    /// The probability with which `pick_light_for` chooses a light for the same receiver; to the
+    /// bit the one that it returns.
     fn pick_pmf_for(&self, _receiver: &SurfacePoint, id: LightId) -> f64 {
         self.pick_pmf(id)
+    }
+
+    /// The tree that all four choose by, items being the numbers of lights, if they do: a rendering
+    /// then [scales](crate::light_tree::Arrival) their choice by what arrives in its picture.
+    fn light_tree(&self) -> Option<&LightTree> {
+        None
     }
 
     /// The features that rendering this scene takes; integrators leave out the rest.

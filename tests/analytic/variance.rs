@@ -112,13 +112,15 @@ fn photon_sphere() -> World {
 #[test]
 fn f08_variance_of_a_photon_count() {
     let (world, point) = (photon_sphere(), DVec3::new(0.48, -0.6, 0.64));
+    let lens = camera(DVec3::ZERO, DVec3::X, 90.0);
+    let stage = integrator::Stage::new(&world, &lens);
     let (walks, passes, radius) = (1000u32, 40_000u32, 0.2f64);
     let mut irradiance = Estimate::default();
     for pass in 0..passes {
         let mut flux = 0.0;
         for i in 0..walks {
             let mut sampler = Independent { seed: 4 }.sampler(pass, i);
-            let (walk, _) = RandomWalk::from_light(&world, &mut sampler, &mut Counters::default())
+            let (walk, _) = RandomWalk::from_light(&stage, &mut sampler, &mut Counters::default())
                 .expect("light");
             let walk = walk.expect("a ray");
             let (from, direction) = walk.ray();

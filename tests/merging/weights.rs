@@ -5,8 +5,8 @@ use crate::worlds::{self, Result, TestScene};
 use pathspace::film::Sample;
 use pathspace::gallery;
 use pathspace::integrator::{
-    Bidirectional, Caller, Depth, Integrator, Merging, Run, Stage, VertexConnectionMerging,
-    WithNeeds,
+    Arrivals, Bidirectional, Caller, Depth, Integrator, Merging, Run, Stage,
+    VertexConnectionMerging, WithNeeds,
 };
 use pathspace::path::{Heuristic, LightSubpaths, Scratch, TechniqueSet, Verification};
 
@@ -45,6 +45,8 @@ fn audit(
     let (mut sampler, mut scratch, mut audit) =
         (Random::new(seed), Scratch::default(), Audit::default());
     let stage = Stage { seed, ..Stage::new(&scene.world, &*scene.camera) };
+    let arrivals = Arrivals::observe(stage, &Caller);
+    let stage = Stage { arrival: arrivals.as_ref().map(|seen| &seen.arrival), ..stage };
     let mut run = integrator.start(stage, &Caller)?;
     run.keep_subpaths();
     for pass in 0..2000 {

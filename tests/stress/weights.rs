@@ -5,7 +5,7 @@ use crate::measure::{Method, Probe};
 use crate::scenes::{Stage, camera, lambert};
 use pathspace::endpoint::LightId;
 use pathspace::film::{Contribution, FilmSample, Sample, Technique};
-use pathspace::geometry::Sphere;
+use pathspace::geometry::{Sphere, SurfacePoint};
 use pathspace::glam::{DVec2, DVec3};
 use pathspace::integrator::{self, Bidirectional, Caller, Depth, Integrator, PathTracer, Run};
 use pathspace::path::{Heuristic, Roulette, Scratch, TechniqueSet, Weighting};
@@ -26,13 +26,16 @@ fn two_lights(scale: f64) -> World {
 }
 
 /// The weight of a technique inside a diffuse sphere. All densities per area are 1 / (4π R²) but
-/// that of the point on the light, which is r times as large: for k bounces w = 1 / (1 + k r) by
-/// hitting the light, r / (1 + k r) by any other technique (row F13 of tests/data/analytic.json,
-/// for two lights).
-fn weight(world: &World, light: LightId, s: u16, k: u32) -> f64 {
+/// that of the point on the light, which is r_s times as large: for k bounces and n techniques that
+/// start at the light w = r_s / (1 + r_1 + n r_2), where hitting the light has r_0 = 1 (row F13 of
+/// tests/data/analytic.json, for two lights). Each light's bounds contain all receivers, for which
+/// its importance is then the same.
+fn weight(world: &World, light: LightId, s: u16, n: u32) -> f64 {
     let area = [0.9, 0.1][light.0 as usize];
-    let r = world.pick_pmf(light) / area;
-    if s == 0 { 1.0 / (1.0 + f64::from(k) * r) } else { r / (1.0 + f64::from(k) * r) }
+    let connected = world.pick_pmf_for(&SurfacePoint::dirac(DVec3::ZERO), light) / area;
+    let started = world.pick_pmf(light) / area;
+    let r = [1.0, connected, started][usize::from(s.min(2))];
+    r / (1.0 + connected + f64::from(n) * started)
 }
 
 #[test]
@@ -55,7 +58,8 @@ fn stress_s18_weights_of_twenty_vertices() {
                     Sample { film, sampler: Independent { seed: 1 }.sampler(0, i) },
                     &mut scratch,
                     |path, contribution| {
-                        let expected = weight(&world, path.light(), contribution.technique.s, k);
+                        let expected =
+                            weight(&world, path.light(), contribution.technique.s, k - 1);
                         assert!(
                             (contribution.weight / expected - 1.0).abs() < 1e-12,
                             "{scale:e} {contribution:?} {expected}"
@@ -96,7 +100,7 @@ fn stress_s18_weights_of_path_tracing() {
         contributions.iter().filter(|c| c.technique.t > 2 || c.technique.s > 0)
     {
         let is_weight_of =
-            |light| (measured / weight(&world, LightId(light), *s, 1) - 1.0).abs() < 1e-12;
+            |light| (measured / weight(&world, LightId(light), *s, 0) - 1.0).abs() < 1e-12;
         assert!(is_weight_of(0) || is_weight_of(1), "({s}, {t}): {measured}");
     }
     assert!(contributions.len() > 4000);

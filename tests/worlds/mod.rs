@@ -10,7 +10,7 @@ use pathspace::endpoint::{
 use pathspace::film::FilmSample;
 use pathspace::geometry::{Disk, Place, Quad, Sphere, SurfacePoint};
 use pathspace::math::Rgb;
-use pathspace::path::{Path, PathDensities, PathRecord, Weighting};
+use pathspace::path::{Path, PathDensities, PathRecord, Stage, Weighting};
 use pathspace::sampler::Sampler;
 use pathspace::scene::{Emission, Material, MaterialId, Mesh, SurfaceId, World, WorldBuilder};
 use std::error::Error;
@@ -318,7 +318,7 @@ pub fn film_sample(camera: &(impl Camera + ?Sized), sampler: &mut impl Sampler) 
 
 /// The record with every vertex displaced by a few times its error bound.
 fn displaced(
-    scene: (&World, &(dyn Camera + Send)),
+    stage: &Stage<'_, World>,
     record: &PathRecord,
     light: LightId,
     random: &mut impl Sampler,
@@ -347,7 +347,7 @@ fn displaced(
         }
     };
     let points: Vec<SurfacePoint> = record.points.iter().enumerate().map(move_point).collect();
-    PathRecord::evaluate(scene.0, scene.1, &points, &record.dirac, light)
+    PathRecord::evaluate(stage, &points, &record.dirac, light)
 }
 
 /// The largest change of value and weight that is let pass: eight times the most that they do over
@@ -355,7 +355,6 @@ fn displaced(
 /// adds up to their number.
 pub fn sensitivity(
     path: &Path<'_, '_, World>,
-    scene: (&World, &(dyn Camera + Send)),
     weighting: &Weighting,
     displacements: u32,
     random: &mut impl Sampler,
@@ -364,7 +363,7 @@ pub fn sensitivity(
     let (value, weight) = (record.estimate(t), record.weight(path.technique(), weighting));
     let mut largest = (0.0f64, 0.0f64);
     for _ in 0..displacements {
-        let moved = displaced(scene, &record, path.light(), random);
+        let moved = displaced(path.stage(), &record, path.light(), random);
         let change =
             (moved.estimate(t) - value).map(f64::abs).max_component() / value.max_component();
         largest.0 = largest.0.max(change);

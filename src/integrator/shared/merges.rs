@@ -52,7 +52,7 @@ impl<'a, S: Scene + ?Sized + 'a> Merges<'a, S> {
         let (scene, weighting) = (plan.stage.scene, *weighting);
         let keeps_subpath = self.keeps_subpaths || weighting.needs_sweep();
         self.maps.begin_pass(pass, crew, (plan, roulette), |subpath, photons| {
-            weighting.complete_light_subpath(subpath, scene);
+            weighting.complete_light_subpath(subpath, &plan.stage);
             let first = photons.len();
             photons.extend(Photon::of(subpath).map(|photon| {
                 let side = weighting.light_side(&subpath[..photon.s.into()], scene);
@@ -73,7 +73,6 @@ impl<'a, S: Scene + ?Sized + 'a> Merges<'a, S> {
         Site { plan, subpaths, sample, out, counters, .. }: &mut Site<'_, 'a, S, P>,
         mut visit: impl FnMut(Option<&MergedPath<'_, 'a, S>>, Contribution, &mut Out<'_>),
     ) {
-        let (scene, camera) = (plan.stage.scene, plan.stage.camera);
         let scale = 1.0 / (f64::from(plan.techniques.merges) * weighting.merge_area());
         for t in 2..=subpaths.camera.len() {
             let (subpath, y) = (&subpaths.camera[..t], &subpaths.camera[t - 1]);
@@ -92,7 +91,7 @@ impl<'a, S: Scene + ?Sized + 'a> Merges<'a, S> {
                     return;
                 }
                 let path = from_light.as_ref().and_then(|from_light| {
-                    MergedPath::new(scene, camera, subpath, &from_light[..photon.s.into()])
+                    MergedPath::new(&plan.stage, subpath, &from_light[..photon.s.into()])
                 });
                 let weight = match &path {
                     Some(path) if weighting.needs_sweep() => path.weight(weighting),

@@ -35,7 +35,7 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for LightWalks<'_> {
         if self.number >= subpaths.light_subpaths {
             return None;
         }
-        let (walk, start) = RandomWalk::from_light(stage.scene, &mut sample.sampler, counters)?;
+        let (walk, start) = RandomWalk::from_light(stage, &mut sample.sampler, counters)?;
         subpaths.light.push(start);
         let has_use = stage.needs.contains(Needs::FINITE_LOBES) && depth.limit() >= self.shortest;
         walk?.if_useful(has_use, counters)

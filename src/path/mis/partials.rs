@@ -41,7 +41,7 @@
 
 use super::Heuristic;
 use crate::endpoint::{Camera, Endpoint, Light};
-use crate::path::{Path, TechniqueSet, Vertex};
+use crate::path::{Path, Stage, TechniqueSet, Vertex};
 use crate::photon_map::has_area;
 use crate::scene::Scene;
 use std::f64::consts::PI;
@@ -161,14 +161,14 @@ impl Weighting {
     pub fn complete_light_subpath<S: Scene + ?Sized>(
         &self,
         subpath: &mut [Vertex<S::Bsdf<'_>>],
-        scene: &S,
+        stage: &Stage<'_, S>,
     ) {
         if let [start, first, ..] = subpath
             && let Some(id) = start.light
         {
-            let light = scene.light(id);
+            let light = stage.scene.light(id);
             start.start.connection =
-                light.pdf_from(&first.point, &start.point) * scene.pick_pmf_for(&first.point, id);
+                light.pdf_from(&first.point, &start.point) * stage.pick_pmf_for(&first.point, id);
             self.complete(subpath, self.hitting(light), self.sampling(light));
         }
     }
@@ -199,7 +199,7 @@ impl Weighting {
             return path.weight(self);
         }
         let (camera, light) = (path.camera_part, path.light_part);
-        let (emitter, joint) = (path.scene.light(path.light), path.joint_densities());
+        let (emitter, joint) = (path.stage.scene.light(path.light), path.joint_densities());
         let others = match (path.joint, light) {
             (None, _) | (_, []) => {
                 let start = path.light_start();

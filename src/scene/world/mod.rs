@@ -1,7 +1,7 @@
 //! The ready-made scene: meshes, spheres, quads and disks, named materials, and lights of any kind.
 //!
 //! The ray kernel answers rays, a primitive's surface leads to its material and its light, and
-//! lights are chosen by their power. [`Needs`] are computed once, when the world is built.
+//! lights are chosen by a [`LightTree`]. [`Needs`] are computed once, when the world is built.
 
 mod needs;
 mod rays;
@@ -13,6 +13,7 @@ use super::surface::{MaterialId, Surface, SurfaceId};
 use super::{Needs, Warning};
 use crate::endpoint::LightId;
 use crate::geometry::{Bounds, Shape, SurfacePoint};
+use crate::light_tree::LightTree;
 use crate::material::{Finish, SurfaceBsdf};
 use crate::tree::{Bvh, TreeStatistics};
 
@@ -29,7 +30,7 @@ pub struct World {
     surface_of: Vec<u32>,
     lights: Vec<(String, BoxedLight)>,
     environment: Option<LightId>,
-    light_choice: Choice,
+    light_tree: LightTree,
     area_choice: Choice,
     total_area: f64,
     needs: Needs,
@@ -45,7 +46,7 @@ impl World {
         surfaces: Vec<Surface>,
         lights: Vec<(String, BoxedLight)>,
         environment: Option<LightId>,
-        light_choice: Choice,
+        light_tree: LightTree,
         areas: &[f64],
         warnings: Vec<Warning>,
     ) -> Self {
@@ -63,7 +64,7 @@ impl World {
             surface_of,
             lights,
             environment,
-            light_choice,
+            light_tree,
             area_choice,
             total_area,
             needs,

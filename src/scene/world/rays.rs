@@ -3,6 +3,7 @@
 use super::World;
 use crate::endpoint::{Light, LightId};
 use crate::geometry::{Ray, SurfacePoint, Triangle};
+use crate::light_tree::LightTree;
 use crate::material::{Finish, SurfaceBsdf};
 use crate::scene::mesh::Shading;
 use crate::scene::{Needs, Scene, SurfaceArea};
@@ -160,12 +161,27 @@ impl Scene for World {
 
     #[inline]
     fn pick_light(&self, u: f64) -> Option<(LightId, f64)> {
-        self.light_choice.sample_light(u)
+        self.light_tree.sample_regardless(None, u).map(of_light)
     }
 
     #[inline]
     fn pick_pmf(&self, id: LightId) -> f64 {
-        self.light_choice.pmf(id.0)
+        self.light_tree.pmf_regardless(None, id.0)
+    }
+
+    #[inline]
+    fn pick_light_for(&self, receiver: &SurfacePoint, u: f64) -> Option<(LightId, f64)> {
+        self.light_tree.sample(receiver, None, u).map(of_light)
+    }
+
+    #[inline]
+    fn pick_pmf_for(&self, receiver: &SurfacePoint, id: LightId) -> f64 {
+        self.light_tree.pmf(receiver, None, id.0)
+    }
+
+    #[inline]
+    fn light_tree(&self) -> Option<&LightTree> {
+        Some(&self.light_tree)
     }
 
     #[inline]
@@ -190,6 +206,12 @@ impl SurfaceArea for World {
             None => SurfacePoint::dirac(DVec3::ZERO),
         }
     }
+}
+
+/// The light of an item of the tree.
+#[inline]
+fn of_light((item, pmf): (u32, f64)) -> (LightId, f64) {
+    (LightId(item), pmf)
 }
 
 /// A hit without its surface point.

@@ -1,0 +1,187 @@
+//! Trials, before a rendering, of which lights arrive in its picture.
+//!
+//! A light that never gets into the picture, such as a sky around a closed room, may be the brightest
+//! of all. What is tried here scales the choice of lights by what arrives ([`Arrival`]); the image has
+//! the same mean, whatever the trials say, because they take numbers of their own.
+
+use super::{Crew, LightTracer, Stage};
+use crate::endpoint::{Endpoint, LightId};
+use crate::film::{Contribution, FilmSample, Sample};
+use crate::geometry::SurfacePoint;
+use crate::light_tree::{Arrival, LightTree, Trials};
+use crate::path::{
+    Counters, Depth, Edge, Ledger, Plan, RandomWalk, Roulette, Scratch, Site, Steps, TechniqueSet,
+    Vertex, Visit, advance,
+};
+use crate::sampler::{Independent, SampleSource, Sampler, Stream};
+use crate::scene::Scene;
+use std::cell::RefCell;
+use std::ops::ControlFlow;
+
+/// Samples of the rendering for each walk of the first round, and the fewest and most of those.
+const SAMPLES_PER_WALK: u64 = 64;
+const WALKS: [u64; 2] = [16, 4096];
+/// Rounds, each as large as all before, as long as most connections are in vain.
+const ROUNDS: u32 = 3;
+/// Scattering events of a walk.
+const BOUNCES: u32 = 4;
+/// Walks that a thread draws at a time.
+const CHUNK: u64 = 64;
+/// Tells the numbers of trials from those of samples.
+const OWN_NUMBERS: u64 = 0x6172_7269_7661_6c73;
+
+/// What was seen of the lights of a stage.
+#[derive(Clone, Debug)]
+pub struct Arrivals {
+    /// The part that arrives of each branch of the scene's tree.
+    pub arrival: Arrival,
+    /// Counts of what was done.
+    pub counters: Counters,
+}
+
+impl Arrivals {
+    /// Tries the lights of a stage, for about a hundredth of the time that its samples will take; up
+    /// to a tenth if most lights are hidden. `None` if the scene chooses by no [tree](Scene::light_tree)
+    /// or has a single light.
+    #[must_use]
+    pub fn observe<S: Scene + ?Sized>(stage: Stage<'_, S>, crew: &dyn Crew) -> Option<Self> {
+        let tree = stage.scene.light_tree().filter(|tree| tree.len() > 1)?;
+        let first = (stage.samples / SAMPLES_PER_WALK).clamp(WALKS[0], WALKS[1]);
+        let (mut all, mut counters, mut from) = (Observed::default(), Counters::default(), 0);
+        let mut known = None;
+        for round in 0..ROUNDS {
+            let walks = first << round.saturating_sub(1);
+            let stage = Stage { arrival: known.as_ref(), ..stage };
+            for (observed, done) in crew.collect(walks.div_ceil(CHUNK) as usize, |chunk| {
+                let first = from + chunk as u64 * CHUNK;
+                observe(stage, tree, first..(first + CHUNK).min(from + walks))
+            }) {
+                all.connections.add(&observed.connections);
+                all.walks.add(&observed.walks);
+                counters += done;
+            }
+            from += walks;
+            known = Some(Arrival::new(tree, &all.connections, &all.walks));
+            let [trials, arrivals] = all.connections.total();
+            if arrivals >= 0.5 * trials {
+                break;
+            }
+        }
+        // Neither its energy nor its samples are the image's.
+        let counters =
+            Counters { samples: 0, truncated_subpaths: 0, ledger: Ledger::default(), ..counters };
+        Some(Self { arrival: known?, counters })
+    }
+}
+
+/// Trials of both kinds.
+#[derive(Default)]
+struct Observed {
+    connections: Trials,
+    walks: Trials,
+}
+
+/// Draws some of the walks from the camera and from lights.
+fn observe<S: Scene + ?Sized>(
+    stage: Stage<'_, S>,
+    tree: &LightTree,
+    walks: std::ops::Range<u64>,
+) -> (Observed, Counters) {
+    let source = Independent { seed: stage.seed ^ OWN_NUMBERS };
+    let samples = || {
+        let draw = |walk: u64| {
+            let mut sampler = source.sampler(walk as u32, 0);
+            let raster = stage.film.from_window(sampler.next_2d());
+            Sample { film: FilmSample { raster, ..FilmSample::default() }, sampler }
+        };
+        walks.clone().map(draw).collect::<Vec<_>>()
+    };
+    let (depth, mut scratch) = (Depth::up_to(BOUNCES), Scratch::default());
+    let plan = Plan::new(stage, TechniqueSet::BIDIRECTIONAL, depth);
+    let from_camera = Connections { tree, trials: RefCell::default() };
+    let nowhere = &mut |_: usize, _: &Contribution| {};
+    advance(&plan, &from_camera, &mut samples(), nowhere, &mut scratch);
+
+    let from_lights = Starts { lights: RefCell::default() };
+    let mut arrive = vec![false; samples().len()];
+    let sink = &mut |sample: usize, _: &Contribution| arrive[sample] = true;
+    advance(&plan, &from_lights, &mut samples(), sink, &mut scratch);
+    let mut trials = Trials::default();
+    for (light, arrives) in from_lights.lights.into_inner().into_iter().zip(arrive) {
+        if let Some(LightId(item)) = light {
+            let used = tree.pmf_regardless(stage.arrival, item);
+            trials.push(item, tree.pmf_regardless(None, item) / used, arrives);
+        }
+    }
+    let connections = from_camera.trials.into_inner();
+    (Observed { connections, walks: trials }, scratch.counters)
+}
+
+/// A walk from the camera whose vertices try to connect to a light.
+struct Connections<'t> {
+    tree: &'t LightTree,
+    trials: RefCell<Trials>,
+}
+
+impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for Connections<'_> {
+    fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        let Visit { plan: Plan { stage, .. }, vertex, sample, counters, .. } = visit;
+        if vertex.is_connectible() {
+            let x = &vertex.point;
+            sample.sampler.stream(Stream::NextEvent(visit.walk.bounces() + 1));
+            let (u0, u1, u2) =
+                (sample.sampler.next_1d(), sample.sampler.next_1d(), sample.sampler.next_2d());
+            if let Some((id, _)) = stage.pick_light_for(x, u0) {
+                let point = stage.scene.light(id).sample_from(x, u1, u2).map(|found| found.point);
+                counters.shadow_rays += 1;
+                let arrives = point.is_some_and(|point| arrives(stage, vertex, id, &point));
+                let [alone, used] =
+                    [None, stage.arrival].map(|arrival| self.tree.pmf(x, arrival, id.0));
+                self.trials.borrow_mut().push(id.0, alone / used, arrives);
+            }
+        }
+        visit.limit(BOUNCES)
+    }
+
+    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        visit.scatter(&Roulette::default()).flow()
+    }
+}
+
+/// True if light of a point on a light is scattered at a vertex.
+fn arrives<S: Scene + ?Sized>(
+    stage: &Stage<'_, S>,
+    vertex: &Vertex<S::Bsdf<'_>>,
+    id: LightId,
+    point: &SurfacePoint,
+) -> bool {
+    let (Some(edge), Some(bsdf)) = (Edge::between(&vertex.point, point), &vertex.bsdf) else {
+        return false;
+    };
+    !stage.scene.light(id).emit(point, -edge.direction).is_black()
+        && !bsdf.eval(edge.direction, vertex.to_previous).is_black()
+        && stage.scene.visible(&vertex.point, point)
+}
+
+/// The walks of a light tracer, with the lights that they start at.
+struct Starts {
+    lights: RefCell<Vec<Option<LightId>>>,
+}
+
+impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for Starts {
+    fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
+        let Site { plan, sample, counters, .. } = site;
+        let found = RandomWalk::from_light(&plan.stage, &mut sample.sampler, counters);
+        let light = found.as_ref().and_then(|(_, start)| start.light);
+        self.lights.borrow_mut().push(light);
+        found?.0
+    }
+
+    fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        LightTracer::default().arrive(visit)
+    }
+
+    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        LightTracer::default().scatter(visit)
+    }
+}

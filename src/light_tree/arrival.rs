@@ -1,0 +1,128 @@
+//! The part of each light that was seen to arrive.
+
+use super::LightTree;
+use crate::math::distribution::AliasTable;
+
+/// The share of the choice of where light walks start that all lights have alike: so none is
+/// starved by what was seen by chance.
+pub(crate) const FLOOR: f64 = 0.1;
+
+/// Trials of lights, and those that light came of.
+#[derive(Clone, Debug, Default)]
+pub struct Trials {
+    /// Per item, by importance: trials, and arrivals.
+    counts: Vec<[f64; 2]>,
+}
+
+impl Trials {
+    /// Enters a trial of an item. It counts as its probability without an [`Arrival`] over that by
+    /// which it was drawn.
+    pub fn push(&mut self, item: u32, weight: f64, arrives: bool) {
+        let length = self.counts.len().max(item as usize + 1);
+        self.counts.resize(length, [0.0; 2]);
+        let [trials, arrivals] = &mut self.counts[item as usize];
+        *trials += weight;
+        *arrivals += if arrives { weight } else { 0.0 };
+    }
+
+    /// Adds the trials of another list.
+    pub fn add(&mut self, other: &Self) {
+        self.counts.resize(self.counts.len().max(other.counts.len()), [0.0; 2]);
+        for (sum, count) in self.counts.iter_mut().zip(&other.counts) {
+            *sum = [sum[0] + count[0], sum[1] + count[1]];
+        }
+    }
+
+    /// Trials and arrivals of all items.
+    #[must_use]
+    pub fn total(&self) -> [f64; 2] {
+        self.counts.iter().fold([0.0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]])
+    }
+}
+
+/// The part of the light of each branch of a [`LightTree`] that arrives, as it was seen in trials.
+/// A choice that is scaled by it is as right as the tree's own, whatever it says.
+#[derive(Clone, Debug)]
+pub struct Arrival {
+    /// Of each node.
+    parts: Vec<f32>,
+    regardless: Option<AliasTable>,
+}
+
+impl Arrival {
+    /// The parts that arrive, by trials of connections to a receiver and by trials of walks that
+    /// start at lights.
+    ///
+    /// A branch that had n trials and k arrivals counts as `(k + q)/(n + 1)`, where q is what counts
+    /// of the branch that it is part of. Within one of which nothing arrived all parts are alike: what
+    /// was tried too rarely is not given up.
+    #[must_use]
+    pub fn new(tree: &LightTree, connections: &Trials, walks: &Trials) -> Self {
+        let parts = tree.parts(connections);
+        let of_walks = tree.parts(walks);
+        let weights = tree.regardless.as_ref().map(|table| {
+            let mut weights: Vec<f64> = (0..table.len()).map(|item| table.pmf(item)).collect();
+            for (node, part) in tree.nodes.iter().zip(&of_walks) {
+                if let (item, 0) = node.link() {
+                    weights[item as usize] *= part;
+                }
+            }
+            with_floor(&weights)
+        });
+        let regardless = weights.and_then(|weights| AliasTable::new(&weights));
+        Self { parts: parts.into_iter().map(|part| part as f32).collect(), regardless }
+    }
+
+    #[inline]
+    pub(super) fn of_node(&self, node: usize) -> f64 {
+        f64::from(self.parts[node])
+    }
+
+    #[inline]
+    pub(super) fn regardless(&self) -> Option<&AliasTable> {
+        self.regardless.as_ref()
+    }
+}
+
+/// Shares by weight, but for a floor that all of positive weight have alike.
+pub(crate) fn with_floor(weights: &[f64]) -> Vec<f64> {
+    // Scaled first: the sum of large weights must not overflow.
+    let largest = weights.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let total: f64 = weights.iter().map(|weight| weight / largest).sum();
+    let count = weights.iter().filter(|weight| **weight > 0.0).count() as f64;
+    let share = |weight: &f64| match *weight > 0.0 {
+        true => (1.0 - FLOOR) * (weight / largest / total) + FLOOR / count,
+        false => 0.0,
+    };
+    weights.iter().map(share).collect()
+}
+
+impl LightTree {
+    /// The part that arrives of the light of each node.
+    fn parts(&self, trials: &Trials) -> Vec<f64> {
+        let mut counts = vec![[0.0; 2]; self.nodes.len()];
+        for (i, node) in self.nodes.iter().enumerate().rev() {
+            let (first, children) = node.link();
+            let from = first as usize;
+            counts[i] = if children == 0 {
+                trials.counts.get(from).copied().unwrap_or_default()
+            } else {
+                counts[from..from + children]
+                    .iter()
+                    .fold([0.0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]])
+            };
+        }
+        let mut parts = vec![1.0; self.nodes.len()];
+        for (i, node) in self.nodes.iter().enumerate() {
+            let ((first, children), [_, arrivals]) = (node.link(), counts[i]);
+            for child in first as usize..first as usize + children {
+                let [trials, arrivals_of_child] = counts[child];
+                parts[child] = match arrivals > 0.0 {
+                    true => (arrivals_of_child + parts[i]) / (trials + 1.0),
+                    false => parts[i],
+                };
+            }
+        }
+        parts
+    }
+}
