@@ -69,6 +69,10 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
         "path-tracing"
     }
 
+    fn chooses_lights(&self) -> bool {
+        self.mode != PathTracing::EmissionOnly
+    }
+
     fn start<'a>(&'a self, stage: Stage<'a, S>, _: &dyn Crew) -> Started<Self::Run<'a>> {
         Ok(self.run(stage))
     }

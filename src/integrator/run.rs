@@ -19,6 +19,12 @@ pub trait Integrator<S: Scene + ?Sized>: Sync {
     /// The name in the field's terms, such as `path-tracing`.
     fn name(&self) -> &'static str;
 
+    /// True if it chooses lights, so that it is worth while to see first which of them
+    /// [arrive](super::Arrivals).
+    fn chooses_lights(&self) -> bool {
+        true
+    }
+
     /// Begins a rendering: leaves out what the stage does not need, and prepares what all passes
     /// share.
     ///

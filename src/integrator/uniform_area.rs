@@ -46,6 +46,10 @@ impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
         "uniform-area"
     }
 
+    fn chooses_lights(&self) -> bool {
+        false
+    }
+
     fn start<'a>(&'a self, stage: Stage<'a, S>, _: &dyn Crew) -> Started<Self::Run<'a>> {
         let techniques = TechniqueSet { uniform_area: true, ..TechniqueSet::NONE };
         Ok(SingleWalk::new(stage, *self, techniques, self.depth))

@@ -31,6 +31,10 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Integrator<S> for WithNeeds<I> {
         self.integrator.name()
     }
 
+    fn chooses_lights(&self) -> bool {
+        self.integrator.chooses_lights()
+    }
+
     fn start<'a>(&'a self, stage: Stage<'a, S>, crew: &dyn Crew) -> Started<I::Run<'a>> {
         self.integrator.start(Stage { needs: self.needs, ..stage }, crew)
     }

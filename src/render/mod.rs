@@ -183,7 +183,8 @@ pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
         seed: settings.seed,
         arrival: None,
     };
-    let arrivals = settings.observes_lights.then(|| Arrivals::observe(stage, &crew)).flatten();
+    let observes = settings.observes_lights && integrator.chooses_lights();
+    let arrivals = observes.then(|| Arrivals::observe(stage, &crew)).flatten();
     let stage = Stage { arrival: arrivals.as_ref().map(|a| &a.arrival), ..stage };
     let observed = arrivals.as_ref().map_or_else(Counters::default, |a| a.counters);
     let mut run = integrator.start(stage, &crew)?;
