@@ -1,7 +1,8 @@
 //! Lambertian emission from surfaces.
 
-use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check, sphere_cone};
-use crate::geometry::{Bounds, Disk, Frame, Place, Shape, Sphere, SurfacePoint, interpolated};
+use super::solid_angle::Subtended;
+use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check};
+use crate::geometry::{Bounds, Disk, Frame, Shape, Sphere, SurfacePoint, interpolated};
 use crate::material::Texture;
 use crate::math::distribution::AliasTable;
 use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_cosine_hemisphere};
@@ -13,9 +14,8 @@ const OBJECT: &str = "area light";
 /// Shapes that emit the same radiance into every direction of their front side, or of both sides. A
 /// texture may vary it from point to point.
 ///
-/// Points are uniform on the total area, except that a receiver outside of a whole sphere samples
-/// the cone of directions under which it sees the sphere. The front side is that of the *geometric*
-/// normal.
+/// Points are uniform on the total area. A receiver chooses a shape by its area, too, and where it
+/// is outside of a whole sphere, a point uniform in the cone of directions under which it sees it. The front side is that of the *geometric* normal.
 #[derive(Clone, Debug)]
 pub struct AreaLight {
     shapes: Vec<Shape>,
@@ -171,29 +171,17 @@ impl AreaLight {
     /// A point of a shape, uniform by area, as the scene reports it.
     #[inline(always)]
     fn point_on(&self, index: usize, u: DVec2) -> SurfacePoint {
-        let point = self.with_ids(index, self.shapes[index].sample_area(u));
-        let uv = self.uvs.as_ref().map_or(point.uv, |uvs| interpolated(uvs[index], point.uv));
-        SurfacePoint { uv, ..point }
+        self.as_reported(index, self.shapes[index].sample_area(u))
     }
 
+    /// A point of a shape with the ids and texture coordinates that the scene reports.
     #[inline(always)]
-    fn with_ids(&self, index: usize, point: SurfacePoint) -> SurfacePoint {
+    fn as_reported(&self, index: usize, point: SurfacePoint) -> SurfacePoint {
         SurfacePoint {
+            uv: self.uvs.as_ref().map_or(point.uv, |uvs| interpolated(uvs[index], point.uv)),
             primitive: self.first_primitive + index as u32,
             surface: self.surface,
             ..point
-        }
-    }
-
-    /// The cone under which the receiver sees the light, if it is a whole sphere seen from outside.
-    /// The one predicate that decides between cone and area, for samples and for densities.
-    #[inline]
-    fn cone(&self, receiver: &SurfacePoint) -> Option<sphere_cone::SphereCone> {
-        match self.shapes[..] {
-            [Shape::Sphere(sphere)] if receiver.place != Place::Infinite => {
-                sphere_cone::SphereCone::new(sphere, receiver)
-            }
-            _ => None,
         }
     }
 }
@@ -237,17 +225,21 @@ impl Endpoint for AreaLight {
     }
 
     fn sample_from(&self, receiver: &SurfacePoint, u1: f64, u2: DVec2) -> Option<PointSample> {
-        let Some(cone) = self.cone(receiver) else {
-            return self.sample_point(u1, u2);
+        let (index, pmf) = self.by_area.sample(u1);
+        let Some(seen) = Subtended::new(&self.shapes[index], receiver) else {
+            let point = self.point_on(index, u2);
+            return Some(PointSample { point, pdf: self.point_pdf(&point) });
         };
-        let point = self.with_ids(0, cone.sample(u2));
-        let pdf = cone.pdf(&point);
+        let point = self.as_reported(index, seen.sample(u2));
+        let pdf = seen.pdf(&point) * pmf;
         (pdf.value() > 0.0).then_some(PointSample { point, pdf })
     }
 
     fn pdf_from(&self, receiver: &SurfacePoint, point: &SurfacePoint) -> PerArea {
-        match self.cone(receiver) {
-            Some(cone) => cone.pdf(point),
+        let index = point.primitive.wrapping_sub(self.first_primitive) as usize;
+        let shape = self.shapes.get(index);
+        match shape.and_then(|shape| Subtended::new(shape, receiver)) {
+            Some(seen) => seen.pdf(point) * self.by_area.pmf(index),
             None => self.point_pdf(point),
         }
     }
