@@ -1,10 +1,10 @@
 //! Lambertian emission from surfaces.
 
-use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check, sphere_cone};
-use crate::geometry::{Bounds, Disk, Frame, Place, Shape, Sphere, SurfacePoint, interpolated};
-use crate::light_tree::LightBounds;
+use super::solid_angle::Subtended;
+use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check};
+use crate::geometry::{Bounds, Disk, Frame, Shape, Sphere, SurfacePoint, interpolated};
+use crate::light_tree::{LightBounds, LightTree};
 use crate::material::Texture;
-use crate::math::distribution::AliasTable;
 use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_cosine_hemisphere};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, PI};
@@ -14,13 +14,14 @@ const OBJECT: &str = "area light";
 /// Shapes that emit the same radiance into every direction of their front side, or of both sides. A
 /// texture may vary it from point to point.
 ///
-/// Points are uniform on the total area, except that a receiver outside of a whole sphere samples
-/// the cone of directions under which it sees the sphere. The front side is that of the *geometric*
-/// normal.
+/// Points are uniform on the total area. A receiver chooses a shape by what it could send, if there
+/// are more than four, and a point of it by what it [subtends](Subtended). The front side is that
+/// of the *geometric* normal.
 #[derive(Clone, Debug)]
 pub struct AreaLight {
     shapes: Vec<Shape>,
-    by_area: AliasTable,
+    /// The choice of a shape: by area, or by a receiver.
+    choice: LightTree,
     area: f64,
     first_primitive: u32,
     surface: u32,
@@ -33,6 +34,8 @@ pub struct AreaLight {
     bounds: LightBounds,
 }
 
+/// Up to as many shapes are chosen by their area alone, which costs nothing.
+const FEW: usize = 4;
 /// Points at which a texture is looked up, all shapes together, to find the power.
 const POWER_LOOKUPS: usize = 1 << 18;
 
@@ -93,15 +96,16 @@ impl AreaLight {
         }
         let last =
             u32::try_from(shapes.len()).ok().and_then(|count| first_primitive.checked_add(count));
-        if last.is_none() {
+        if last.is_none() || shapes.len() > LightTree::MOST_ITEMS {
             return Err(EndpointError::TooManyShapes { shapes: shapes.len() });
         }
-        let by_area =
-            AliasTable::new(&areas).ok_or(EndpointError::NoArea { shapes: shapes.len() })?;
-        let area = areas.iter().sum();
+        let area: f64 = areas.iter().sum();
+        if !(area > 0.0 && area.is_finite()) {
+            return Err(EndpointError::NoArea { shapes: shapes.len() });
+        }
         let light = Self {
             area,
-            by_area,
+            choice: LightTree::new(&[], &[]),
             shapes,
             first_primitive,
             surface,
@@ -111,18 +115,24 @@ impl AreaLight {
             two_sided,
             bounds: LightBounds::NONE,
         };
-        let radiance_integral = light.integrate(&areas);
-        let shapes = light.shapes.iter().zip(&areas).filter(|(_, area)| **area > 0.0);
-        let radiance = radiance_integral.mean() / area;
-        let of_shape = |(shape, area)| bounds_of(shape, radiance * area, two_sided);
-        let bounds = shapes.map(of_shape).fold(LightBounds::NONE, LightBounds::union);
-        Ok(Self { radiance_integral, bounds, ..light })
+        let integrals = light.integrals(&areas);
+        let radiance_integral: Rgb = integrals.iter().copied().sum();
+        // What the lookups miss of a texture must not make a shape dark.
+        let mean = radiance_integral.mean() / area;
+        let of_shape = |((shape, area), integral): ((&Shape, &f64), &Rgb)| {
+            bounds_of(shape, 0.9 * integral.mean() + 0.1 * mean * area, two_sided)
+        };
+        let shapes = light.shapes.iter().zip(&areas).zip(&integrals);
+        let all: Vec<LightBounds> = shapes.map(of_shape).collect();
+        let lit = all.iter().zip(&areas).filter(|(_, area)| **area > 0.0);
+        let bounds = lit.fold(LightBounds::NONE, |sum, (shape, _)| sum.union(*shape));
+        Ok(Self { radiance_integral, bounds, choice: LightTree::new(&all, &areas), ..light })
     }
 
-    /// `∫ L dA`, by the midpoint rule in the unit square that each shape is sampled from.
-    fn integrate(&self, areas: &[f64]) -> Rgb {
+    /// `∫ L dA` of each shape, by the midpoint rule in the unit square that it is sampled from.
+    fn integrals(&self, areas: &[f64]) -> Vec<Rgb> {
         if let Some(radiance) = self.radiance.as_constant() {
-            return radiance * self.area;
+            return areas.iter().map(|area| radiance * *area).collect();
         }
         let n = ((POWER_LOOKUPS / self.shapes.len().max(1)) as f64).sqrt().max(1.0) as usize;
         let at = |i: usize| (i as f64 + 0.5) / n as f64;
@@ -131,12 +141,49 @@ impl AreaLight {
             cells.map(|u| self.radiance.at(self.point_on(index, u).uv)).sum::<Rgb>()
                 / (n * n) as f64
         };
-        areas
-            .iter()
-            .enumerate()
-            .filter(|(_, area)| **area > 0.0)
-            .map(|(index, &area)| shape_mean(index) * area)
-            .sum()
+        let integral = |(index, &area): (usize, &f64)| match area > 0.0 {
+            true => shape_mean(index) * area,
+            false => Rgb::BLACK,
+        };
+        areas.iter().enumerate().map(integral).collect()
+    }
+
+    /// Chooses a shape for a receiver.
+    #[inline]
+    fn choose(&self, receiver: &SurfacePoint, u: f64) -> Option<(usize, f64)> {
+        let (index, pmf) = if self.shapes.len() > FEW {
+            self.choice.sample(receiver, None, u)?
+        } else {
+            self.choice.sample_regardless(None, u)?
+        };
+        Some((index as usize, pmf))
+    }
+
+    /// The probability with which it chooses one.
+    #[inline]
+    fn pmf(&self, receiver: &SurfacePoint, index: usize) -> f64 {
+        if self.shapes.len() > FEW {
+            self.choice.pmf(receiver, None, index as u32)
+        } else {
+            self.choice.pmf_regardless(None, index as u32)
+        }
+    }
+
+    /// The density of a point of a shape that is chosen with probability `pmf`, by what is seen of
+    /// it or by area.
+    #[inline]
+    fn density(
+        &self,
+        shape: &Shape,
+        seen: Option<&Subtended>,
+        point: &SurfacePoint,
+        pmf: f64,
+    ) -> PerArea {
+        match seen {
+            Some(seen) => seen.pdf(point) * pmf,
+            None if self.shapes.len() > FEW => PerArea(pmf / shape.area()),
+            None => self.point_pdf(point),
+        }
     }
 
     /// Total area of the shapes.
@@ -179,29 +226,17 @@ impl AreaLight {
     /// A point of a shape, uniform by area, as the scene reports it.
     #[inline(always)]
     fn point_on(&self, index: usize, u: DVec2) -> SurfacePoint {
-        let point = self.with_ids(index, self.shapes[index].sample_area(u));
-        let uv = self.uvs.as_ref().map_or(point.uv, |uvs| interpolated(uvs[index], point.uv));
-        SurfacePoint { uv, ..point }
+        self.as_reported(index, self.shapes[index].sample_area(u))
     }
 
+    /// A point of a shape with the ids and texture coordinates that the scene reports.
     #[inline(always)]
-    fn with_ids(&self, index: usize, point: SurfacePoint) -> SurfacePoint {
+    fn as_reported(&self, index: usize, point: SurfacePoint) -> SurfacePoint {
         SurfacePoint {
+            uv: self.uvs.as_ref().map_or(point.uv, |uvs| interpolated(uvs[index], point.uv)),
             primitive: self.first_primitive + index as u32,
             surface: self.surface,
             ..point
-        }
-    }
-
-    /// The cone under which the receiver sees the light, if it is a whole sphere seen from outside.
-    /// The one predicate that decides between cone and area, for samples and for densities.
-    #[inline]
-    fn cone(&self, receiver: &SurfacePoint) -> Option<sphere_cone::SphereCone> {
-        match self.shapes[..] {
-            [Shape::Sphere(sphere)] if receiver.place != Place::Infinite => {
-                sphere_cone::SphereCone::new(sphere, receiver)
-            }
-            _ => None,
         }
     }
 }
@@ -224,8 +259,8 @@ fn bounds_of(shape: &Shape, radiance_integral: f64, two_sided: bool) -> LightBou
 
 impl Endpoint for AreaLight {
     fn sample_point(&self, u1: f64, u2: DVec2) -> Option<PointSample> {
-        let (index, _) = self.by_area.sample(u1);
-        let point = self.point_on(index, u2);
+        let (index, _) = self.choice.sample_regardless(None, u1)?;
+        let point = self.point_on(index as usize, u2);
         Some(PointSample { point, pdf: self.point_pdf(&point) })
     }
 
@@ -261,19 +296,22 @@ impl Endpoint for AreaLight {
     }
 
     fn sample_from(&self, receiver: &SurfacePoint, u1: f64, u2: DVec2) -> Option<PointSample> {
-        let Some(cone) = self.cone(receiver) else {
-            return self.sample_point(u1, u2);
+        let (index, pmf) = self.choose(receiver, u1)?;
+        let shape = &self.shapes[index];
+        let seen = Subtended::new(shape, receiver);
+        let point = match &seen {
+            Some(seen) => self.as_reported(index, seen.sample(u2)),
+            None => self.point_on(index, u2),
         };
-        let point = self.with_ids(0, cone.sample(u2));
-        let pdf = cone.pdf(&point);
+        let pdf = self.density(shape, seen.as_ref(), &point, pmf);
         (pdf.value() > 0.0).then_some(PointSample { point, pdf })
     }
 
     fn pdf_from(&self, receiver: &SurfacePoint, point: &SurfacePoint) -> PerArea {
-        match self.cone(receiver) {
-            Some(cone) => cone.pdf(point),
-            None => self.point_pdf(point),
-        }
+        let index = point.primitive.wrapping_sub(self.first_primitive) as usize;
+        let Some(shape) = self.shapes.get(index) else { return PerArea::ZERO };
+        let seen = Subtended::new(shape, receiver);
+        self.density(shape, seen.as_ref(), point, self.pmf(receiver, index))
     }
 }
 

@@ -31,7 +31,7 @@ mod extent;
 mod orthographic;
 mod pinhole;
 mod point;
-mod sphere_cone;
+mod solid_angle;
 mod spot;
 mod thin_lens;
 mod view;

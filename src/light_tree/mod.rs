@@ -47,15 +47,18 @@ pub struct LightTree {
 }
 
 impl LightTree {
+    /// The most items that a tree can have: 2²⁸.
+    pub const MOST_ITEMS: usize = Node::MOST as usize / 2;
+
     /// A tree over items of given bounds, and the weights of their choice without regard to a
     /// receiver; what has weight 0 is never chosen. Intensities and weights are relative.
     ///
     /// # Panics
-    /// There are not as many weights as bounds, or more than 2²⁸.
+    /// There are not as many weights as bounds, or more than [`MOST_ITEMS`](Self::MOST_ITEMS).
     #[must_use]
     pub fn new(lights: &[LightBounds], weights: &[f64]) -> Self {
         assert_eq!(lights.len(), weights.len(), "a weight for each light");
-        assert!(lights.len() < Node::MOST as usize / 2, "too many lights");
+        assert!(lights.len() <= Self::MOST_ITEMS, "too many lights");
         // Scaled first: the sum of large weights must not overflow.
         let largest = weights.iter().copied().fold(0.0, f64::max);
         let scaled: Vec<f64> = weights.iter().map(|weight| weight / largest).collect();

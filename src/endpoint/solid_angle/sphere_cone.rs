@@ -7,15 +7,14 @@
 
 use crate::geometry::{Frame, Sphere, SurfacePoint};
 use crate::math::angle::sin_cos_of_turn;
-use crate::math::{PerArea, PerSolidAngle};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// See the module's documentation.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SphereCone {
+pub(in crate::endpoint) struct SphereCone {
     sphere: Sphere,
-    receiver: DVec3,
+    pub(super) receiver: DVec3,
     /// Unit vector from the centre to the receiver.
     to_receiver: DVec3,
     /// r / d.
@@ -68,16 +67,8 @@ impl SphereCone {
         self.sphere.point_at(Frame::from_normal(self.to_receiver).to_world(local).normalize())
     }
 
-    /// The density of `sample` at a point of the sphere: 0 on the far side.
-    pub(super) fn pdf(&self, point: &SurfacePoint) -> PerArea {
-        let to_receiver = self.receiver - point.position;
-        let distance_squared = to_receiver.length_squared();
-        let cosine = point.geometric_normal.dot(to_receiver) / distance_squared.sqrt();
-        if cosine > 0.0 {
-            PerSolidAngle(1.0 / (2.0 * PI * self.one_minus_cosine_max))
-                .per_area(cosine, distance_squared)
-        } else {
-            PerArea::ZERO
-        }
+    /// The solid angle of the cone.
+    pub(super) fn solid_angle(&self) -> f64 {
+        2.0 * PI * self.one_minus_cosine_max
     }
 }
