@@ -1,6 +1,7 @@
 //! The part of each light that was seen to arrive.
 
 use super::LightTree;
+use super::node::{CHILDREN, Child};
 use crate::math::distribution::AliasTable;
 
 /// The share of the choice of where light walks start that all lights have alike: so none is
@@ -36,7 +37,7 @@ impl Trials {
     /// Trials and arrivals of all items.
     #[must_use]
     pub fn total(&self) -> [f64; 2] {
-        self.counts.iter().fold([0.0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]])
+        sum(&self.counts)
     }
 }
 
@@ -44,8 +45,8 @@ impl Trials {
 /// A choice that is scaled by it is as right as the tree's own, whatever it says.
 #[derive(Clone, Debug)]
 pub struct Arrival {
-    /// Of each node.
-    parts: Vec<f32>,
+    /// Of each child of each node.
+    parts: Vec<[f32; CHILDREN]>,
     regardless: Option<AliasTable>,
 }
 
@@ -62,20 +63,22 @@ impl Arrival {
         let of_walks = tree.parts(walks);
         let weights = tree.regardless.as_ref().map(|table| {
             let mut weights: Vec<f64> = (0..table.len()).map(|item| table.pmf(item)).collect();
-            for (node, part) in tree.nodes.iter().zip(&of_walks) {
-                if let (item, 0) = node.link() {
-                    weights[item as usize] *= part;
+            for (node, parts) in tree.nodes.iter().zip(&of_walks) {
+                for (i, child) in node.children() {
+                    if let Child::Item(item) = child {
+                        weights[item as usize] *= parts[i];
+                    }
                 }
             }
             with_floor(&weights)
         });
         let regardless = weights.and_then(|weights| AliasTable::new(&weights));
-        Self { parts: parts.into_iter().map(|part| part as f32).collect(), regardless }
+        Self { parts: parts.into_iter().map(|of| of.map(|part| part as f32)).collect(), regardless }
     }
 
     #[inline]
-    pub(super) fn of_node(&self, node: usize) -> f64 {
-        f64::from(self.parts[node])
+    pub(super) fn of_children(&self, node: u32) -> &[f32; CHILDREN] {
+        &self.parts[node as usize]
     }
 
     #[inline]
@@ -98,31 +101,39 @@ pub(crate) fn with_floor(weights: &[f64]) -> Vec<f64> {
 }
 
 impl LightTree {
-    /// The part that arrives of the light of each node.
-    fn parts(&self, trials: &Trials) -> Vec<f64> {
-        let mut counts = vec![[0.0; 2]; self.nodes.len()];
-        for (i, node) in self.nodes.iter().enumerate().rev() {
-            let (first, children) = node.link();
-            let from = first as usize;
-            counts[i] = if children == 0 {
-                trials.counts.get(from).copied().unwrap_or_default()
-            } else {
-                counts[from..from + children]
-                    .iter()
-                    .fold([0.0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]])
-            };
-        }
-        let mut parts = vec![1.0; self.nodes.len()];
-        for (i, node) in self.nodes.iter().enumerate() {
-            let ((first, children), [_, arrivals]) = (node.link(), counts[i]);
-            for child in first as usize..first as usize + children {
-                let [trials, arrivals_of_child] = counts[child];
-                parts[child] = match arrivals > 0.0 {
-                    true => (arrivals_of_child + parts[i]) / (trials + 1.0),
-                    false => parts[i],
+    /// The part that arrives of the light of each child of each node.
+    fn parts(&self, trials: &Trials) -> Vec<[f64; CHILDREN]> {
+        let mut counts = vec![[[0.0; 2]; CHILDREN]; self.nodes.len()];
+        for (number, node) in self.nodes.iter().enumerate().rev() {
+            for (i, child) in node.children() {
+                counts[number][i] = match child {
+                    Child::Item(item) => {
+                        trials.counts.get(item as usize).copied().unwrap_or_default()
+                    }
+                    Child::Node(child) => sum(&counts[child as usize]),
                 };
+            }
+        }
+        let mut parts = vec![[1.0; CHILDREN]; self.nodes.len()];
+        let mut of_node = vec![1.0; self.nodes.len()];
+        for (number, node) in self.nodes.iter().enumerate() {
+            let [_, arrivals_of_all] = sum(&counts[number]);
+            for (i, child) in node.children() {
+                let [trials, arrivals] = counts[number][i];
+                let part = match arrivals_of_all > 0.0 {
+                    true => (arrivals + of_node[number]) / (trials + 1.0),
+                    false => of_node[number],
+                };
+                parts[number][i] = part;
+                if let Child::Node(child) = child {
+                    of_node[child as usize] = part;
+                }
             }
         }
         parts
     }
+}
+
+fn sum(counts: &[[f64; 2]]) -> [f64; 2] {
+    counts.iter().fold([0.0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]])
 }

@@ -71,8 +71,11 @@ impl LightBounds {
             return self;
         }
         let (a, b) = if self.theta_o >= other.theta_o { (self, other) } else { (other, self) };
-        let between = a.axis.cross(b.axis).length().atan2(a.axis.dot(b.axis));
         let (mut axis, mut theta_o) = (a.axis, a.theta_o);
+        let between = match theta_o < PI {
+            true => a.axis.cross(b.axis).length().atan2(a.axis.dot(b.axis)),
+            false => 0.0,
+        };
         if between + b.theta_o > a.theta_o {
             theta_o = 0.5 * (a.theta_o + between + b.theta_o);
             match a.axis.cross(b.axis).try_normalize() {

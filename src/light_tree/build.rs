@@ -1,73 +1,81 @@
 //! The construction of a light tree: splits in bins by the surface area orientation heuristic.
 
 use super::LightBounds;
-use super::node::{CHILDREN, Node};
+use super::node::{CHILDREN, Child, Node, Place, Units};
 use std::collections::VecDeque;
 use std::ops::Range;
 
 /// Parts of an axis in which splits are looked for.
 const BINS: usize = 12;
-/// Levels that a way has room for, and those below which lights are split by number, so that the
-/// rest, of a quarter of the lights each, always fits.
-const LEVELS: u32 = 32;
+/// Levels that a way has room for, and those that are split by cost: further down each level divides
+/// the number of lights by four.
+pub(super) const LEVELS: u32 = 32;
 const LEVELS_BY_COST: u32 = LEVELS - 16;
 
-/// The nodes of a tree over the items of positive weight, the root first, and the way to each item.
-pub(super) fn build(lights: &[LightBounds], weights: &[f64]) -> (Vec<Node>, Vec<u64>) {
-    let largest = lights.iter().map(|l| l.intensity).fold(f64::MIN_POSITIVE, f64::max);
-    let mut items: Vec<(u32, LightBounds)> = (0..)
-        .zip(lights.iter().zip(weights))
-        .filter(|(_, (_, weight))| **weight > 0.0)
-        .map(|(i, (l, _))| (i, LightBounds { intensity: l.intensity / largest, ..*l }))
-        .collect();
+/// The nodes of a tree over items, the root first, and the place of each of `count`.
+pub(super) fn build(
+    mut items: Vec<(u32, LightBounds)>,
+    count: usize,
+    units: &Units,
+) -> (Vec<Node>, Vec<Place>) {
+    let (mut nodes, mut places) = (Vec::new(), vec![Place::default(); count]);
+    if items.len() < 2 {
+        return (nodes, places);
+    }
     // Those without bounds in front, for they have no place to be split by.
     items.sort_by_key(|(_, lights)| lights.is_bounded());
-    let mut nodes = vec![Node::new(&union(&items))];
-    let mut ways = vec![0; lights.len()];
-    let mut open = VecDeque::from([(0, 0..items.len(), 0u32, 0u64)]);
-    while let Some((node, range, level, way)) = open.pop_front() {
-        if let [(item, _)] = items[range.clone()] {
-            nodes[node].set_item(item);
-            ways[item as usize] = way;
-            continue;
-        }
+    nodes.push(Node::around(&union(&items), units, Place::default()));
+    let mut open = VecDeque::from([(0, 0..items.len(), 0)]);
+    while let Some((node, range, level)) = open.pop_front() {
         let parts = parts(&mut items, range, level < LEVELS_BY_COST);
-        let first = nodes.len();
-        nodes[node].set_children(first as u32, parts.len());
-        for (child, range) in parts.into_iter().enumerate() {
-            nodes.push(Node::new(&union(&items[range.clone()])));
-            let way = way | (child as u64).checked_shl(2 * level).unwrap_or(0);
-            open.push_back((first + child, range, level + 1, way));
+        for (i, range) in parts.into_iter().enumerate() {
+            let place = Place::new(node, i);
+            let lights = union(&items[range.clone()]);
+            let child = if range.len() == 1 {
+                let item = items[range.start].0;
+                places[item as usize] = place;
+                Child::Item(item)
+            } else {
+                let next = nodes.len();
+                nodes.push(Node::around(&lights, units, place));
+                open.push_back((next, range, level + 1));
+                Child::Node(next as u32)
+            };
+            nodes[node].set(i, &lights, units, child);
         }
     }
-    (nodes, ways)
+    (nodes, places)
 }
 
 fn union(items: &[(u32, LightBounds)]) -> LightBounds {
     items.iter().fold(LightBounds::NONE, |all, (_, lights)| all.union(*lights))
 }
 
-/// Cuts a range of two or more items into up to four parts, the costliest first.
+/// Cuts a range of two or more items into up to four parts.
 fn parts(
     items: &mut [(u32, LightBounds)],
     range: Range<usize>,
     by_cost: bool,
 ) -> Vec<Range<usize>> {
-    let mut parts = vec![range];
+    // A few items are children; of more, no node gets few if one can get all.
+    let whole = if range.len() > CHILDREN { CHILDREN } else { 1 };
+    let mut parts = vec![(range, 0.0f64)];
     while parts.len() < CHILDREN {
-        let largest = (0..parts.len()).filter(|i| parts[*i].len() > 1).max_by(|i, j| {
-            let cost =
-                |i: usize| if by_cost { cost(&union(&items[parts[i].clone()])) } else { 0.0 };
-            (cost(*i).total_cmp(&cost(*j))).then(parts[*i].len().cmp(&parts[*j].len()))
+        let costliest = (0..parts.len()).filter(|i| parts[*i].0.len() > whole).max_by(|i, j| {
+            let [(a, cost_a), (b, cost_b)] = [*i, *j].map(|i| &parts[i]);
+            cost_a.total_cmp(cost_b).then(a.len().cmp(&b.len()))
         });
-        let Some(largest) = largest else { break };
-        let Range { start, end } = parts[largest].clone();
+        let Some(costliest) = costliest else { break };
+        let (Range { start, end }, _) = parts.swap_remove(costliest);
         let middle = if by_cost { partition(&mut items[start..end]) } else { None };
         let middle = start + middle.unwrap_or((end - start) / 2);
-        parts[largest] = start..middle;
-        parts.insert(largest + 1, middle..end);
+        for part in [start..middle, middle..end] {
+            let is_split = by_cost && part.len() > whole;
+            let cost = if is_split { cost(&union(&items[part.clone()])) } else { 0.0 };
+            parts.push((part, cost));
+        }
     }
-    parts
+    parts.into_iter().map(|(part, _)| part).collect()
 }
 
 /// Intensity times surface area, of the sphere that stands for the box, times orientation.

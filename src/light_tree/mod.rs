@@ -26,7 +26,7 @@ pub use bounds::LightBounds;
 
 use crate::geometry::SurfacePoint;
 use crate::math::distribution::AliasTable;
-use node::{CHILDREN, Node};
+use node::{CHILDREN, Child, Node, Place, Receiver, Units};
 
 /// δ, the share of the choice that does not depend on the receiver.
 const REGARDLESS: f64 = 0.1;
@@ -36,19 +36,22 @@ const BELOW_ONE: f64 = 1.0 - 0.5 * f64::EPSILON;
 /// A tree over lights, or over the parts of one, numbered from 0.
 ///
 /// Nodes have up to four children, whose importances are compared at a time; so up to four lights
-/// are compared one by one. Takes about 110 bytes a light.
+/// are compared one by one. Takes at most 150 bytes a light where there are many.
 #[derive(Clone, Debug)]
 pub struct LightTree {
-    /// The root first; empty if there is nothing to choose.
+    /// The root first; empty if there are less than two items.
     nodes: Vec<Node>,
-    /// The way to each item: two bits a level, those of the first in the lowest place.
-    ways: Vec<u64>,
+    units: Units,
+    /// Number of items that may be chosen, and one of them.
+    len: usize,
+    only: u32,
+    places: Vec<Place>,
     regardless: Option<AliasTable>,
 }
 
 impl LightTree {
     /// The most items that a tree can have: 2²⁸.
-    pub const MOST_ITEMS: usize = Node::MOST as usize / 2;
+    pub const MOST_ITEMS: usize = 1 << 28;
 
     /// A tree over items of given bounds, and the weights of their choice without regard to a
     /// receiver; what has weight 0 is never chosen. Intensities and weights are relative.
@@ -63,11 +66,13 @@ impl LightTree {
         let largest = weights.iter().copied().fold(0.0, f64::max);
         let scaled: Vec<f64> = weights.iter().map(|weight| weight / largest).collect();
         let regardless = AliasTable::new(&scaled);
-        let (nodes, ways) = match &regardless {
-            Some(_) => build::build(lights, weights),
-            None => Default::default(),
-        };
-        Self { nodes, ways, regardless }
+        let chosen = (0..).zip(lights).zip(weights).filter(|(_, weight)| **weight > 0.0);
+        let items: Vec<(u32, LightBounds)> = chosen.map(|((i, l), _)| (i, *l)).collect();
+        let items = if regardless.is_some() { items } else { Vec::new() };
+        let (len, only) = (items.len(), items.first().map_or(0, |(item, _)| *item));
+        let units = Units::of(&items);
+        let (nodes, places) = build::build(items, lights.len(), &units);
+        Self { nodes, units, len, only, places, regardless }
     }
 
     /// Chooses an item for a receiver with a number in `[0, 1)`; returns its probability too.
@@ -81,8 +86,8 @@ impl LightTree {
         u: f64,
     ) -> Option<(u32, f64)> {
         let regardless = regardless(self, arrival)?;
-        if self.nodes.len() == 1 {
-            return Some((self.nodes[0].link().0, 1.0));
+        if self.len == 1 {
+            return Some((self.only, 1.0));
         }
         if u < REGARDLESS {
             let (item, pmf) = regardless.sample(u / REGARDLESS);
@@ -110,8 +115,8 @@ impl LightTree {
     #[must_use]
     pub fn pmf(&self, x: &SurfacePoint, arrival: Option<&Arrival>, item: u32) -> f64 {
         let Some(table) = regardless(self, arrival) else { return 0.0 };
-        if self.nodes.len() == 1 {
-            return if self.nodes[0].link().0 == item { 1.0 } else { 0.0 };
+        if self.len == 1 {
+            return if self.only == item { 1.0 } else { 0.0 };
         }
         self.mixture(x, arrival, item, table.pmf(item as usize))
     }
@@ -134,20 +139,20 @@ impl LightTree {
     /// Number of items that may be chosen.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.nodes.iter().filter(|node| node.link().1 == 0).count()
+        self.len
     }
 
     /// True if there is nothing to choose.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
+        self.len == 0
     }
 
     /// Bytes that it takes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let table = self.regardless.as_ref().map_or(0, |table| table.len() * 24);
-        size_of_val(&self.nodes[..]) + size_of_val(&self.ways[..]) + table
+        size_of_val(&self.nodes[..]) + size_of_val(&self.places[..]) + table
     }
 
     /// The probability of an item, given the one without regard to the receiver.
@@ -161,7 +166,13 @@ impl LightTree {
         if regardless == 0.0 {
             return 0.0;
         }
-        let mut way = self.ways[item as usize];
+        // Two bits a level, those of the root in the lowest place.
+        let mut place = self.places[item as usize];
+        let mut way = place.child() as u64;
+        while place.node() != 0 {
+            place = self.nodes[place.node()].place;
+            way = way << 2 | place.child() as u64;
+        }
         let tree = self.descend(x, arrival, |_, _| {
             let child = (way & 3) as usize;
             way >>= 2;
@@ -178,29 +189,27 @@ impl LightTree {
         &self,
         x: &SurfacePoint,
         arrival: Option<&Arrival>,
-        mut choose: impl FnMut(&[f64], f64) -> Option<usize>,
+        mut choose: impl FnMut(&[f64; CHILDREN], f64) -> Option<usize>,
     ) -> Option<(u32, f64)> {
-        let (mut node, mut pmf) = (0, 1.0);
+        let receiver = Receiver::new(x, &self.units);
+        let (mut number, mut pmf) = (0, 1.0);
         loop {
-            let (first, count) = self.nodes[node].link();
-            if count == 0 {
-                return Some((first, pmf));
+            let node = &self.nodes[number as usize];
+            let mut shares = node.importances(&receiver);
+            if let Some(arrival) = arrival {
+                let parts = arrival.of_children(number);
+                shares = std::array::from_fn(|i| shares[i] * f64::from(parts[i]));
             }
-            let first = first as usize;
-            let mut shares = [0.0; CHILDREN];
-            for (share, child) in shares.iter_mut().zip(first..first + count) {
-                *share = self.nodes[child].importance(x);
-                if let Some(arrival) = arrival {
-                    *share *= arrival.of_node(child);
-                }
-            }
-            let total: f64 = shares[..count].iter().sum();
+            let total: f64 = shares.iter().sum();
             if total.is_nan() || total <= 0.0 {
                 return None;
             }
-            let child = choose(&shares[..count], total)?;
+            let child = choose(&shares, total)?;
             pmf *= shares[child] / total;
-            node = first + child;
+            match node.child(child) {
+                Child::Node(next) => number = next,
+                Child::Item(item) => return Some((item, pmf)),
+            }
         }
     }
 }
