@@ -15,7 +15,8 @@ const OBJECT: &str = "area light";
 /// texture may vary it from point to point.
 ///
 /// Points are uniform on the total area. A receiver chooses a shape by its area, too, and where it
-/// is outside of a whole sphere, a point uniform in the cone of directions under which it sees it. The front side is that of the *geometric* normal.
+/// is near a triangle or a rectangle, or outside of a whole sphere, a point uniform in the solid
+/// angle under which it sees the shape. The front side is that of the *geometric* normal.
 #[derive(Clone, Debug)]
 pub struct AreaLight {
     shapes: Vec<Shape>,
@@ -226,7 +227,7 @@ impl Endpoint for AreaLight {
 
     fn sample_from(&self, receiver: &SurfacePoint, u1: f64, u2: DVec2) -> Option<PointSample> {
         let (index, pmf) = self.by_area.sample(u1);
-        let Some(seen) = Subtended::new(&self.shapes[index], receiver) else {
+        let Some(seen) = Subtended::new(&self.shapes[index], receiver, self.two_sided) else {
             let point = self.point_on(index, u2);
             return Some(PointSample { point, pdf: self.point_pdf(&point) });
         };
@@ -238,7 +239,7 @@ impl Endpoint for AreaLight {
     fn pdf_from(&self, receiver: &SurfacePoint, point: &SurfacePoint) -> PerArea {
         let index = point.primitive.wrapping_sub(self.first_primitive) as usize;
         let shape = self.shapes.get(index);
-        match shape.and_then(|shape| Subtended::new(shape, receiver)) {
+        match shape.and_then(|shape| Subtended::new(shape, receiver, self.two_sided)) {
             Some(seen) => seen.pdf(point) * self.by_area.pmf(index),
             None => self.point_pdf(point),
         }
