@@ -1,13 +1,14 @@
 //! Area lights near their receivers: points uniform in the solid angle of a rectangle or triangle.
 
-use crate::{Random, assert_mean, estimate, irradiance_sample, receiver};
+use crate::{Random, assert_mean, estimate, irradiance, irradiance_sample, receiver};
 use approx::assert_relative_eq;
 use pathspace::endpoint::{AreaLight, Endpoint, Light};
-use pathspace::geometry::{Quad, Shape, SurfacePoint, Triangle};
+use pathspace::geometry::{Quad, Shape, Sphere, SurfacePoint, Triangle};
 use pathspace::glam::{DMat3, DVec2, DVec3};
 use pathspace::math::Rgb;
 use pathspace::math::statistics::{chi_square, sidak};
 use proptest::prelude::*;
+use std::f64::consts::PI;
 
 fn light(shape: Shape) -> AreaLight {
     AreaLight::new(vec![shape], 7, 3, Rgb::WHITE, true).unwrap()
@@ -146,6 +147,13 @@ fn the_density_is_that_of_the_solid_angle() {
         for _ in 0..20 {
             let sample = light.sample_from(&x, rng.next(), rng.next_2d()).unwrap();
             assert_eq!(light.pdf_from(&x, &sample.point), sample.pdf);
+            let uv = sample.point.uv;
+            let reported = match shape {
+                Shape::Quad(q) => q.point_at(uv.x, uv.y),
+                Shape::Triangle(t) => t.point_at(uv.x, uv.y),
+                _ => unreachable!(),
+            };
+            assert_eq!(sample.point, SurfacePoint { primitive: 7, surface: 3, ..reported });
             if sample.pdf.value() == area {
                 continue;
             }
@@ -221,6 +229,31 @@ fn samples_fill_every_part_in_proportion_to_its_solid_angle() {
     }
 }
 
+#[test]
+fn columns_of_a_rectangle_have_the_share_that_chose_them() {
+    let mut rng = Random::new(25);
+    for (shape, x) in near_pairs() {
+        let Shape::Quad(quad) = shape else { continue };
+        if quad.edge_u.dot(quad.edge_v) != 0.0 {
+            continue;
+        }
+        let (light, x) = (light(shape), receiver(x, -DVec3::Z));
+        for _ in 0..20 {
+            let u = rng.next_2d();
+            let sample = light.sample_from(&x, 0.5, u).unwrap();
+            if sample.pdf.value() == 1.0 / light.area() {
+                continue;
+            }
+            let before = Quad { edge_u: quad.edge_u * sample.point.uv.x, ..quad };
+            let share = rectangle_solid_angle(x.position, &before)
+                / rectangle_solid_angle(x.position, &quad);
+            // Parameters are rounded to 1e-16, which is more of the solid angle the nearer x is.
+            let tolerance = 1e-11 + 1e-15 / x.position.z;
+            assert_relative_eq!(share, u.x, max_relative = 0.0, epsilon = tolerance);
+        }
+    }
+}
+
 /// The irradiance of a polygon of radiance 1 above the horizon (Lambert 1760).
 fn polygon_irradiance(x: &SurfacePoint, corners: &[DVec3]) -> f64 {
     let n = corners.len();
@@ -281,6 +314,25 @@ fn irradiance_near_a_light_has_a_bounded_variance() {
     }
 }
 
+#[test]
+fn each_shape_of_a_light_is_sampled_for_its_receiver() {
+    let (right, up) = (DVec3::X, DVec3::Y);
+    let quad = Quad { origin: DVec3::new(-0.5, -0.5, 0.3), edge_u: up, edge_v: right };
+    let vertices =
+        [DVec3::new(1.0, 0.0, 0.5), DVec3::new(1.0, 1.0, 0.5), DVec3::new(2.0, 0.0, 0.5)];
+    let center = DVec3::new(0.0, -1.2, 1.0);
+    let sphere = Sphere::new(center, 0.6);
+    let shapes =
+        vec![Shape::Quad(quad), Shape::Triangle(Triangle { vertices }), Shape::Sphere(sphere)];
+    let light = AreaLight::new(shapes, 5, 0, Rgb::WHITE, false).unwrap();
+    let x = receiver(DVec3::ZERO, DVec3::Z);
+    let distance = center.length();
+    let expected = polygon_irradiance(&x, &quad.corners())
+        + polygon_irradiance(&x, &vertices)
+        + PI * (sphere.radius / distance).powi(2) * center.z / distance;
+    assert_mean("three shapes", irradiance(&light, &x, 2_000_000), expected, 2e-3);
+}
+
 /// Numbers of either sign and of all magnitudes from 1e-13 to 1, or 0.
 fn any_magnitude() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -306,7 +358,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 20_000, failure_persistence: None, ..<_>::default() })]
 
     #[test]
-    fn extremes_have_points_with_a_density(
+    fn s64_extremes_have_points_with_a_density(
         edges in [any_vector(), any_vector()],
         is_rectangle in any::<bool>(),
         is_quad in any::<bool>(),

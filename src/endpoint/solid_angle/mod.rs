@@ -20,7 +20,7 @@ use sphere_cone::SphereCone;
 use triangle::SphericalTriangle;
 
 /// A flat shape is near if the square of the distance to its centre is less than this many times
-/// that of its size, the diagonal of a rectangle.
+/// that of its size, the diagonal of a rectangle or the longest edge of a right triangle.
 ///
 /// Farther away the variance of uniform area is at most a quarter of the square of the mean. A
 /// solid angle leaves a third of that, which counts for less than its time beside what else varies
@@ -51,32 +51,40 @@ enum Outline {
 impl Subtended {
     /// `None` where points are uniform on the area instead: on disks, on what is far away in units
     /// of its size, seen edge-on or from behind.
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(shape: &Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
-        if receiver.place == Place::Infinite {
-            return None;
-        }
+        // Inlined only up to the answer that most receivers get.
+        let is_near = match shape {
+            Shape::Sphere(_) => true,
+            Shape::Quad(quad) => {
+                let center = quad.origin + 0.5 * (quad.edge_u + quad.edge_v) - receiver.position;
+                let size = quad.edge_u.length_squared() + quad.edge_v.length_squared();
+                center.length_squared() < NEAR * size
+            }
+            Shape::Triangle(triangle) => {
+                let corners = triangle.vertices.map(|vertex| vertex - receiver.position);
+                // 9 times the square of the distance, and the sum of the squares of the edges, which
+                // is twice that of the size.
+                let center = corners.iter().sum::<DVec3>().length_squared();
+                let edges = 3.0 * corners.map(DVec3::length_squared).iter().sum::<f64>() - center;
+                center / 9.0 < NEAR * (edges / 2.0)
+            }
+            Shape::Disk(_) => false,
+        };
+        if is_near { Self::of_near(shape, receiver, two_sided) } else { None }
+    }
+
+    #[inline(never)]
+    fn of_near(shape: &Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
         match shape {
+            _ if receiver.place == Place::Infinite => None,
             Shape::Sphere(sphere) => {
                 let cone = SphereCone::new(*sphere, receiver)?;
                 let outline = Outline::Circle(cone);
                 Some(Self { receiver: receiver.position, solid_angle: cone.solid_angle(), outline })
             }
-            Shape::Quad(quad) => {
-                let center = quad.origin + 0.5 * (quad.edge_u + quad.edge_v) - receiver.position;
-                let size = quad.edge_u.length_squared() + quad.edge_v.length_squared();
-                let is_near = center.length_squared() < NEAR * size;
-                if is_near { Self::of_quad(quad, receiver, two_sided) } else { None }
-            }
-            Shape::Triangle(triangle) => {
-                let corners = triangle.vertices.map(|vertex| vertex - receiver.position);
-                // 9 times the square of the distance, and 6 times that of the size: half the sum of
-                // the squares of the edges.
-                let center = corners.iter().sum::<DVec3>().length_squared();
-                let size = 3.0 * corners.map(DVec3::length_squared).iter().sum::<f64>() - center;
-                let is_near = center / 9.0 < NEAR * (size / 2.0);
-                if is_near { Self::of_triangle(triangle, receiver, two_sided) } else { None }
-            }
+            Shape::Quad(quad) => Self::of_quad(quad, receiver, two_sided),
+            Shape::Triangle(triangle) => Self::of_triangle(triangle, receiver, two_sided),
             Shape::Disk(_) => None,
         }
     }

@@ -4,8 +4,7 @@
 //! The map is that of Ureña, Fajardo and King 2013 ("An Area-Preserving Parametrization for
 //! Spherical Rectangles"): u selects a column x such that the part of the rectangle before it has
 //! the share u of the solid angle, v a point of the column uniform in the sine of the elevation
-//! above y = 0. It is derived here in a form without inverse functions in a sample and without
-//! differences of nearly equal numbers.
+//! above y = 0. It is derived here in a form without inverse functions in a sample.
 //!
 //! In coordinates of the rectangle around the receiver's foot, at height h, the solid angle between
 //! x = 0 and x is
@@ -41,9 +40,6 @@ pub(super) struct SphericalRectangle {
     size: DVec2,
     /// The receiver's distance from the plane.
     height: f64,
-    /// True if y runs from the end of `edge_v` to its start, such that the sum of its bounds is not
-    /// negative.
-    is_mirrored: bool,
     /// T at the lower bound of x.
     first: f64,
     solid_angle: f64,
@@ -59,28 +55,17 @@ impl SphericalRectangle {
             return None;
         }
         let height = origin.dot(x_axis.cross(y_axis)).abs();
-        let mut start = DVec2::new(origin.dot(x_axis), origin.dot(y_axis));
-        let is_mirrored = start.y + 0.5 * size.y < 0.0;
-        if is_mirrored {
-            start.y = -(start.y + size.y);
-        }
-        let y = [start.y, start.y + size.y];
+        let start = DVec2::new(origin.dot(x_axis), origin.dot(y_axis));
+        let (y0, y1) = (start.y, start.y + size.y);
         let h2 = height * height;
         let turn = |x: f64| {
             let d2 = x * x + h2;
-            let [r0, r1] = y.map(|y| (d2 + y * y).sqrt());
-            let (above, below) = (y[1] * r0, y[0] * r1);
-            // above - below, of which the first is positive.
-            let difference = if below > 0.0 {
-                size.y * (y[0] + y[1]) * d2 / (above + below)
-            } else {
-                above - below
-            };
-            atan2(x * height * difference, h2 * r0 * r1 + x * x * y[0] * y[1])
+            let (r0, r1) = ((d2 + y0 * y0).sqrt(), (d2 + y1 * y1).sqrt());
+            atan2(x * height * (y1 * r0 - y0 * r1), h2 * r0 * r1 + x * x * y0 * y1)
         };
         let first = turn(start.x);
         let solid_angle = turn(start.x + size.x) - first;
-        Some(Self { quad: *quad, start, size, height, is_mirrored, first, solid_angle })
+        Some(Self { quad: *quad, start, size, height, first, solid_angle })
     }
 
     /// The solid angle.
@@ -90,10 +75,9 @@ impl SphericalRectangle {
 
     /// The point seen in a direction uniform in the solid angle.
     pub(super) fn sample(&self, u: DVec2) -> SurfacePoint {
-        let flipped = |v: f64| if self.is_mirrored { 1.0 - v } else { v };
         let x = self.column(u.x).max(self.start.x).min(self.start.x + self.size.x);
-        let p = (DVec2::new(x, self.row(x, flipped(u.y))) - self.start) / self.size;
-        self.quad.point_at(unit_interval(p.x), flipped(unit_interval(p.y)))
+        let p = (DVec2::new(x, self.row(x, u.y)) - self.start) / self.size;
+        self.quad.point_at(unit_interval(p.x), unit_interval(p.y))
     }
 
     /// The x before which the share `u` of the solid angle lies.
@@ -111,6 +95,8 @@ impl SphericalRectangle {
         } else {
             2.0 * cos_half * cos_half - sin * sin / (1.0 - cos)
         };
+        // Rounding may put the end beyond infinity.
+        let q = q.max(0.0);
         self.height * 2.0 * sin_half * cos_half / (q * (q + 2.0 * h2 * scale)).sqrt()
     }
 
@@ -118,13 +104,9 @@ impl SphericalRectangle {
     fn row(&self, x: f64, v: f64) -> f64 {
         let [y0, y1] = [self.start.y, self.start.y + self.size.y];
         let d2 = x * x + self.height * self.height;
-        // 1 - sine of the elevation.
-        let complement = |y: f64| {
-            let r = (d2 + y * y).sqrt();
-            if y > 0.0 { d2 / (r * (r + y)) } else { (r - y) / r }
-        };
-        let [g0, g1] = [complement(y0), complement(y1)];
-        let g = g1 + (1.0 - v) * (g0 - g1);
-        d2.sqrt() * (1.0 - g) / (g * (2.0 - g)).sqrt()
+        let elevation_sine = |y: f64| y / (d2 + y * y).sqrt();
+        let (s0, s1) = (elevation_sine(y0), elevation_sine(y1));
+        let s = s0 + v * (s1 - s0);
+        s * (d2 / ((1.0 - s).max(0.0) * (1.0 + s))).sqrt()
     }
 }

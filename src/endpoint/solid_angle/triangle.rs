@@ -56,8 +56,7 @@ impl SphericalTriangle {
         };
         let volume = volume / distances.iter().product::<f64>();
         let sum = directions[0] + directions[1];
-        // 1 + a·b is half of the square of a + b, in which less cancels.
-        let denominator = 0.5 * sum.length_squared() + sum.dot(directions[2]);
+        let denominator = 1.0 + directions[0].dot(directions[1]) + sum.dot(directions[2]);
         (volume + denominator.abs() > LEAST_SUM).then(|| Self {
             first,
             directions,
@@ -76,10 +75,9 @@ impl SphericalTriangle {
     pub(super) fn sample(&self, u: DVec2) -> [f64; 3] {
         let [a, b, c] = self.directions;
         let (sin, cos) = sin_cos_of_turn(u.x * self.solid_angle / (4.0 * PI));
-        let sum = a + b;
         // a + X = alpha a + gamma c, but for a factor.
-        let alpha = self.volume * cos - sum.dot(c) * sin;
-        let gamma = 0.5 * sum.length_squared() * sin;
+        let alpha = self.volume * cos - (a + b).dot(c) * sin;
+        let gamma = (1.0 + a.dot(b)) * sin;
         let ca = c.dot(a);
         let factor =
             2.0 * (alpha + gamma * ca) / (alpha * alpha + gamma * (gamma + 2.0 * alpha * ca));
