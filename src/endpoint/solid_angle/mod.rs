@@ -51,9 +51,8 @@ enum Outline {
 impl Subtended {
     /// `None` where points are uniform on the area instead: on disks, on what is far away in units
     /// of its size, seen edge-on or from behind.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn new(shape: &Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
-        // Inlined only up to the answer that most receivers get.
         let is_near = match shape {
             Shape::Sphere(_) => true,
             Shape::Quad(quad) => {
@@ -74,7 +73,6 @@ impl Subtended {
         if is_near { Self::of_near(shape, receiver, two_sided) } else { None }
     }
 
-    #[inline(never)]
     fn of_near(shape: &Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
         match shape {
             _ if receiver.place == Place::Infinite => None,
