@@ -8,6 +8,8 @@ mod area;
 mod cameras;
 #[path = "endpoints/environments.rs"]
 mod environments;
+#[path = "endpoints/near.rs"]
+mod near;
 #[path = "endpoints/punctual.rs"]
 mod punctual;
 

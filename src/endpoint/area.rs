@@ -15,8 +15,9 @@ const OBJECT: &str = "area light";
 /// texture may vary it from point to point.
 ///
 /// Points are uniform on the total area. A receiver chooses a shape by what it could send, if there
-/// are more than four, and a point of it by what it [subtends](Subtended). The front side is that
-/// of the *geometric* normal.
+/// are more than four, and near a triangle or a rectangle, or outside of a whole sphere, a point
+/// uniform in the solid angle under which it sees the shape. The front side is that of the
+/// *geometric* normal.
 #[derive(Clone, Debug)]
 pub struct AreaLight {
     shapes: Vec<Shape>,
@@ -298,7 +299,7 @@ impl Endpoint for AreaLight {
     fn sample_from(&self, receiver: &SurfacePoint, u1: f64, u2: DVec2) -> Option<PointSample> {
         let (index, pmf) = self.choose(receiver, u1)?;
         let shape = &self.shapes[index];
-        let seen = Subtended::new(shape, receiver);
+        let seen = Subtended::new(shape, receiver, self.two_sided);
         let point = match &seen {
             Some(seen) => self.as_reported(index, seen.sample(u2)),
             None => self.point_on(index, u2),
@@ -310,7 +311,7 @@ impl Endpoint for AreaLight {
     fn pdf_from(&self, receiver: &SurfacePoint, point: &SurfacePoint) -> PerArea {
         let index = point.primitive.wrapping_sub(self.first_primitive) as usize;
         let Some(shape) = self.shapes.get(index) else { return PerArea::ZERO };
-        let seen = Subtended::new(shape, receiver);
+        let seen = Subtended::new(shape, receiver, self.two_sided);
         self.density(shape, seen.as_ref(), point, self.pmf(receiver, index))
     }
 }

@@ -8,51 +8,170 @@
 //! [`Subtended::new`] is the one predicate that decides between solid angle and area, for samples
 //! and for densities.
 
+mod rectangle;
 mod sphere_cone;
+mod triangle;
 
-use crate::geometry::{Place, Shape, SurfacePoint};
+use crate::geometry::{Place, Quad, Shape, SurfacePoint, Triangle};
 use crate::math::{PerArea, PerSolidAngle};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
+use rectangle::SphericalRectangle;
 use sphere_cone::SphereCone;
+use triangle::SphericalTriangle;
+
+/// A flat shape is near if the square of the distance to its centre is less than this many times
+/// that of its size, the diagonal of a rectangle or the longest edge of a right triangle.
+///
+/// Farther away the variance of uniform area is at most a quarter of the square of the mean. A
+/// solid angle leaves a third of that, which counts for less than its time beside what else varies
+/// in a path.
+const NEAR: f64 = 1.0;
+
+/// Solid angles below this are left to uniform area: as differences of angles they have fewer than
+/// 12 digits. A near shape has one only if the receiver sees it edge-on or if it is a sliver.
+const LEAST_SOLID_ANGLE: f64 = 1e-4;
 
 /// What a receiver sees of a shape.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Subtended {
-    Cone(SphereCone),
+pub(super) struct Subtended {
+    receiver: DVec3,
+    solid_angle: f64,
+    outline: Outline,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Outline {
+    Circle(SphereCone),
+    Rectangle(SphericalRectangle),
+    Triangle(Triangle, SphericalTriangle),
+    /// The two halves of a parallelogram, the first one without its last corner.
+    Parallelogram(Quad, [SphericalTriangle; 2]),
 }
 
 impl Subtended {
-    /// `None` where uniform area serves the receiver as well or better.
-    #[inline]
-    pub(super) fn new(shape: &Shape, receiver: &SurfacePoint) -> Option<Self> {
-        if receiver.place == Place::Infinite {
-            return None;
-        }
+    /// `None` where points are uniform on the area instead: on disks, on what is far away in units
+    /// of its size, seen edge-on or from behind.
+    #[inline(never)]
+    pub(super) fn new(shape: &Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
+        let is_near = match shape {
+            Shape::Sphere(_) => true,
+            Shape::Quad(quad) => {
+                let center = quad.origin + 0.5 * (quad.edge_u + quad.edge_v) - receiver.position;
+                let size = quad.edge_u.length_squared() + quad.edge_v.length_squared();
+                center.length_squared() < NEAR * size
+            }
+            Shape::Triangle(triangle) => {
+                let corners = triangle.vertices.map(|vertex| vertex - receiver.position);
+                // 9 times the square of the distance, and the sum of the squares of the edges, which
+                // is twice that of the size.
+                let center = corners.iter().sum::<DVec3>().length_squared();
+                let edges = 3.0 * corners.map(DVec3::length_squared).iter().sum::<f64>() - center;
+                center / 9.0 < NEAR * (edges / 2.0)
+            }
+            Shape::Disk(_) => false,
+        };
+        if is_near { Self::of_near(shape, receiver, two_sided) } else { None }
+    }
+
+    fn of_near(shape: &Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
         match shape {
-            Shape::Sphere(sphere) => SphereCone::new(*sphere, receiver).map(Self::Cone),
-            Shape::Triangle(_) | Shape::Quad(_) | Shape::Disk(_) => None,
+            _ if receiver.place == Place::Infinite => None,
+            Shape::Sphere(sphere) => {
+                let cone = SphereCone::new(*sphere, receiver)?;
+                let outline = Outline::Circle(cone);
+                Some(Self { receiver: receiver.position, solid_angle: cone.solid_angle(), outline })
+            }
+            Shape::Quad(quad) => Self::of_quad(quad, receiver, two_sided),
+            Shape::Triangle(triangle) => Self::of_triangle(triangle, receiver, two_sided),
+            Shape::Disk(_) => None,
         }
+    }
+
+    fn of_quad(quad: &Quad, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
+        let origin = quad.origin - receiver.position;
+        let (u, v, cross) = (quad.edge_u, quad.edge_v, quad.cross());
+        let size = u.abs().max(v.abs()).max_element();
+        let volume = visible_volume(origin.dot(cross), cross, size, receiver, two_sided)?;
+        if let Some(rectangle) = SphericalRectangle::new(quad, origin) {
+            return Self::of_flat(receiver, rectangle.solid_angle(), Outline::Rectangle(rectangle));
+        }
+        let [b, c, d] = [origin + u, origin + u + v, origin + v];
+        let half = |corners| SphericalTriangle::new(corners, volume);
+        let halves = [half([origin, b, c])?, half([origin, c, d])?];
+        let solid_angle = halves.iter().map(SphericalTriangle::solid_angle).sum();
+        Self::of_flat(receiver, solid_angle, Outline::Parallelogram(*quad, halves))
+    }
+
+    fn of_triangle(triangle: &Triangle, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
+        let [a, b, c] = triangle.vertices.map(|vertex| vertex - receiver.position);
+        let cross = triangle.cross();
+        let size = (b - a).abs().max((c - a).abs()).max_element();
+        let volume = visible_volume(a.dot(cross), cross, size, receiver, two_sided)?;
+        let seen = SphericalTriangle::new([a, b, c], volume)?;
+        Self::of_flat(receiver, seen.solid_angle(), Outline::Triangle(*triangle, seen))
+    }
+
+    fn of_flat(receiver: &SurfacePoint, solid_angle: f64, outline: Outline) -> Option<Self> {
+        let receiver = receiver.position;
+        (solid_angle > LEAST_SOLID_ANGLE).then_some(Self { receiver, solid_angle, outline })
     }
 
     /// The point that the unit square's `u` maps to; primitive and surface ids are left to the
     /// caller.
     pub(super) fn sample(&self, u: DVec2) -> SurfacePoint {
-        match self {
-            Self::Cone(cone) => cone.sample(u),
+        match &self.outline {
+            Outline::Circle(cone) => cone.sample(u),
+            Outline::Rectangle(rectangle) => rectangle.sample(u),
+            Outline::Triangle(triangle, seen) => {
+                let [_, b, c] = seen.sample(u);
+                triangle.point_at(b, c)
+            }
+            Outline::Parallelogram(quad, [first, second]) => {
+                let share = first.solid_angle() / self.solid_angle;
+                if u.x < share {
+                    let [_, b, c] = first.sample(DVec2::new(u.x / share, u.y));
+                    quad.point_at((b + c).min(1.0), c)
+                } else {
+                    let rest = (u.x - share) / (1.0 - share);
+                    let [_, c, d] = second.sample(DVec2::new(rest.min(1.0), u.y));
+                    quad.point_at(c, (c + d).min(1.0))
+                }
+            }
         }
     }
 
-    /// The density of `sample` at a point of the shape: 0 where the receiver sees its back.
+    /// The density of `sample` at a point of the shape: 0 where the receiver sees a sphere's far
+    /// side.
     pub(super) fn pdf(&self, point: &SurfacePoint) -> PerArea {
-        let Self::Cone(cone) = self;
-        let (receiver, solid_angle) = (cone.receiver, cone.solid_angle());
-        let to_receiver = receiver - point.position;
+        let to_receiver = self.receiver - point.position;
         let distance_squared = to_receiver.length_squared();
         let cosine = point.geometric_normal.dot(to_receiver) / distance_squared.sqrt();
-        if cosine > 0.0 {
-            PerSolidAngle(1.0 / solid_angle).per_area(cosine, distance_squared)
+        if cosine > 0.0 || !matches!(self.outline, Outline::Circle(_)) {
+            PerSolidAngle(1.0 / self.solid_angle).per_area(cosine, distance_squared)
         } else {
             PerArea::ZERO
         }
     }
+}
+
+/// The volume that a flat shape and the receiver span, from its signed value; `None` if the shape
+/// shows its dark side, or if the height above the plane is no more than rounding: then the
+/// solid angle would be noise. `cross` is normal to the plane, and `volume` the height times its
+/// length.
+fn visible_volume(
+    volume: f64,
+    cross: DVec3,
+    size: f64,
+    receiver: &SurfacePoint,
+    two_sided: bool,
+) -> Option<f64> {
+    let rounding = 16.0 * f64::EPSILON * (receiver.position.abs().max_element() + size);
+    let is_above = volume.abs() > (receiver.error + rounding) * cross.length();
+    (is_above && (two_sided || volume < 0.0)).then_some(volume.abs())
+}
+
+/// The number of [0, 1] nearest to x; 0 if x is not a number.
+#[inline(always)]
+fn unit_interval(x: f64) -> f64 {
+    if x > 0.0 { x.min(1.0) } else { 0.0 }
 }

@@ -12,9 +12,8 @@ use std::f64::consts::PI;
 
 /// See the module's documentation.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::endpoint) struct SphereCone {
+pub(super) struct SphereCone {
     sphere: Sphere,
-    pub(super) receiver: DVec3,
     /// Unit vector from the centre to the receiver.
     to_receiver: DVec3,
     /// r / d.
@@ -44,7 +43,6 @@ impl SphereCone {
         // uniform area still has one.
         (one_minus_cosine_max > 0.0).then_some(Self {
             sphere,
-            receiver: receiver.position,
             to_receiver: offset / distance,
             sine,
             one_minus_cosine_max,
