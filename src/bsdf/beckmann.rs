@@ -12,7 +12,8 @@
 //! D_o(h)   = D(h) (o·h) / P(o)
 //! ```
 //!
-//! which is finite at grazing angles. Λ is exact and not the rational fit of Walter et al., so
+//! which is finite at grazing angles. This G2 is of directions on the same side;
+//! [`Microfacets`](super::microfacets) has that of opposite sides. Λ is exact and not the rational fit of Walter et al., so
 //! visible normals are sampled exactly.
 
 use super::BsdfError;
@@ -86,15 +87,26 @@ impl Beckmann {
         direction.z / self.projected_area(direction)
     }
 
-    /// `G2 / (2 a_z b_z)`, finite at grazing angles.
+    /// Smith's Λ, the ratio of the hidden to the visible part of the micro-surface that faces the
+    /// direction.
+    #[inline]
+    #[must_use]
+    pub fn lambda(&self, direction: DVec3) -> f64 {
+        let z = direction.z;
+        let r = DVec2::new(self.alpha_x * direction.x, self.alpha_y * direction.y).length();
+        // What is hidden is as large as what faces -w; negative only by rounding.
+        projected(-z, r, -z / r).max(0.0) / z
+    }
+
+    /// `G2 / (2 a_z b_z)` of directions on the same side, finite at grazing angles.
     #[inline]
     #[must_use]
     pub fn correlation(&self, a: DVec3, b: DVec3) -> f64 {
         0.5 / (a.z * self.projected_area(b) + b.z * (self.projected_area(a) - a.z))
     }
 
-    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1: what is left for the weight after sampling a
-    /// visible normal.
+    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1 of directions on the same side: what is left for
+    /// the weight after sampling a visible normal.
     #[inline]
     #[must_use]
     pub fn shadowing(&self, seen_from: DVec3, next: DVec3) -> f64 {
@@ -228,6 +240,7 @@ mod tests {
             0.5 * (libm::erf(a) - 1.0) + (-a * a).exp() / (2.0 * a * PI.sqrt())
         };
         let both = 1.0 / (1.0 + lambda(a) + lambda(b));
+        assert_relative_eq!(beckmann.lambda(a), lambda(a), max_relative = 1e-13);
         assert_relative_eq!(beckmann.masking(a), 1.0 / (1.0 + lambda(a)), max_relative = 1e-14);
         assert_relative_eq!(
             2.0 * a.z * b.z * beckmann.correlation(a, b),

@@ -11,6 +11,9 @@
 //! D_o(h)   = G1 D (o·h) / o_z    = 2 D(h) (o·h) / (o_z + S(o))
 //! ```
 //!
+//! This G2 is of directions on the same side; [`Microfacets`](super::microfacets) has that of
+//! opposite sides.
+//!
 //! Directions and normals here are in the upper hemisphere, z > 0, of the side they are seen from.
 
 use super::BsdfError;
@@ -100,23 +103,33 @@ impl Ggx {
         2.0 * z / (z + self.stretched_length(direction))
     }
 
-    /// Height-correlated masking and shadowing G2 (Heitz 2014, eq. 99), for reflection and, by the
-    /// same formula, for refraction.
+    /// Smith's `Λ(w) = (S/z - 1)/2`, the ratio of the hidden to the visible part of the
+    /// micro-surface that faces the direction, without the cancellation of the difference.
+    #[inline]
+    #[must_use]
+    pub fn lambda(&self, direction: DVec3) -> f64 {
+        let (x, y) = (self.alpha_x * direction.x, self.alpha_y * direction.y);
+        let z = direction.z;
+        0.5 * (x * x + y * y) / (z * (z + self.stretched_length(direction)))
+    }
+
+    /// Height-correlated masking and shadowing G2 of directions on the same side (Heitz 2014, eq.
+    /// 99).
     #[inline]
     #[must_use]
     pub fn masking_shadowing(&self, a: DVec3, b: DVec3) -> f64 {
         2.0 * a.z * b.z * self.correlation(a, b)
     }
 
-    /// `G2 / (2 a_z b_z)`, finite at grazing angles.
+    /// `G2 / (2 a_z b_z)` of directions on the same side, finite at grazing angles.
     #[inline]
     #[must_use]
     pub fn correlation(&self, a: DVec3, b: DVec3) -> f64 {
         1.0 / (b.z * self.stretched_length(a) + a.z * self.stretched_length(b))
     }
 
-    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1: what is left for the weight after sampling a
-    /// visible normal.
+    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1 of directions on the same side: what is left for
+    /// the weight after sampling a visible normal.
     #[inline]
     #[must_use]
     pub fn shadowing(&self, seen_from: DVec3, next: DVec3) -> f64 {
@@ -234,6 +247,7 @@ mod tests {
         let lambda = |w: DVec3| {
             0.5 * ((1.0 + ((0.2 * w.x).powi(2) + (0.7 * w.y).powi(2)) / (w.z * w.z)).sqrt() - 1.0)
         };
+        assert_relative_eq!(ggx.lambda(a), lambda(a), max_relative = 1e-14);
         assert_relative_eq!(ggx.masking(a), 1.0 / (1.0 + lambda(a)), max_relative = 1e-14);
         assert_relative_eq!(
             ggx.masking_shadowing(a, b),
