@@ -13,8 +13,8 @@
 //! ```
 //!
 //! which is finite at grazing angles. This G2 is of directions on the same side;
-//! [`Microfacets`](super::microfacets) has that of opposite sides. Λ is exact and not the rational fit of Walter et al., so
-//! visible normals are sampled exactly.
+//! [`microfacets`](super::microfacets) has that of opposite sides. Λ is exact and not the rational
+//! fit of Walter et al., so visible normals are sampled exactly.
 
 use super::BsdfError;
 use super::ggx::checked_alpha;
@@ -85,17 +85,6 @@ impl Beckmann {
     #[must_use]
     pub fn masking(&self, direction: DVec3) -> f64 {
         direction.z / self.projected_area(direction)
-    }
-
-    /// Smith's Λ, the ratio of the hidden to the visible part of the micro-surface that faces the
-    /// direction.
-    #[inline]
-    #[must_use]
-    pub fn lambda(&self, direction: DVec3) -> f64 {
-        let z = direction.z;
-        let r = DVec2::new(self.alpha_x * direction.x, self.alpha_y * direction.y).length();
-        // What is hidden is as large as what faces -w; negative only by rounding.
-        projected(-z, r, -z / r).max(0.0) / z
     }
 
     /// `G2 / (2 a_z b_z)` of directions on the same side, finite at grazing angles.
@@ -240,7 +229,6 @@ mod tests {
             0.5 * (libm::erf(a) - 1.0) + (-a * a).exp() / (2.0 * a * PI.sqrt())
         };
         let both = 1.0 / (1.0 + lambda(a) + lambda(b));
-        assert_relative_eq!(beckmann.lambda(a), lambda(a), max_relative = 1e-13);
         assert_relative_eq!(beckmann.masking(a), 1.0 / (1.0 + lambda(a)), max_relative = 1e-14);
         assert_relative_eq!(
             2.0 * a.z * b.z * beckmann.correlation(a, b),

@@ -11,7 +11,7 @@
 //! D_o(h)   = G1 D (o·h) / o_z    = 2 D(h) (o·h) / (o_z + S(o))
 //! ```
 //!
-//! This G2 is of directions on the same side; [`Microfacets`](super::microfacets) has that of
+//! This G2 is of directions on the same side; [`microfacets`](super::microfacets) has that of
 //! opposite sides.
 //!
 //! Directions and normals here are in the upper hemisphere, z > 0, of the side they are seen from.
@@ -95,22 +95,20 @@ impl Ggx {
         self.stretch(direction).length()
     }
 
+    /// Area of the micro-surface projected to the direction, `z (1 + Λ)`, per unit of macroscopic
+    /// area.
+    #[inline]
+    #[must_use]
+    pub fn projected_area(&self, direction: DVec3) -> f64 {
+        0.5 * (direction.z + self.stretched_length(direction))
+    }
+
     /// Smith's masking G1: the visible fraction of the micro-surface that faces the direction.
     #[inline]
     #[must_use]
     pub fn masking(&self, direction: DVec3) -> f64 {
         let z = direction.z;
         2.0 * z / (z + self.stretched_length(direction))
-    }
-
-    /// Smith's `Λ(w) = (S/z - 1)/2`, the ratio of the hidden to the visible part of the
-    /// micro-surface that faces the direction, without the cancellation of the difference.
-    #[inline]
-    #[must_use]
-    pub fn lambda(&self, direction: DVec3) -> f64 {
-        let (x, y) = (self.alpha_x * direction.x, self.alpha_y * direction.y);
-        let z = direction.z;
-        0.5 * (x * x + y * y) / (z * (z + self.stretched_length(direction)))
     }
 
     /// Height-correlated masking and shadowing G2 of directions on the same side (Heitz 2014, eq.
@@ -247,7 +245,8 @@ mod tests {
         let lambda = |w: DVec3| {
             0.5 * ((1.0 + ((0.2 * w.x).powi(2) + (0.7 * w.y).powi(2)) / (w.z * w.z)).sqrt() - 1.0)
         };
-        assert_relative_eq!(ggx.lambda(a), lambda(a), max_relative = 1e-14);
+        let area = a.z * (1.0 + lambda(a));
+        assert_relative_eq!(ggx.projected_area(a), area, max_relative = 1e-14);
         assert_relative_eq!(ggx.masking(a), 1.0 / (1.0 + lambda(a)), max_relative = 1e-14);
         assert_relative_eq!(
             ggx.masking_shadowing(a, b),

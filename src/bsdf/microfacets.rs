@@ -53,8 +53,9 @@ impl Microfacets {
         density(normal: DVec3) -> f64;
         /// Smith's masking G1: the visible fraction of the micro-surface that faces the direction.
         masking(direction: DVec3) -> f64;
-        /// Smith's `Λ = 1/G1 - 1`.
-        lambda(direction: DVec3) -> f64;
+        /// Area of the micro-surface projected to the direction, `z (1 + Λ)`, per unit of
+        /// macroscopic area.
+        projected_area(direction: DVec3) -> f64;
         /// `G2 / (2 a_z b_z)` of directions on the same side, finite at grazing angles.
         correlation(a: DVec3, b: DVec3) -> f64;
         /// `G2(seen_from, next) / G1(seen_from)` ≤ 1 of directions on the same side: what is left
@@ -67,13 +68,30 @@ impl Microfacets {
         sample_visible(seen_from: DVec3, u: DVec2) -> Option<DVec3>;
     }
 
-    /// G2 of directions on opposite sides over that of the same side, in [0, 1]: `(1 + Λa + Λb)
-    /// B(1 + Λa, 1 + Λb)`. Both directions have z > 0, seen from their own side.
+    /// `G2 / (2 a_z b_z)` of directions on opposite sides, each with z > 0 seen from its own side.
     #[inline]
     #[must_use]
-    pub fn anticorrelation(&self, a: DVec3, b: DVec3) -> f64 {
-        inverse_binomial(self.lambda(a), self.lambda(b))
+    pub fn correlation_across(&self, a: DVec3, b: DVec3) -> f64 {
+        across((a.z, self.projected_area(a)), (b.z, self.projected_area(b)))
     }
+
+    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1 of directions on opposite sides, each with z > 0
+    /// seen from its own side.
+    #[inline]
+    #[must_use]
+    pub fn shadowing_across(&self, seen_from: DVec3, next: DVec3) -> f64 {
+        let area = self.projected_area(seen_from);
+        2.0 * next.z * area * across((seen_from.z, area), (next.z, self.projected_area(next)))
+    }
+}
+
+/// `B(1 + Λa, 1 + Λb) / (2 a_z b_z)` of z and `P = z (1 + Λ)` for both directions: what the same
+/// side has, over a binomial coefficient. An absolute error of Λ is harmless, so that `P/z - 1` may
+/// cancel.
+fn across((a_z, a_area): (f64, f64), (b_z, b_area): (f64, f64)) -> f64 {
+    let lambda = |z: f64, area: f64| (area / z - 1.0).max(0.0);
+    let same_side = 0.5 / (a_z * b_area + b_z * (a_area - a_z));
+    same_side * inverse_binomial(lambda(a_z, a_area), lambda(b_z, b_area))
 }
 
 impl From<Ggx> for Microfacets {
@@ -108,7 +126,7 @@ mod tests {
         for distribution in distributions(1.0) {
             for (a, b) in [(0.9, 0.4), (0.3, 0.3), (0.05, 0.7), (0.1, 0.02)] {
                 let (a, b) = (direction(a), direction(b));
-                let (lambda_a, lambda_b) = (distribution.lambda(a), distribution.lambda(b));
+                let [lambda_a, lambda_b] = [a, b].map(|w| 1.0 / distribution.masking(w) - 1.0);
                 // x = 3t² - 2t³, whose density vanishes at both ends
                 let n = 200_000;
                 let mean = |visible: &dyn Fn(f64) -> f64| -> f64 {
@@ -125,7 +143,7 @@ mod tests {
                 let opposite = mean(&|x| x.powf(lambda_a) * (1.0 - x).powf(lambda_b));
                 let here = 2.0 * a.z * b.z * distribution.correlation(a, b);
                 assert_relative_eq!(here, same, max_relative = 1e-8);
-                let here = here * distribution.anticorrelation(a, b);
+                let here = 2.0 * a.z * b.z * distribution.correlation_across(a, b);
                 assert_relative_eq!(here, opposite, max_relative = 1e-8);
                 assert!(opposite < distribution.masking(a) * distribution.masking(b));
                 assert!(same > distribution.masking(a) * distribution.masking(b));
@@ -133,23 +151,29 @@ mod tests {
         }
     }
 
-    /// What the weight of a sampled refraction is made of is in [0, 1] at the ends of the range,
-    /// and 1 where nothing is hidden.
+    /// The weight of a sampled refraction stays in [0, 1] at the ends of the range, and is that of a
+    /// reflection where nothing is hidden.
     #[test]
-    fn opposite_sides_stay_in_range() {
-        for alpha in [1e-4, 0.1, 1.0, 10.0] {
-            for distribution in distributions(alpha) {
-                for a in [1.0, 0.5, 1e-3, 1e-8, 1e-14] {
-                    assert_eq!(distribution.anticorrelation(DVec3::Z, direction(a)), 1.0);
-                    for b in [1.0, 0.5, 1e-3, 1e-8, 1e-14] {
-                        let (a, b) = (direction(a), direction(b));
-                        let factor = distribution.anticorrelation(a, b);
-                        let weight = factor * distribution.shadowing(a, b);
-                        assert!((0.0..=1.0).contains(&factor), "{alpha} {a} {b}: {factor}");
-                        assert!((0.0..=1.0).contains(&weight), "{alpha} {a} {b}: {weight}");
-                        assert_eq!(factor, distribution.anticorrelation(b, a));
-                    }
+    fn weights_across_stay_in_range() {
+        for distribution in [1e-4, 0.1, 1.0, 10.0].into_iter().flat_map(distributions) {
+            for a in [1.0, 0.5, 1e-3, 1e-8, 1e-14].map(direction) {
+                for b in [1.0, 0.5, 1e-3, 1e-8, 1e-14].map(direction) {
+                    let weight = distribution.shadowing_across(a, b);
+                    assert!(weight >= 0.0, "{distribution:?} {a} {b}: {weight}");
+                    assert!(weight <= distribution.shadowing(a, b) * (1.0 + 1e-15));
+                    assert!(weight <= 1.0 + 1e-15, "{distribution:?} {a} {b}: {weight}");
+                    let value = distribution.correlation_across(a, b);
+                    let swapped = distribution.correlation_across(b, a);
+                    assert_relative_eq!(value, swapped, epsilon = 0.0, max_relative = 1e-12);
+                    assert_relative_eq!(
+                        2.0 * a.z * b.z * value / distribution.masking(a),
+                        weight,
+                        epsilon = 0.0,
+                        max_relative = 1e-14
+                    );
                 }
+                let (up, same) = (DVec3::Z, distribution.shadowing(DVec3::Z, a));
+                assert_relative_eq!(distribution.shadowing_across(up, a), same, epsilon = 1e-15);
             }
         }
     }
