@@ -2,8 +2,8 @@
 //!
 //! A point of the micro-surface at the height below which the share x of the surface lies is seen
 //! from a direction above with the probability `x^Λ(o)`, and from one below with `(1 - x)^Λ(i)`.
-//! Heights are independent of normals (Smith's assumption), so that directions to both sides of it
-//! are both unoccluded with
+//! Heights are independent of normals (Smith's assumption), so that two directions are unoccluded
+//! together with the probability
 //!
 //! ```text
 //! same side:       G2 = ∫ x^(Λo + Λi) dx       = 1 / (1 + Λo + Λi)      ≥ G1(o) G1(i)
@@ -14,9 +14,8 @@
 //! Heitz, Hanika, d'Eon and Dachsbacher 2016 use both for single scattering in dielectrics). What
 //! is high is seen from above and hidden from below, so that refraction lets less through than if
 //! masking and shadowing were independent. Renderers differ here: the product `G1 G1` of Walter et
-//! al. (2007) for both is common, and so is the first form for both, which is too large for
-//! refraction: by a factor of 2.8 in all of the light that crosses an interface of α = 1 and index
-//! 1.5 at a cosine of 0.2.
+//! al. (2007) for both is common, and so is the first form for both. For refraction at α = 1, index
+//! 1.5 and a cosine of 0.2 these transmit 1.9 and 2.8 times too much in all.
 
 use super::{Beckmann, Ggx};
 use crate::math::binomial::inverse_binomial;
