@@ -150,8 +150,8 @@ mod tests {
         }
     }
 
-    /// The weight of a sampled refraction stays in [0, 1] at the ends of the range, and is that of a
-    /// reflection where nothing is hidden.
+    /// The weight of a sampled refraction stays in [0, 1] at the ends of the range, and is that of
+    /// a reflection where nothing is hidden.
     #[test]
     fn weights_across_stay_in_range() {
         for distribution in [1e-4, 0.1, 1.0, 10.0].into_iter().flat_map(distributions) {
