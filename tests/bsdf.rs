@@ -1,5 +1,5 @@
 //! Every scattering model against its own density, its reciprocity, its energy and the exact
-//! answers.
+//! answers; the rough ones against the micro-surfaces that they stand for.
 
 #[path = "bsdf/every_model.rs"]
 mod every_model;
@@ -9,6 +9,8 @@ mod exact;
 mod faults;
 #[path = "bsdf/images.rs"]
 mod images;
+#[path = "bsdf/microfacets.rs"]
+mod microfacets;
 #[path = "bsdf/models.rs"]
 mod models;
 

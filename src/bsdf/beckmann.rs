@@ -12,8 +12,9 @@
 //! D_o(h)   = D(h) (o·h) / P(o)
 //! ```
 //!
-//! which is finite at grazing angles. Λ is exact and not the rational fit of Walter et al., so
-//! visible normals are sampled exactly.
+//! which is finite at grazing angles. This G2 is of directions on the same side;
+//! [`microfacets`](super::microfacets) has that of opposite sides. Λ is exact and not the rational
+//! fit of Walter et al., so visible normals are sampled exactly.
 
 use super::BsdfError;
 use super::ggx::checked_alpha;
@@ -86,15 +87,15 @@ impl Beckmann {
         direction.z / self.projected_area(direction)
     }
 
-    /// `G2 / (2 a_z b_z)`, finite at grazing angles.
+    /// `G2 / (2 a_z b_z)` of directions on the same side, finite at grazing angles.
     #[inline]
     #[must_use]
     pub fn correlation(&self, a: DVec3, b: DVec3) -> f64 {
         0.5 / (a.z * self.projected_area(b) + b.z * (self.projected_area(a) - a.z))
     }
 
-    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1: what is left for the weight after sampling a
-    /// visible normal.
+    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1 of directions on the same side: what is left for
+    /// the weight after sampling a visible normal.
     #[inline]
     #[must_use]
     pub fn shadowing(&self, seen_from: DVec3, next: DVec3) -> f64 {

@@ -11,6 +11,9 @@
 //! D_o(h)   = G1 D (o·h) / o_z    = 2 D(h) (o·h) / (o_z + S(o))
 //! ```
 //!
+//! This G2 is of directions on the same side; [`microfacets`](super::microfacets) has that of
+//! opposite sides.
+//!
 //! Directions and normals here are in the upper hemisphere, z > 0, of the side they are seen from.
 
 use super::BsdfError;
@@ -92,6 +95,14 @@ impl Ggx {
         self.stretch(direction).length()
     }
 
+    /// Area of the micro-surface projected to the direction, `z (1 + Λ)`, per unit of macroscopic
+    /// area.
+    #[inline]
+    #[must_use]
+    pub fn projected_area(&self, direction: DVec3) -> f64 {
+        0.5 * (direction.z + self.stretched_length(direction))
+    }
+
     /// Smith's masking G1: the visible fraction of the micro-surface that faces the direction.
     #[inline]
     #[must_use]
@@ -100,23 +111,23 @@ impl Ggx {
         2.0 * z / (z + self.stretched_length(direction))
     }
 
-    /// Height-correlated masking and shadowing G2 (Heitz 2014, eq. 99), for reflection and, by the
-    /// same formula, for refraction.
+    /// Height-correlated masking and shadowing G2 of directions on the same side (Heitz 2014, eq.
+    /// 99).
     #[inline]
     #[must_use]
     pub fn masking_shadowing(&self, a: DVec3, b: DVec3) -> f64 {
         2.0 * a.z * b.z * self.correlation(a, b)
     }
 
-    /// `G2 / (2 a_z b_z)`, finite at grazing angles.
+    /// `G2 / (2 a_z b_z)` of directions on the same side, finite at grazing angles.
     #[inline]
     #[must_use]
     pub fn correlation(&self, a: DVec3, b: DVec3) -> f64 {
         1.0 / (b.z * self.stretched_length(a) + a.z * self.stretched_length(b))
     }
 
-    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1: what is left for the weight after sampling a
-    /// visible normal.
+    /// `G2(seen_from, next) / G1(seen_from)` ≤ 1 of directions on the same side: what is left for
+    /// the weight after sampling a visible normal.
     #[inline]
     #[must_use]
     pub fn shadowing(&self, seen_from: DVec3, next: DVec3) -> f64 {
@@ -234,6 +245,8 @@ mod tests {
         let lambda = |w: DVec3| {
             0.5 * ((1.0 + ((0.2 * w.x).powi(2) + (0.7 * w.y).powi(2)) / (w.z * w.z)).sqrt() - 1.0)
         };
+        let area = a.z * (1.0 + lambda(a));
+        assert_relative_eq!(ggx.projected_area(a), area, max_relative = 1e-14);
         assert_relative_eq!(ggx.masking(a), 1.0 / (1.0 + lambda(a)), max_relative = 1e-14);
         assert_relative_eq!(
             ggx.masking_shadowing(a, b),

@@ -8,8 +8,10 @@
 //! refraction: f = n_c² T D G2 (o·h)|i·h| / (o_z i_z |m|²)
 //! ```
 //!
-//! with n_c the index on the side of `to_camera`. So `f / n_c²` is symmetric, and a sampled
-//! normal's density `D_o(h)` becomes `D_o(h) T n_i² |i·h| / |m|²` of the refracted direction.
+//! with n_c the index on the side of `to_camera`, and G2 of directions on the same side or on
+//! opposite sides, which are two functions (see [`microfacets`](super::microfacets)). So `f / n_c²`
+//! is symmetric, and a sampled normal's density `D_o(h)` becomes `D_o(h) T n_i² |i·h| / |m|²` of
+//! the refracted direction.
 
 use super::rough_conductor::{Pair, is_above, reflect, upwards};
 use super::{Bsdf, BsdfError, BsdfSample, Dielectric, Lobes, Microfacets, TransportMode, fresnel};
@@ -97,13 +99,16 @@ impl Bsdf for RoughDielectric {
         let pdf = scattering.pdf(&self.distribution);
         let squeeze =
             if reflects || mode == TransportMode::Importance { 1.0 } else { 1.0 / (eta * eta) };
+        let shadowing = if reflects {
+            self.distribution.shadowing(o, i)
+        } else {
+            self.distribution.shadowing_across(o, DVec3::new(i.x, i.y, -i.z))
+        };
         // R or T is in the value and in the density alike, and a T of 0 only occurs where rounding
         // met total reflection
         (pdf.value() > 0.0).then(|| BsdfSample {
             next,
-            weight: Rgb::splat(
-                squeeze * self.distribution.shadowing(o, DVec3::new(i.x, i.y, i.z.abs())),
-            ),
+            weight: Rgb::splat(squeeze * shadowing),
             pdf,
             pdf_reverse: scattering.swapped().pdf(&self.distribution),
             dirac: false,
@@ -207,7 +212,7 @@ impl Refraction {
         2.0 * self.transmittance
             * jacobian
             * distribution.density(self.h)
-            * distribution.correlation(self.o, self.i)
+            * distribution.correlation_across(self.o, self.i)
     }
 
     #[inline]

@@ -9,10 +9,12 @@
 //! | hypothesis tests and running moments | [`statistics`] |
 //! | Student's t distribution | [`student`] |
 //! | sines, cosines and angles, the same on every platform | `angle` |
+//! | binomial coefficients of real numbers | `binomial` |
 //!
 //! Source: Veach 1997, chapter 8, for the measures.
 
 pub(crate) mod angle;
+pub(crate) mod binomial;
 pub mod distribution;
 pub mod measure;
 pub mod spectrum;

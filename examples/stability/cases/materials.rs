@@ -53,6 +53,7 @@ pub(super) fn materials(cases: &mut Vec<Case>) {
                 .depth(ONE),
         );
     }
+    interfaces(cases);
     // A pane between the camera and a wall: multiple reflections inside.
     for ior in [1e-3, 0.5, 1.0, 1.0 + 1e-7, 1.0001, 1.5, 10.0, 100.0] {
         let mut stage = Stage::default();
@@ -130,4 +131,45 @@ pub(super) fn materials(cases: &mut Vec<Case>) {
             .by(&[])
             .blind(&Method::SINGLE),
     );
+}
+
+/// One rough interface under a white sky, from outside and from inside. Expected are `R + T/n²` of
+/// first events, whose visible normals were integrated over slopes with the Beta function in T.
+fn interfaces(cases: &mut Vec<Case>) {
+    let glass =
+        |alpha: f64| Material::RoughDielectric { relative_ior: 1.5, alpha: DVec2::splat(alpha) };
+    let beckmann = |alpha: f64| Material::Beckmann { rough: Box::new(glass(alpha)) };
+    for (family, material, cosine, expected) in [
+        ("cosine over rough glass, 0.5", glass(0.5), 0.2, 0.359_160_75),
+        ("cosine over rough glass, 1", glass(1.0), 0.2, 0.149_121_63),
+        ("cosine over rough glass, 1", glass(1.0), 0.02, 0.090_691_80),
+        ("cosine over rough glass, 1", glass(1.0), 1e-4, 0.092_220),
+        ("cosine under rough glass, 0.5", glass(0.5), -0.5, 0.908_168),
+        ("cosine under rough glass, 1", glass(1.0), -0.2, 0.395_309),
+        ("cosine over rough glass, Beckmann", beckmann(1.0), 0.2, 0.368_045_03),
+    ] {
+        // Hardly larger than what the camera sees, so that walks from the sky find it.
+        let half = 1e-3 * f64::abs(cosine);
+        let (along, across) = (1.1e-3, 1.1 * half);
+        let case = || {
+            let mut stage = Stage::default();
+            stage.quad(
+                DVec3::new(-along, -across, 0.0),
+                DVec3::X * (2.0 * along),
+                DVec3::Y * (2.0 * across),
+                material.clone(),
+            );
+            stage.environment(sky());
+            let position = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+            let eye = camera(position, DVec3::ZERO, 2.0 * half.atan().to_degrees());
+            let case = Case::new("S67", family, cosine.abs(), expected, stage.build(), eye);
+            Case { tolerance: 2e-5, ..case.depth(ONE) }
+        };
+        let is_grazing = f64::abs(cosine) < 0.1;
+        let error = if is_grazing { 0.005 } else { 0.002 };
+        cases.push(Case { error, ..case().by(FROM_CAMERA) });
+        if !is_grazing {
+            cases.push(Case { error: 0.01, ..case().by(&[Light]) });
+        }
+    }
 }
