@@ -1,8 +1,7 @@
 //! The lights of a world and the choice among them by their power.
 
 use super::error::{SceneError, check};
-use crate::endpoint::{Light, LightId};
-use crate::geometry::Bounds;
+use crate::endpoint::{Light, LightId, SceneExtent};
 use crate::math::distribution::AliasTable;
 
 /// A light that a world can own.
@@ -11,11 +10,11 @@ pub(crate) type BoxedLight = Box<dyn Light + Send>;
 /// Tells all lights how large the scene is and builds the table to choose among them.
 pub(crate) fn prepare(
     lights: &mut [(String, BoxedLight)],
-    bounds: &Bounds,
+    extent: &SceneExtent,
 ) -> Result<Choice, SceneError> {
     let mut powers = Vec::with_capacity(lights.len());
     for (name, light) in lights {
-        light.set_scene_bounds(bounds);
+        light.set_scene_extent(extent);
         let power = light.power();
         power
             .0

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::bsdf::{Bsdf, Lobes};
-use crate::endpoint::{DirectionSample, Endpoint, Light, PointSample};
+use crate::endpoint::{DirectionSample, Endpoint, Light, PointSample, SceneExtent};
 use crate::gallery;
 use crate::geometry::{Place, Quad, Sphere};
 use crate::math::warp::square_to_sphere;
@@ -43,8 +43,8 @@ impl Light for Stub {
     fn can_be_hit(&self) -> bool {
         false
     }
-    fn set_scene_bounds(&mut self, bounds: &Bounds) {
-        self.radius = bounds.radius();
+    fn set_scene_extent(&mut self, extent: &SceneExtent) {
+        self.radius = extent.bounds().radius();
     }
 }
 
