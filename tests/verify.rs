@@ -195,6 +195,39 @@ fn long_paths_verify_at_every_scale() -> Result {
     Ok(())
 }
 
+/// A point at infinity has a direction and no position: wherever it is put, the densities are those
+/// of the ray that the path has, also where they depend on how far it passes from each object.
+#[test]
+fn points_at_infinity_have_no_position() -> Result {
+    let TestScene { world, camera, .. } = worlds::pebbles(Placement::UNIT)?;
+    let (mut sampler, mut scratch) = (Random::new(1), Scratch::default());
+    let integrator = Bidirectional { depth: Depth::up_to(3), ..Bidirectional::default() };
+    let mut paths = 0;
+    for _ in 0..1000 {
+        let film = worlds::film_sample(&*camera, &mut sampler);
+        integrator.for_each_path(
+            Stage::new(&world, &*camera),
+            Sample { film, sampler: &mut sampler },
+            &mut scratch,
+            |path, _| {
+                let record = path.record();
+                let mut points = record.points.clone();
+                if let [.., last] = &mut points[..]
+                    && last.place == Place::Infinite
+                {
+                    last.position += DVec3::new(1e3, -2e3, 3e3);
+                    let (scene, dirac) = (&world, &record.dirac);
+                    let moved = PathRecord::evaluate(scene, &*camera, &points, dirac, path.light());
+                    assert_eq!(moved, PathRecord { points, ..record });
+                    paths += 1;
+                }
+            },
+        );
+    }
+    assert!(paths > 1000, "{paths}");
+    Ok(())
+}
+
 /// Weights from MIS partial sums are those of a sweep over the path, whatever the set.
 #[test]
 fn weights_in_constant_time_are_those_of_sweeps() -> Result {

@@ -1,16 +1,14 @@
 //! A directional light: parallel rays from infinitely far away.
 
-use super::{
-    DirectionSample, Endpoint, EndpointError, Light, PointSample, check, extent::SceneExtent,
-};
-use crate::geometry::{Bounds, SurfacePoint};
+use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, SceneExtent, check};
+use crate::geometry::SurfacePoint;
 use crate::math::{PerArea, PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
 const OBJECT: &str = "directional light";
 
 /// Parallel light from infinity.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct DirectionalLight {
     direction: DVec3,
     irradiance: Rgb,
@@ -52,18 +50,11 @@ impl Endpoint for DirectionalLight {
     }
 
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
-        let pdf = self.direction_pdf(point, self.direction);
-        let from = SurfacePoint { position: self.extent.sample_ray(self.direction, u), ..*point };
-        (pdf.value() > 0.0).then(|| DirectionSample {
-            from,
-            direction: self.direction,
-            pdf,
-            weight: self.irradiance / pdf.value(),
-        })
+        self.extent.sample_direction(point, self.irradiance, u)
     }
 
-    fn direction_pdf(&self, _point: &SurfacePoint, _direction: DVec3) -> PerProjected {
-        self.extent.ray_pdf(self.direction)
+    fn direction_pdf(&self, point: &SurfacePoint, _direction: DVec3) -> PerProjected {
+        self.extent.direction_pdf(point)
     }
 
     fn emit(&self, _point: &SurfacePoint, _direction: DVec3) -> Rgb {
@@ -76,7 +67,7 @@ impl Endpoint for DirectionalLight {
 }
 
 impl Light for DirectionalLight {
-    /// The flux through the disk that covers the scene.
+    /// The flux through the disks that cover the scene.
     fn power(&self) -> Rgb {
         self.irradiance * self.extent.disk_area(self.direction)
     }
@@ -89,7 +80,7 @@ impl Light for DirectionalLight {
         self.irradiance.is_black()
     }
 
-    fn set_scene_bounds(&mut self, bounds: &Bounds) {
-        self.extent = SceneExtent::new(bounds);
+    fn set_scene_extent(&mut self, extent: &SceneExtent) {
+        self.extent = extent.clone();
     }
 }

@@ -1,15 +1,13 @@
 //! An environment of constant radiance.
 
-use super::{
-    DirectionSample, Endpoint, EndpointError, Light, PointSample, check, extent::SceneExtent,
-};
-use crate::geometry::{Bounds, SurfacePoint};
+use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, SceneExtent, check};
+use crate::geometry::SurfacePoint;
 use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_sphere};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// The same radiance from all directions, from infinitely far away.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ConstantEnvironment {
     radiance: Rgb,
     extent: SceneExtent,
@@ -39,19 +37,11 @@ impl Endpoint for ConstantEnvironment {
     }
 
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
-        let direction = point.geometric_normal;
-        let pdf = self.direction_pdf(point, direction);
-        let from = SurfacePoint { position: self.extent.sample_ray(direction, u), ..*point };
-        (pdf.value() > 0.0).then(|| DirectionSample {
-            from,
-            direction,
-            pdf,
-            weight: self.radiance / pdf.value(),
-        })
+        self.extent.sample_direction(point, self.radiance, u)
     }
 
     fn direction_pdf(&self, point: &SurfacePoint, _direction: DVec3) -> PerProjected {
-        self.extent.ray_pdf(point.geometric_normal)
+        self.extent.direction_pdf(point)
     }
 
     fn emit(&self, _point: &SurfacePoint, _direction: DVec3) -> Rgb {
@@ -64,9 +54,9 @@ impl Endpoint for ConstantEnvironment {
 }
 
 impl Light for ConstantEnvironment {
-    /// The flux into the sphere around the scene, `π R² ∫ L dσ`.
+    /// The flux into the spheres around the boxes of the scene's extent, `Σ π R² ∫ L dσ`.
     fn power(&self) -> Rgb {
-        self.radiance * (PI * self.extent.radius().powi(2) * 4.0 * PI)
+        self.radiance * (self.extent.cross_section() * 4.0 * PI)
     }
 
     fn can_be_hit(&self) -> bool {
@@ -77,7 +67,7 @@ impl Light for ConstantEnvironment {
         self.radiance.is_black()
     }
 
-    fn set_scene_bounds(&mut self, bounds: &Bounds) {
-        self.extent = SceneExtent::new(bounds);
+    fn set_scene_extent(&mut self, extent: &SceneExtent) {
+        self.extent = extent.clone();
     }
 }

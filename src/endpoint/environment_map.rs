@@ -1,7 +1,7 @@
 //! An environment given by a latitude-longitude image.
 
-use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, extent::SceneExtent};
-use crate::geometry::{Bounds, SurfacePoint};
+use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, SceneExtent};
+use crate::geometry::SurfacePoint;
 use crate::math::angle;
 use crate::math::distribution::{GridSample, PiecewiseConstant2d};
 use crate::math::{PerArea, PerProjected, PerSolidAngle, Rgb, warp::unit_to_linear};
@@ -287,19 +287,11 @@ impl Endpoint for EnvironmentMap {
     }
 
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
-        let direction = point.geometric_normal;
-        let pdf = self.direction_pdf(point, direction);
-        let from = SurfacePoint { position: self.extent.sample_ray(direction, u), ..*point };
-        (pdf.value() > 0.0).then(|| DirectionSample {
-            from,
-            direction,
-            pdf,
-            weight: self.emit(point, direction) / pdf.value(),
-        })
+        self.extent.sample_direction(point, self.emit(point, point.geometric_normal), u)
     }
 
     fn direction_pdf(&self, point: &SurfacePoint, _direction: DVec3) -> PerProjected {
-        self.extent.ray_pdf(point.geometric_normal)
+        self.extent.direction_pdf(point)
     }
 
     fn emit(&self, point: &SurfacePoint, _direction: DVec3) -> Rgb {
@@ -312,9 +304,9 @@ impl Endpoint for EnvironmentMap {
 }
 
 impl Light for EnvironmentMap {
-    /// The flux into the sphere around the scene, `π R² ∫ L dσ`.
+    /// The flux into the spheres around the boxes of the scene's extent, `Σ π R² ∫ L dσ`.
     fn power(&self) -> Rgb {
-        self.integral * (PI * self.extent.radius().powi(2))
+        self.integral * self.extent.cross_section()
     }
 
     fn can_be_hit(&self) -> bool {
@@ -325,7 +317,7 @@ impl Light for EnvironmentMap {
         self.integral.is_black()
     }
 
-    fn set_scene_bounds(&mut self, bounds: &Bounds) {
-        self.extent = SceneExtent::new(bounds);
+    fn set_scene_extent(&mut self, extent: &SceneExtent) {
+        self.extent = extent.clone();
     }
 }

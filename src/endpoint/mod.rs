@@ -23,6 +23,7 @@
 
 mod area;
 mod check;
+mod cover;
 mod directional;
 mod environment;
 mod environment_map;
@@ -41,6 +42,7 @@ pub use directional::DirectionalLight;
 pub use environment::ConstantEnvironment;
 pub use environment_map::{EnvironmentMap, Lookup};
 pub use error::EndpointError;
+pub use extent::SceneExtent;
 pub use orthographic::OrthographicCamera;
 pub use pinhole::PinholeCamera;
 pub use point::PointLight;
@@ -89,8 +91,8 @@ pub trait Endpoint: Sync {
     /// slightly outside are valid (pixel filters reach there).
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample>;
 
-    /// The density with which `sample_direction` chooses `direction`. At infinity it does not
-    /// depend on the position.
+    /// The density with which `sample_direction` chooses `direction`. At infinity the direction is
+    /// that of `point`, and the density is that of the ray through the position of `point`.
     fn direction_pdf(&self, point: &SurfacePoint, direction: DVec3) -> PerProjected;
 
     /// Emitted radiance or importance at `point` into `direction` (away from the endpoint).
@@ -154,7 +156,7 @@ pub trait Light: Endpoint {
 
     /// Tells lights at infinity the extent of the scene that they must illuminate. Called by a
     /// scene once, before rendering.
-    fn set_scene_bounds(&mut self, _bounds: &Bounds) {}
+    fn set_scene_extent(&mut self, _extent: &SceneExtent) {}
 }
 
 /// An endpoint that emits importance, normalised such that its integral over the film's window, all

@@ -3,7 +3,7 @@
 
 use super::mis::{Ends, PathDensities};
 use super::view::ends;
-use super::walk::emission_density;
+use super::walk::{emission_density, emission_pdf};
 use super::{Edge, MergedPath, Path, Stage, StartDensity, Weighting};
 use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
@@ -77,7 +77,7 @@ impl PathRecord {
         let emitter = scene.light(light);
         let to_camera = -edges[k - 1].direction;
         factors[k] = emitter.emit(&points[k], to_camera);
-        towards_camera[k] = emitter.direction_pdf(&points[k], to_camera).value();
+        towards_camera[k] = emission_pdf(emitter, &points[k], &points[k - 1], to_camera);
         let start = emission_density(stage, light, &points[k - 1], &points[k]);
         let lens = StartDensity {
             walk: camera.point_pdf(&points[0]),

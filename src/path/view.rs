@@ -2,7 +2,7 @@
 
 use super::connect::are_joinable;
 use super::mis::{Ends, PathDensities};
-use super::walk::emission_density;
+use super::walk::{emission_density, emission_pdf};
 use super::{Counters, Edge, Stage, StartDensity, Vertex, Weighting};
 use crate::bsdf::TransportMode;
 use crate::endpoint::{Endpoint, Light, LightId};
@@ -261,12 +261,8 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
         }
         match &z.bsdf {
             None => {
-                joint.towards_camera = self
-                    .stage
-                    .scene
-                    .light(self.light)
-                    .direction_pdf(&z.point, -edge.direction)
-                    .value();
+                let light = self.stage.scene.light(self.light);
+                joint.towards_camera = emission_pdf(light, &z.point, &y.point, -edge.direction);
             }
             Some(bsdf) => {
                 joint.towards_camera =

@@ -8,8 +8,8 @@ use super::connect::lens_numbers;
 use super::{Counters, Edge, Roulette, Scattered, Stage, StartDensity, Vertex};
 use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
-use crate::endpoint::{Camera, Endpoint, LightId};
-use crate::geometry::SurfacePoint;
+use crate::endpoint::{Camera, Endpoint, Light, LightId};
+use crate::geometry::{Place, SurfacePoint};
 use crate::math::{PerProjected, Rgb};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
@@ -290,6 +290,22 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         if self.mode == TransportMode::Importance {
             counters.ledger.truncated += self.throughput;
         }
+    }
+}
+
+/// The density of the direction from a point of a light to `receiver`.
+pub(super) fn emission_pdf(
+    light: &(impl Light + ?Sized),
+    point: &SurfacePoint,
+    receiver: &SurfacePoint,
+    direction: DVec3,
+) -> f64 {
+    if point.place == Place::Infinite {
+        // It has no position of its own, and may have been placed on another ray.
+        let on_ray = SurfacePoint { position: receiver.position, ..*point };
+        light.direction_pdf(&on_ray, direction).value()
+    } else {
+        light.direction_pdf(point, direction).value()
     }
 }
 

@@ -6,7 +6,7 @@ use super::mesh::{Attributes, Mesh};
 use super::surface::{Emission, MaterialId, Surface, SurfaceId};
 use super::warning::Warning;
 use super::world::World;
-use crate::endpoint::{AreaLight, Light, LightId};
+use crate::endpoint::{AreaLight, Light, LightId, SceneExtent};
 use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
 use crate::material::{Finish, Material, Texture};
 use crate::tree::Bvh;
@@ -282,14 +282,8 @@ impl WorldBuilder {
         lights.append(&mut self.lights);
         let bounds =
             self.shapes.iter().fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
-        // Lights at infinity over a scene without surfaces have nothing to illuminate: no power,
-        // but still visible to the camera.
-        let lit = if bounds.is_empty() {
-            Bounds { min: glam::DVec3::ZERO, max: glam::DVec3::ZERO }
-        } else {
-            bounds
-        };
-        let light_tree = lights::prepare(&mut lights, &lit)?;
+        let extent = SceneExtent::covering(self.shapes.iter().map(Shape::bounds));
+        let light_tree = lights::prepare(&mut lights, &extent)?;
         Warning::of_surfaces(&self.surfaces, &self.shapes, &bounds, &mut self.warnings);
         let areas: Vec<f64> = self.shapes.iter().map(Shape::area).collect();
         let bvh = Bvh::new(self.shapes, &bounds);

@@ -1,7 +1,7 @@
 //! The lights of a world and the choice among them.
 
 use super::error::{SceneError, check, check_point};
-use crate::endpoint::Light;
+use crate::endpoint::{Light, SceneExtent};
 use crate::geometry::Bounds;
 use crate::light_tree::{LightBounds, LightTree, with_floor};
 use crate::math::distribution::AliasTable;
@@ -13,14 +13,14 @@ pub(crate) type BoxedLight = Box<dyn Light + Send>;
 /// Tells all lights how large the scene is and builds the tree to choose among them.
 ///
 /// Without a receiver, where light walks start, lights are chosen by the flux that they can send
-/// into the box, and a little by number.
+/// into the scene, and a little by number.
 pub(crate) fn prepare(
     lights: &mut [(String, BoxedLight)],
-    bounds: &Bounds,
+    extent: &SceneExtent,
 ) -> Result<LightTree, SceneError> {
     let mut all = Vec::with_capacity(lights.len());
     for (name, light) in lights.iter_mut() {
-        light.set_scene_bounds(bounds);
+        light.set_scene_extent(extent);
         let power = light.power();
         power
             .0
@@ -31,50 +31,55 @@ pub(crate) fn prepare(
         if let Some(around) = around {
             check_bounds(name, &around)?;
         }
-        all.push((power, around.unwrap_or_else(|| unbounded(power, bounds))));
+        all.push((power, around.unwrap_or_else(|| unbounded(power, extent))));
     }
+    let bounds = extent.bounds();
     // A light may shine although it does not know how much.
     let known: Vec<f64> = all.iter().map(|(power, _)| *power).filter(|p| *p > 0.0).collect();
     let usual = known.iter().map(|power| power / known.len() as f64).sum::<f64>();
     let usual = if usual > 0.0 { usual } else { 1.0 };
     for ((power, around), (_, light)) in all.iter_mut().zip(&*lights) {
-        let shines = !light.is_black() && light.can_illuminate(bounds);
-        if shines && *power == 0.0 && bounds.radius() > 0.0 {
+        let shines = !light.is_black() && light.can_illuminate(&bounds);
+        if shines && *power == 0.0 && extent.cross_section() > 0.0 {
             *power = usual;
         }
         if *power > 0.0 && around.intensity == 0.0 {
             let intensity = *power / (4.0 * PI);
             *around = match around.is_bounded() {
                 true => LightBounds { intensity, ..*around },
-                false => unbounded(*power, bounds),
+                false => unbounded(*power, extent),
             };
         }
-        *power = power.min(around.intensity * solid_angle(around, bounds));
+        *power = power.min(around.intensity * solid_angle(around, extent));
     }
     let (powers, bounds): (Vec<f64>, Vec<LightBounds>) = all.into_iter().unzip();
     Ok(LightTree::new(&bounds, &with_floor(&powers)))
 }
 
-/// The bounds of a light at infinity that sends a flux into the scene. A box of surface 4 A has a
-/// mean shadow of A.
-fn unbounded(power: f64, scene: &Bounds) -> LightBounds {
-    let surface = 4.0 * PI * scene.radius().powi(2);
-    LightBounds::unbounded(if surface > 0.0 { power / surface } else { 0.0 })
+/// The bounds of a light at infinity that sends a flux into the scene: the mean irradiance on a
+/// surface of any direction is a quarter of that on a plane that it falls on.
+fn unbounded(power: f64, scene: &SceneExtent) -> LightBounds {
+    let area = 4.0 * scene.cross_section();
+    LightBounds::unbounded(if area > 0.0 { power / area } else { 0.0 })
 }
 
-/// The solid angle under which a light sees the sphere around a box; infinite for one at infinity.
-fn solid_angle(light: &LightBounds, scene: &Bounds) -> f64 {
+/// The solid angle under which a light sees the spheres around the boxes; infinite for one at
+/// infinity.
+fn solid_angle(light: &LightBounds, scene: &SceneExtent) -> f64 {
     if !light.is_bounded() {
         return f64::INFINITY;
     }
-    let reach = scene.radius() + light.bounds.radius();
-    let sine = reach / light.bounds.center().distance(scene.center());
-    if sine < 1.0 {
-        // 1 - cos
-        2.0 * PI * sine * sine / (1.0 + (1.0 - sine * sine).sqrt())
-    } else {
-        4.0 * PI
-    }
+    let of_box = |around: &Bounds| {
+        let reach = around.radius() + light.bounds.radius();
+        let sine = reach / light.bounds.center().distance(around.center());
+        if sine < 1.0 {
+            // 1 - cos
+            2.0 * PI * sine * sine / (1.0 + (1.0 - sine * sine).sqrt())
+        } else {
+            4.0 * PI
+        }
+    };
+    scene.boxes().iter().map(of_box).sum()
 }
 
 /// Refuses bounds that say nothing.

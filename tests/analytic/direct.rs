@@ -9,8 +9,8 @@ use crate::scenes::{
 use pathspace::endpoint::{
     self, ConstantEnvironment, DirectionalLight, EnvironmentMap, OrthographicCamera, PointLight,
 };
-use pathspace::endpoint::{DirectionSample, Endpoint, PointSample};
-use pathspace::geometry::{Bounds, Frame, Quad, Sphere, SurfacePoint};
+use pathspace::endpoint::{DirectionSample, Endpoint, PointSample, SceneExtent};
+use pathspace::geometry::{Frame, Quad, Sphere, SurfacePoint};
 use pathspace::glam::{DAffine3, DVec2, DVec3, UVec2};
 use pathspace::integrator::Depth;
 use pathspace::math::warp::{square_to_disk, square_to_sphere};
@@ -143,7 +143,8 @@ impl endpoint::Light for Sky {
     fn can_be_hit(&self) -> bool {
         true
     }
-    fn set_scene_bounds(&mut self, bounds: &Bounds) {
+    fn set_scene_extent(&mut self, extent: &SceneExtent) {
+        let bounds = extent.bounds();
         (self.center, self.radius) = (bounds.center(), bounds.radius());
     }
 }

@@ -70,7 +70,7 @@ fn b15_single_hot_pixel() {
     assert_mean("B15", irradiance(&light, &origin_up(), 200_000), 619.134_919_642_908_2, 1e-3);
     let p = light.sample_point(0.0, rng.next_2d()).unwrap();
     assert_relative_eq!(p.pdf.value(), 1.0 / 0.000_642_598_908_256_599_6, max_relative = 1e-12);
-    light.set_scene_bounds(&Bounds { min: -DVec3::ONE, max: DVec3::new(1.0, 1.0, 0.0) });
+    light.set_scene_extent(&Bounds { min: -DVec3::ONE, max: DVec3::new(1.0, 1.0, 0.0) }.into());
     // The flux through the tight disk is less than the power, which counts the whole sphere around
     // the scene.
     let (emitted, _) = flux(&light, 10_000);
@@ -242,7 +242,7 @@ fn constant_environment() {
         1e-3,
     );
     assert_eq!(flux(&light, 2).0, 0.0);
-    light.set_scene_bounds(&Bounds { min: DVec3::ZERO, max: DVec3::new(1.0, 2.0, 10.0) });
+    light.set_scene_extent(&Bounds { min: DVec3::ZERO, max: DVec3::new(1.0, 2.0, 10.0) }.into());
     let (emitted, _) = flux(&light, 10_000);
     assert!(emitted > 0.0 && emitted < light.power().mean());
 }

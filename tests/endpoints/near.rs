@@ -358,7 +358,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 20_000, failure_persistence: None, ..<_>::default() })]
 
     #[test]
-    fn s64_extremes_have_points_with_a_density(
+    fn s74_extremes_have_points_with_a_density(
         edges in [any_vector(), any_vector()],
         is_rectangle in any::<bool>(),
         is_quad in any::<bool>(),

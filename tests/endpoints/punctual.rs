@@ -34,7 +34,7 @@ fn b02_directional_light() {
     );
     for scale in [1.0, 1e3] {
         let bounds = Bounds { min: DVec3::splat(-scale), max: DVec3::new(scale, 2.0 * scale, 0.0) };
-        light.set_scene_bounds(&bounds);
+        light.set_scene_extent(&bounds.into());
         let e = irradiance(&light, &origin_up(), 2).0;
         assert_relative_eq!(0.5 / PI * e, 0.238_732_414_637_843, max_relative = 1e-14);
         // By emission: flux through a patch of the plane, per area.

@@ -297,8 +297,34 @@ pub fn bowl(at: Placement) -> Result<TestScene> {
     Ok(TestScene { name: "bowl".into(), world: b.build()?, camera: Box::new(camera) })
 }
 
+/// Light at infinity over a scene that takes several boxes to cover: pebbles a hundred and ten
+/// thousand sizes away.
+pub fn pebbles(at: Placement) -> Result<TestScene> {
+    let mut b = WorldBuilder::new();
+    let clay = b.add_material("clay", lambert(0.7))?;
+    let plate = b.add_material("plate", mixture(lambert(0.4), rough_metal(0.2), [0.5, 0.5]))?;
+    b.add_quad("ground", at.quad([-1.5, -0.5, 1.5], [3.0, 0.0, 0.0], [0.0, 0.0, -3.0]), clay)?;
+    b.add_sphere("ball", at.sphere([0.3, -0.1, 0.0], 0.4), plate)?;
+    b.add_sphere("pebble", at.sphere([60.0, 80.0, -10.0], 0.2), clay)?;
+    b.add_sphere("farther", at.sphere([-8e3, 6e3, 0.0], 0.5), clay)?;
+    b.add_light("sun", DirectionalLight::new(DVec3::new(0.3, -1.0, -0.4), Rgb::splat(2.0))?)?;
+    let pixel = |i: u32| Rgb::splat(if i == 5 { 4.0 } else { f64::from(i % 3) * 0.4 });
+    b.set_environment(
+        "sky",
+        EnvironmentMap::new(8, 4, (0..32).map(pixel).collect(), DMat3::from_rotation_x(0.3))?,
+    )?;
+    let camera = PinholeCamera::new(
+        at.point(0.2, 0.7, 3.0),
+        at.point(0.0, 0.0, 0.0),
+        DVec3::Y,
+        40.0,
+        RESOLUTION,
+    )?;
+    Ok(TestScene { name: "pebbles".into(), world: b.build()?, camera: Box::new(camera) })
+}
+
 pub fn own(at: Placement) -> Result<Vec<TestScene>> {
-    Ok(vec![mixtures(at)?, glass(at)?, smooth_normals(at)?, parallel(at)?, bowl(at)?])
+    Ok(vec![mixtures(at)?, glass(at)?, smooth_normals(at)?, parallel(at)?, bowl(at)?, pebbles(at)?])
 }
 
 /// All scenes of the gallery and the tests' own.

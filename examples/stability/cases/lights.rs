@@ -1,6 +1,6 @@
 //! Lights that are tiny, huge, close, far or of no use.
 
-use super::{CONNECTED, Case, FROM_CAMERA, ONE, decades, lit_floor};
+use super::{CONNECTED, Case, FROM_CAMERA, ONE, decades, lit_floor, sky};
 use crate::measure::Method::{Bidirectional, Emission, Light, Path, UniformArea};
 use crate::scenes::{Stage, footprint, lambert, polygon_irradiance};
 use pathspace::endpoint::{DirectionalLight, EnvironmentMap};
@@ -89,6 +89,36 @@ pub(super) fn lights(cases: &mut Vec<Case>) {
             footprint(DVec3::ZERO, 1.0, 0.5),
         );
         cases.push(case.by(&[Path, Light, Bidirectional]).depth(ONE));
+    }
+    for distance in decades(&[0, 1, 3, 6, 9]) {
+        let floor = || {
+            let mut stage = Stage::default();
+            stage.square(0.0, 0.5, true, lambert(0.5));
+            stage.sphere(Sphere::new(DVec3::new(0.6, 0.0, 0.8) * distance, 1e-4), lambert(0.5));
+            stage
+        };
+        let white = vec![Rgb::WHITE; 8 * 4];
+        let map = EnvironmentMap::new(8, 4, white, EnvironmentMap::Z_UP).expect("valid");
+        let direction = DVec3::new(0.75f64.sqrt(), 0.0, -0.5);
+        let sun = DirectionalLight::new(direction, Rgb::splat(3.0)).expect("valid");
+        let mut stages = [floor(), floor(), floor()];
+        stages[0].environment(sky());
+        stages[1].environment(map);
+        stages[2].light(sun);
+        let families = [
+            "distance of a pebble under a sky",
+            "distance of a pebble under an environment map",
+            "distance of a pebble under a sun",
+        ];
+        for ((stage, family), expected) in
+            stages.into_iter().zip(families).zip([0.5, 0.5, 0.75 / PI])
+        {
+            let eye = footprint(DVec3::ZERO, 1.0, 0.5);
+            let case = Case::new("S75", family, distance, expected, stage.build(), eye);
+            // The pebble is met by 1e-8 of the walks at most.
+            let case = Case { tolerance: 1e-7, ..case };
+            cases.push(case.by(&[Path, Light, Bidirectional]).depth(ONE));
+        }
     }
     for half in decades(&[0, 3, 6]) {
         let mut stage = Stage::default();

@@ -162,7 +162,7 @@ fn interfaces(cases: &mut Vec<Case>) {
             stage.environment(sky());
             let position = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
             let eye = camera(position, DVec3::ZERO, 2.0 * half.atan().to_degrees());
-            let case = Case::new("S67", family, cosine.abs(), expected, stage.build(), eye);
+            let case = Case::new("S83", family, cosine.abs(), expected, stage.build(), eye);
             Case { tolerance: 2e-5, ..case.depth(ONE) }
         };
         let is_grazing = f64::abs(cosine) < 0.1;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::bsdf::{Bsdf, Lobes};
-use crate::endpoint::{DirectionSample, Endpoint, Light, PointSample};
+use crate::endpoint::{DirectionSample, Endpoint, Light, PointSample, SceneExtent};
 use crate::gallery;
 use crate::geometry::{Place, Quad, Sphere};
 use crate::math::warp::square_to_sphere;
@@ -46,8 +46,8 @@ impl Light for Stub {
     fn is_black(&self) -> bool {
         self.power == 0.0
     }
-    fn set_scene_bounds(&mut self, bounds: &Bounds) {
-        self.radius = bounds.radius();
+    fn set_scene_extent(&mut self, extent: &SceneExtent) {
+        self.radius = extent.bounds().radius();
     }
 }
 
