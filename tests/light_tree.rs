@@ -1,5 +1,5 @@
 //! The choice among lights: exact probabilities, variances in closed form, and extremes.
-#![allow(missing_docs, reason = "a test program")]
+#![allow(missing_debug_implementations, missing_docs, reason = "a test program")]
 
 #[path = "light_tree/choice.rs"]
 mod choice;

@@ -216,8 +216,8 @@ fn points_at_infinity_have_no_position() -> Result {
                     && last.place == Place::Infinite
                 {
                     last.position += DVec3::new(1e3, -2e3, 3e3);
-                    let (scene, dirac) = (&world, &record.dirac);
-                    let moved = PathRecord::evaluate(scene, &*camera, &points, dirac, path.light());
+                    let (stage, dirac) = (path.stage(), &record.dirac);
+                    let moved = PathRecord::evaluate(stage, &points, dirac, path.light());
                     assert_eq!(moved, PathRecord { points, ..record });
                     paths += 1;
                 }

@@ -11,7 +11,7 @@ pub(crate) const FLOOR: f64 = 0.1;
 /// Trials of lights, and those that light came of.
 #[derive(Clone, Debug, Default)]
 pub struct Trials {
-    /// Per item, by importance: trials, and arrivals.
+    /// Of each item: trials, and arrivals.
     counts: Vec<[f64; 2]>,
 }
 

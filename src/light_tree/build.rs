@@ -9,7 +9,7 @@ use std::ops::Range;
 const BINS: usize = 12;
 /// Levels that a way has room for, and those that are split by cost: further down each level divides
 /// the number of lights by four.
-pub(super) const LEVELS: u32 = 32;
+const LEVELS: u32 = 32;
 const LEVELS_BY_COST: u32 = LEVELS - 16;
 
 /// The nodes of a tree over items, the root first, and the place of each of `count`.
@@ -57,7 +57,7 @@ fn parts(
     range: Range<usize>,
     by_cost: bool,
 ) -> Vec<Range<usize>> {
-    // A few items are children; of more, no node gets few if one can get all.
+    // Up to four items are children themselves, more are cut until a node has room for each part.
     let whole = if range.len() > CHILDREN { CHILDREN } else { 1 };
     let mut parts = vec![(range, 0.0f64)];
     while parts.len() < CHILDREN {

@@ -67,8 +67,11 @@ impl LightTree {
         let scaled: Vec<f64> = weights.iter().map(|weight| weight / largest).collect();
         let regardless = AliasTable::new(&scaled);
         let chosen = (0..).zip(lights).zip(weights).filter(|(_, weight)| **weight > 0.0);
-        let items: Vec<(u32, LightBounds)> = chosen.map(|((i, l), _)| (i, *l)).collect();
-        let items = if regardless.is_some() { items } else { Vec::new() };
+        let chosen = chosen.filter(|_| regardless.is_some());
+        let strongest =
+            lights.iter().map(|light| light.intensity).fold(f64::MIN_POSITIVE, f64::max);
+        let relative = |l: &LightBounds| LightBounds { intensity: l.intensity / strongest, ..*l };
+        let items: Vec<_> = chosen.map(|((item, light), _)| (item, relative(light))).collect();
         let (len, only) = (items.len(), items.first().map_or(0, |(item, _)| *item));
         let units = Units::of(&items);
         let (nodes, places) = build::build(items, lights.len(), &units);

@@ -129,13 +129,16 @@ impl Node {
     pub fn around(lights: &LightBounds, units: &Units, place: Place) -> Self {
         let bounds = lights.bounds;
         let is_bounded = lights.is_bounded();
-        let [origin, radius] = match is_bounded {
-            true => [(bounds.center() - units.center), DVec3::splat(bounds.radius())],
-            false => [DVec3::ZERO; 2],
+        let (origin, radius) = match is_bounded {
+            true => (
+                (bounds.center() - units.center) * units.inverse_size,
+                bounds.radius() * units.inverse_size,
+            ),
+            false => (DVec3::ZERO, 1.0),
         };
-        let blur = BLUR * (radius.x * units.inverse_size) as f32;
+        let blur = BLUR * radius as f32;
         Self {
-            origin: origin * units.inverse_size,
+            origin,
             center: [Vec4::ZERO; 3],
             half: [Vec4::ZERO; 3],
             intensity: Vec4::ZERO,
