@@ -34,7 +34,7 @@ pub use warning::Warning;
 pub use world::World;
 
 use crate::bsdf::Bsdf;
-use crate::endpoint::{Light, LightId};
+use crate::endpoint::{Light, LightId, LightKind};
 use crate::geometry::SurfacePoint;
 use glam::{DVec2, DVec3};
 
@@ -116,6 +116,12 @@ pub trait Scene: Sync {
     /// The probability with which `pick_light_for` chooses a light for the same receiver.
     fn pick_pmf_for(&self, _receiver: &SurfacePoint, id: LightId) -> f64 {
         self.pick_pmf(id)
+    }
+
+    /// The names of the lights of a kind, by which a run tells what its image lacks; `None` if the
+    /// scene does not name its lights.
+    fn light_names(&self, _kind: LightKind) -> Option<Vec<&str>> {
+        None
     }
 
     /// The features that rendering this scene takes; integrators leave out the rest.

@@ -1,7 +1,7 @@
 //! The answers of a world: the rays and segments of the [`Scene`] trait, and plain ones.
 
 use super::World;
-use crate::endpoint::{Light, LightId};
+use crate::endpoint::{Light, LightId, LightKind};
 use crate::geometry::{Ray, SurfacePoint, Triangle};
 use crate::material::{Finish, SurfaceBsdf};
 use crate::scene::mesh::Shading;
@@ -166,6 +166,12 @@ impl Scene for World {
     #[inline]
     fn pick_pmf(&self, id: LightId) -> f64 {
         self.light_choice.pmf(id.0)
+    }
+
+    fn light_names(&self, kind: LightKind) -> Option<Vec<&str>> {
+        let is_seen = |light: &dyn Light| !light.is_black() && light.kind() == kind;
+        let lights = self.lights.iter().filter(|(_, light)| is_seen(&**light));
+        Some(lights.map(|(name, _)| name.as_str()).collect())
     }
 
     #[inline]
