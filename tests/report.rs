@@ -15,6 +15,8 @@ mod oracles;
 mod planted;
 #[path = "report/target.rs"]
 mod target;
+#[path = "report/undecided.rs"]
+mod undecided;
 
 use pathspace::endpoint::Camera;
 use pathspace::film::{Contribution, Image, Sample, Sink, Technique};
