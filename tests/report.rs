@@ -9,6 +9,8 @@ mod consistent;
 mod files;
 #[path = "report/leave_out.rs"]
 mod leave_out;
+#[path = "report/missing.rs"]
+mod missing;
 #[path = "report/oracles.rs"]
 mod oracles;
 #[path = "report/planted.rs"]

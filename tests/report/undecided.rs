@@ -1,10 +1,10 @@
 //! Verdicts on integrators that have met little: neither faults nor agreement, in every file.
 
 use super::{Synthetic, against, contestants, cornell_box, exactly, go_on};
-use pathspace::endpoint::{Light, LightId, PinholeCamera, PointLight};
+use pathspace::endpoint::{Light, LightId, PinholeCamera, PointLight, ThinLensCamera};
 use pathspace::geometry::{Quad, Sphere, SurfacePoint};
 use pathspace::glam::{DVec3, UVec2};
-use pathspace::integrator::{Bidirectional, LightTracer, PathTracer};
+use pathspace::integrator::{Bidirectional, LightTracer, PathTracer, PathTracing};
 use pathspace::material::SurfaceBsdf;
 use pathspace::math::Rgb;
 use pathspace::render::{Budget, Settings};
@@ -307,6 +307,21 @@ fn light_tracing_that_starves_is_not_wrong() {
             assert!(report.methods[0].undecided.is_none() && report.methods[2].undecided.is_none());
         }
     }
+}
+
+/// A host that does not name its lights gets general words.
+#[test]
+fn lights_without_names_are_named_by_their_kind() {
+    let (scene, _) = starved(0.5);
+    let (eye, size) = (DVec3::new(0.0, -0.8, 0.1), UVec2::splat(SIZE));
+    let lens = ThinLensCamera::new(eye, DVec3::ZERO, DVec3::Z, 60.0, 0.1, 1.0, size).unwrap();
+    let words = |integrator: &dyn Method<Starved>| -> Vec<String> {
+        integrator.missing(&scene, &lens).unwrap().iter().map(ToString::to_string).collect()
+    };
+    let seen = "Dirac lights seen directly through the lens (L E)";
+    assert_eq!(words(&PathTracer::default()), [seen]);
+    let next_event = PathTracer { mode: PathTracing::NextEventOnly, ..PathTracer::default() };
+    assert_eq!(words(&next_event), ["area lights seen directly through the lens (L E)", seen]);
 }
 
 /// Blocks of which one of two has met nothing are told, and do not make a pair agree or disagree.
