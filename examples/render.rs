@@ -33,7 +33,7 @@ struct Arguments {
     scene: String,
     #[command(flatten)]
     file: FileOptions,
-    /// Integrator, which decides how paths are drawn
+    /// Integrator, which decides how paths are drawn; those that it cannot draw are named first
     #[arg(long, value_enum, default_value_t = AnyIntegrator::PathTracing)]
     integrator: AnyIntegrator,
     #[command(flatten)]

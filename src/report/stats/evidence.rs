@@ -51,7 +51,7 @@ impl Undecided {
         // Where contributions are negative, too, a sum may be small however many there are. Batches
         // are differences, which may round below zero.
         let largest = values.clone().fold(0.0, |largest: f64, value| largest.max(value.abs()));
-        if values.into_iter().any(|value| value < -ROUNDING * largest) {
+        if values.clone().any(|value| value < -ROUNDING * largest) {
             return None;
         }
         let contributions = mean.effective_contributions();
