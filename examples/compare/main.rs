@@ -42,8 +42,8 @@ use std::time::Duration;
 #[derive(Parser, Debug)]
 #[command(after_help = format!(
     "Exit status: 0 if no unbiased integrator is found to disagree with another or with the \
-     reference, 3 if one is, 2 for errors. What has met too little to be tested is called undecided, \
-     which is no fault and no agreement.\n\n\
+     reference, 3 if one is, 2 for errors. What has met too little to be tested is called \
+     undecided, which is no fault and no agreement.\n\n\
      Scenes of the gallery:\n{}",
     scene_list()
 ))]

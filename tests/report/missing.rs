@@ -151,10 +151,9 @@ fn what_an_image_will_lack_is_named_before_it_is_rendered() {
     }
     assert_eq!(
         missing(&builder.build().unwrap(), &lens, &paths),
-        [
-            "the point lights \"lamp 0\", \"lamp 1\", \"lamp 2\", \"lamp 3\" and 3 more seen directly \
-          through the lens (L E)"
-        ]
+        ["the point lights \"lamp 0\", \"lamp 1\", \"lamp 2\", \"lamp 3\" and 3 more seen \
+             directly \
+          through the lens (L E)"]
     );
 }
 
@@ -225,7 +224,8 @@ fn what_the_reference_lacks_is_said() {
     let report = &study.report;
     assert!(report.is_clean(), "{:#?}", report.verdicts());
     assert!(report.methods.iter().all(|m| m.complete) && report.pairs.len() == 1);
-    let merged = "specular images of caustics of the point light \"bulb\" (L S D S E, drawn by merging alone)";
+    let merged = "specular images of caustics of the point light \"bulb\" (L S D S E, drawn by \
+                  merging alone)";
     assert_eq!(report.reference.missing, [merged]);
     let verdicts = report.verdicts();
     let starts = |start: &str| verdicts.iter().filter(|v| v.starts_with(start)).collect::<Vec<_>>();

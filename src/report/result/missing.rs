@@ -23,8 +23,8 @@ pub struct MissingReport {
 }
 
 impl MissingReport {
-    /// Those of a run. Whoever claims to be complete knows that the scene has none that bidirectional
-    /// path tracing draws.
+    /// Those of a run. Whoever claims to be complete knows that the scene has none that
+    /// bidirectional path tracing draws.
     pub(in crate::report) fn all(missing: &[MissingPaths], is_complete: bool) -> Vec<Self> {
         let is_left =
             |paths: &&MissingPaths| !is_complete || paths.drawn_by != DrawnBy::Connections;

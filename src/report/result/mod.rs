@@ -3,8 +3,8 @@
 //!
 //! A [`Study`] is a [`Report`], all numbers, and the images of its methods. A report has a
 //! [`MethodReport`] for each integrator, with its [`LedgerReport`] of flux, its [`Omission`]s, its
-//! [`MissingReport`]s and its [`DecisionReport`], and a [`PyramidReport`] for the techniques of bidirectional path
-//! tracing.
+//! [`MissingReport`]s and its [`DecisionReport`], and a [`PyramidReport`] for the techniques of
+//! bidirectional path tracing.
 
 mod left_out;
 mod method;

@@ -5,8 +5,8 @@
 //! variance of the mean, whatever the contributions are. Where it is small, mean and variance go
 //! together: who has met too little is too dark and believes too small an error. From 64 on, that
 //! is a relative standard error of 1/8, a test at the level of 10⁻⁴ that an estimate is too dark or
-//! too bright is wrong with a probability below 4 · 10⁻⁴ for contributions of equal or exponentially
-//! distributed size; with 10 it would be 4 · 10⁻³.
+//! too bright is wrong with a probability below 4 · 10⁻⁴ for contributions of equal or
+//! exponentially distributed size; with 10 it would be 4 · 10⁻³.
 
 use super::batches::{Batch, BatchMean};
 use std::fmt;
