@@ -33,7 +33,7 @@ struct Arguments {
     scene: String,
     #[command(flatten)]
     file: FileOptions,
-    /// Integrator, which decides how paths are drawn
+    /// Integrator, which decides how paths are drawn; those that it cannot draw are named first
     #[arg(long, value_enum, default_value_t = AnyIntegrator::PathTracing)]
     integrator: AnyIntegrator,
     #[command(flatten)]
@@ -119,12 +119,6 @@ fn run(
     max_bounces: Option<u32>,
 ) -> Result<(), Box<dyn Error>> {
     let name = arguments.integrator.name();
-    if !arguments.integrator.sees_all(&scene.claims) {
-        eprintln!(
-            "note: {name} cannot draw every path of {}; its image will lack light",
-            scene.name
-        );
-    }
     // Before rendering: an hour's work must not end with a missing directory.
     let out = arguments
         .out
@@ -156,6 +150,11 @@ fn run(
     let depth = Depth { min_bounces: arguments.min_bounces, max_bounces };
     let roulette = if arguments.no_roulette { Roulette::NEVER } else { Roulette::default() };
     let integrator = arguments.integrator.build(depth, roulette, arguments.shared);
+    let missing = scene.missing(arguments.integrator, &*integrator)?;
+    missing.iter().for_each(|paths| eprintln!("not in this image: {paths}"));
+    if missing.is_empty() && !scene.is_complete(arguments.integrator, &missing) {
+        eprintln!("not in this image: some light, since {name} cannot draw every path");
+    }
     let bar = common::progress_bar(name);
     let clock = ProcessTime::now();
     let rendering =

@@ -60,6 +60,8 @@ macro_rules! for_each_integrator {
 
 #[path = "leave_out/adaptive.rs"]
 mod adaptive;
+#[path = "leave_out/classes.rs"]
+mod classes;
 #[path = "leave_out/lens.rs"]
 mod lens;
 #[path = "leave_out/means.rs"]

@@ -9,12 +9,16 @@ mod consistent;
 mod files;
 #[path = "report/leave_out.rs"]
 mod leave_out;
+#[path = "report/missing.rs"]
+mod missing;
 #[path = "report/oracles.rs"]
 mod oracles;
 #[path = "report/planted.rs"]
 mod planted;
 #[path = "report/target.rs"]
 mod target;
+#[path = "report/undecided.rs"]
+mod undecided;
 
 use pathspace::endpoint::Camera;
 use pathspace::film::{Contribution, Image, Sample, Sink, Technique};

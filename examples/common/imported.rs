@@ -1,11 +1,8 @@
 //! Scenes in glTF 2.0 and of the Mitsuba 3 renderer.
 
 use super::scenes::{AnyCamera, FileOptions, NamedScene};
-use pathspace::endpoint::{Light, LightId};
-use pathspace::gallery::Claims;
 use pathspace::glam::UVec2;
 use pathspace::import::{Import, Options, gltf, mitsuba};
-use pathspace::scene::{Needs, Scene, World};
 use std::error::Error;
 use std::path::Path;
 
@@ -51,29 +48,10 @@ fn named(path: &Path, import: Import) -> Result<NamedScene, Box<dyn Error>> {
             import.world.primitive_count(),
             import.world.light_count()
         ),
-        claims: claims(&import.world),
+        claims: None,
         world: import.world,
         camera: AnyCamera(view.camera),
         max_bounces: import.hints.max_bounces,
         filter: view.filter,
     })
-}
-
-/// The integrators that certainly see everything, whatever stands in front of what: a lens counts
-/// as a point.
-fn claims(world: &World) -> Claims {
-    let needs = world.needs();
-    let dirac_lobes = needs.contains(Needs::DIRAC_LOBES);
-    let lights = (0..world.light_count() as u32).map(|id| world.light(LightId(id)));
-    let dirac_lights = lights.into_iter().any(|light| !light.can_be_hit());
-    let not_both = !(dirac_lobes && dirac_lights);
-    Claims {
-        uniform_area: !dirac_lobes && !dirac_lights && !needs.contains(Needs::ENVIRONMENT),
-        path_tracing: not_both,
-        light_tracing: !dirac_lobes,
-        bidirectional: not_both,
-        photon_mapping: not_both,
-        instant_radiosity: not_both,
-        vcm: not_both,
-    }
 }

@@ -8,7 +8,6 @@
 use super::scenes::{AnyCamera, NamedScene};
 use pathspace::endpoint::{ConstantEnvironment, PinholeCamera};
 use pathspace::film::Filter;
-use pathspace::gallery::Claims;
 use pathspace::geometry::Bounds;
 use pathspace::glam::{DAffine3, DVec3, UVec2};
 use pathspace::math::Rgb;
@@ -29,7 +28,6 @@ const FIELD_OF_VIEW: f64 = 40.0;
 struct Look {
     material: Material,
     emission: Option<Rgb>,
-    is_glass: bool,
 }
 
 /// Loads a file; errors name it.
@@ -53,7 +51,7 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
         );
     }
 
-    let (mut triangles, mut emits, mut has_glass) = (0, false, false);
+    let (mut triangles, mut emits) = (0, false);
     for (index, model) in models.iter().enumerate() {
         let mesh = to_mesh(&model.mesh);
         if mesh.indices.is_empty() {
@@ -65,7 +63,6 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
         let surface =
             builder.add_mesh(format!("{index} {}", model.name), &mesh, DAffine3::IDENTITY, id)?;
         let Some(look) = material.map(|id| &looks[id]) else { continue };
-        has_glass |= look.is_glass;
         if let Some(radiance) = look.emission {
             builder.set_emission(surface, Emission { radiance, two_sided: true })?;
             emits = true;
@@ -89,11 +86,7 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
         world,
         camera,
         max_bounces: None,
-        claims: Claims {
-            uniform_area: emits && !has_glass,
-            light_tracing: !has_glass,
-            ..Claims::ALL
-        },
+        claims: None,
         filter: Filter::Box,
     })
 }
@@ -129,7 +122,7 @@ fn look(material: &tobj::Material) -> Look {
         }
     };
     let emission = material.emissive.map(|ke| Rgb(ke.map(f64::from))).filter(|ke| !ke.is_black());
-    Look { material: kind, emission, is_glass }
+    Look { material: kind, emission }
 }
 
 fn to_mesh(mesh: &tobj::Mesh) -> Mesh {

@@ -1,11 +1,14 @@
 //! A scene by its name in the gallery, or from a file.
 
-use super::{imported, obj};
+use super::{AnyIntegrator, imported, obj};
 use clap::Args;
 use pathspace::endpoint::Camera;
 use pathspace::film::Filter;
 use pathspace::gallery::{self, Claims, GalleryScene};
 use pathspace::glam::UVec2;
+use pathspace::path::{DrawnBy, MissingPaths};
+use pathspace::render::RenderError;
+use pathspace::report::Method;
 use pathspace::scene::World;
 use std::error::Error;
 use std::path::Path;
@@ -23,10 +26,31 @@ pub struct NamedScene {
     pub camera: AnyCamera,
     /// The depth to render with unless the user wants another; `None` for no limit.
     pub max_bounces: Option<u32>,
-    /// The integrators that see every path.
-    pub claims: Claims,
+    /// The integrators that see every path, if that is known of the scene.
+    pub claims: Option<Claims>,
     /// The pixel filter to render with unless the user wants another.
     pub filter: Filter,
+}
+
+impl NamedScene {
+    /// The paths that an integrator's image will lack, as far as the scene has them.
+    pub fn missing(
+        &self,
+        integrator: AnyIntegrator,
+        method: &dyn Method<World>,
+    ) -> Result<Vec<MissingPaths>, RenderError> {
+        let mut missing = method.missing(&self.world, &*self.camera.0)?;
+        if self.claims.is_some_and(|claims| integrator.sees_all(&claims)) {
+            missing.retain(|paths| paths.drawn_by != DrawnBy::Connections);
+        }
+        Ok(missing)
+    }
+
+    /// True if an integrator that lacks these paths draws all that can be connected.
+    pub fn is_complete(&self, integrator: AnyIntegrator, missing: &[MissingPaths]) -> bool {
+        self.claims.is_none_or(|claims| integrator.sees_all(&claims))
+            && missing.iter().all(|paths| paths.drawn_by != DrawnBy::Connections)
+    }
 }
 
 /// Options of reading scene files.
@@ -62,7 +86,7 @@ impl From<GalleryScene> for NamedScene {
             world: scene.world,
             camera: AnyCamera(scene.camera),
             max_bounces: scene.max_bounces,
-            claims: scene.claims,
+            claims: Some(scene.claims),
             filter: Filter::Box,
         }
     }

@@ -41,8 +41,9 @@ use std::time::Duration;
 /// and writes a page.
 #[derive(Parser, Debug)]
 #[command(after_help = format!(
-    "Exit status: 0 if the unbiased integrators agree with each other and the reference, 3 if not, \
-     2 for errors.\n\n\
+    "Exit status: 0 if no unbiased integrator is found to disagree with another or with the \
+     reference, 3 if one is, 2 for errors. What has met too little to be tested is called \
+     undecided, which is no fault and no agreement.\n\n\
      Scenes of the gallery:\n{}",
     scene_list()
 ))]
@@ -179,14 +180,15 @@ fn compare(
     let range = Depth { min_bounces: 0, max_bounces: depth };
     let build = |i: &AnyIntegrator| i.build(range, Roulette::default(), options.shared);
     let methods: Vec<_> = integrators.iter().map(build).collect();
-    let contestants: Vec<Contestant<'_, World>> = integrators
-        .iter()
-        .zip(&methods)
-        .map(|(i, method)| Contestant {
-            pyramid: *i == AnyIntegrator::Vcm,
-            ..Contestant::new(i.name(), &**method, i.sees_all(&scene.claims))
-        })
-        .collect();
+    let mut contestants = Vec::new();
+    for (integrator, method) in integrators.iter().zip(&methods) {
+        let missing = scene.missing(*integrator, &**method)?;
+        let is_complete = scene.is_complete(*integrator, &missing);
+        contestants.push(Contestant::<World> {
+            pyramid: *integrator == AnyIntegrator::Vcm,
+            ..Contestant::new(integrator.name(), &**method, is_complete)
+        });
+    }
 
     let settings = Settings {
         seed: options.seed,
@@ -235,11 +237,10 @@ fn reference(
     if let Some(path) = &options.reference {
         return Ok(Reference::load(path)?);
     }
-    let second = if scene.claims.path_tracing {
-        AnyIntegrator::PathTracing
-    } else {
-        AnyIntegrator::Bidirectional
-    };
+    let paths = AnyIntegrator::PathTracing;
+    let missing = scene.missing(paths, &*paths.build_up_to(depth))?;
+    let is_complete = scene.is_complete(paths, &missing);
+    let second = if is_complete { paths } else { AnyIntegrator::Bidirectional };
     let methods = [AnyIntegrator::Bidirectional, second]
         .map(|integrator| (integrator, integrator.build_up_to(depth)));
     let halves = [0, 1].map(|i| Contestant::new(methods[i].0.name(), &*methods[i].1, true));

@@ -1,7 +1,7 @@
 //! The table on the terminal, and the one for a text in Markdown. The page has more.
 
 use pathspace::integrator::Estimator;
-use pathspace::report::{Interval, MethodReport, Omission, Report, Slope};
+use pathspace::report::{Interval, MethodReport, Omission, Outcome, Report, Slope};
 
 pub fn print(report: &Report) {
     let reference = &report.reference;
@@ -52,6 +52,9 @@ pub fn print(report: &Report) {
     if methods().any(|m| !m.complete) {
         println!("* cannot draw every path of this scene");
     }
+    if methods().any(|m| m.complete && m.undecided.is_some()) {
+        println!("? undecided: has met too little to tell");
+    }
     if methods().any(limited) {
         println!("† limited by the reference's own error");
     }
@@ -81,16 +84,18 @@ fn left_out(report: &Report) {
 }
 
 fn row(m: &MethodReport, reference: f64) -> [String; 14] {
-    let flag = if m.complete { "" } else { " *" };
     let last = m.last();
     let percent =
         |bias: f64, error: f64| format!("{:+.3} % ± {:.3} %", 100.0 * bias, 100.0 * error);
     let bias = percent(m.bias.relative, m.bias.relative_standard_error);
-    let of_mean = percent(m.bias.mean / reference, m.bias.mean_standard_error / reference);
+    let of_mean = match reference {
+        0.0 => "-".to_owned(),
+        _ => percent(m.bias.mean / reference, m.bias.mean_standard_error / reference),
+    };
     let error = last.map_or_else(String::new, |c| interval(&c.relative_mse));
     let heavy = if m.infinite_variance { " ∗∗" } else { "" };
     [
-        format!("{}{flag}", m.name),
+        format!("{}{}", m.name, mark(m)),
         format!("{} × {}", m.runs, m.samples_per_pixel),
         format!("{:.2}", m.total.wall),
         format!("{:.2}", m.total.rays / m.total.wall * 1e-6),
@@ -124,6 +129,15 @@ fn slopes(m: &MethodReport, none: &str, text: impl Fn(&Slope) -> String) -> Stri
     if slopes.is_empty() { none.to_owned() } else { slopes.join(", ") }
 }
 
+/// The mark of an integrator that is not tested.
+fn mark(m: &MethodReport) -> &'static str {
+    match (m.complete, &m.undecided) {
+        (false, _) => " *",
+        (true, Some(_)) => " ?",
+        (true, None) => "",
+    }
+}
+
 fn limited(m: &MethodReport) -> bool {
     m.last().is_some_and(|c| c.reference_limited)
 }
@@ -138,7 +152,7 @@ fn interval(i: &Interval) -> String {
 
 fn verdicts(report: &Report) {
     report.verdicts().iter().for_each(|verdict| println!("\n{verdict}"));
-    for pair in report.pairs.iter().filter(|pair| !pair.agrees()) {
+    for pair in report.pairs.iter().filter(|pair| pair.outcome() == Outcome::Disagree) {
         let [mean, worst, all] = pair.verdicts().map(|ok| if ok { "" } else { " (!)" });
         println!(
             "\n{} and {}: means t = {:+.2}{mean}; worst block t = {:+.2} (p {:.1e}, limit \
@@ -181,7 +195,7 @@ pub fn markdown(report: &Report) -> String {
             format!("{:.2} ± {:.2}{measure}", s.value.value, s.standard_error)
         };
         let cells = [
-            format!("{}{}", m.name.replace('-', " "), if m.complete { "" } else { " *" }),
+            format!("{}{}", m.name.replace('-', " "), mark(m)),
             format!("{} × {}", m.runs, m.samples_per_pixel),
             digits(m.rays_per_sample),
             m.last().map_or_else(dash, |c| figure(&c.relative_mse))

@@ -73,10 +73,12 @@ fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
             methods.push((integrator, format!("{integrator}, unpruned"), method));
         }
     }
-    let contestants: Vec<Contestant<'_, World>> = methods
-        .iter()
-        .map(|(i, name, method)| Contestant::new(name, &**method, i.sees_all(&scene.claims)))
-        .collect();
+    let mut contestants = Vec::new();
+    for (integrator, name, method) in &methods {
+        let missing = scene.missing(*integrator, &**method)?;
+        let is_complete = scene.is_complete(*integrator, &missing);
+        contestants.push(Contestant::<World>::new(name, &**method, is_complete));
+    }
     let quiet = &mut |_: &pathspace::report::Step<'_>| ControlFlow::Continue(());
     let settings = Settings { seed: options.seed, threads: Some(1), ..Settings::default() };
     // Variances need no reference; this one only gives brightness a scale.

@@ -76,7 +76,7 @@ pub fn build(name: &str, size: UVec2) -> Result<NamedScene, Box<dyn Error>> {
         world: b.build()?,
         camera: AnyCamera(Box::new(camera)),
         max_bounces,
-        claims,
+        claims: Some(claims),
         filter: Filter::Box,
     })
 }

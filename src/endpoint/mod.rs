@@ -54,6 +54,7 @@ use crate::geometry::{Bounds, Place, SurfacePoint};
 use crate::light_tree::LightBounds;
 use crate::math::{PerArea, PerProjected, Rgb};
 use glam::{DVec2, DVec3};
+use std::fmt;
 
 /// A sampled point of an endpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,6 +123,29 @@ pub trait Endpoint: Sync {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LightId(pub u32);
 
+/// The kind of a light, as far as it decides which techniques draw its light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct LightKind {
+    /// The kind of its points.
+    pub place: Place,
+    /// True if a ray can reach it by chance; if not, it is a Dirac light.
+    pub hittable: bool,
+    /// True if it can be connected to.
+    pub connectible: bool,
+}
+
+impl fmt::Display for LightKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match (self.hittable, self.connectible, self.place) {
+            (true, _, Place::Infinite) => "environment",
+            (true, ..) => "area light",
+            (false, false, _) => "beam",
+            (false, true, Place::Infinite) => "directional light",
+            (false, true, _) => "point light",
+        })
+    }
+}
+
 /// An endpoint that emits radiance.
 pub trait Light: Endpoint {
     /// Emitted flux (W per channel), or an estimate of it; decides how often the light is chosen,
@@ -141,6 +165,16 @@ pub trait Light: Endpoint {
     /// direction.
     fn can_be_connected(&self) -> bool {
         true
+    }
+
+    /// Its kind.
+    fn kind(&self) -> LightKind {
+        let point = self.sample_point(0.5, DVec2::splat(0.5));
+        LightKind {
+            place: point.map_or(Place::Area, |sample| sample.point.place),
+            hittable: self.can_be_hit(),
+            connectible: self.can_be_connected(),
+        }
     }
 
     /// True if it emits nothing at all. `false` is always safe.

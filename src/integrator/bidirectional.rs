@@ -74,7 +74,7 @@ impl<'a, S: Scene + ?Sized> Run<'a, S> for Pairs<'a, S> {
     }
 
     fn notes(&self) -> Notes {
-        Notes { left_out: self.plan.left_out, ..Notes::default() }
+        Notes::of(&self.plan)
     }
 
     fn draw<P: Sampler>(

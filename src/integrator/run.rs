@@ -3,7 +3,9 @@
 
 use super::{Crew, Decision};
 use crate::film::{FilmSample, Sample, Sink};
-use crate::path::{Counters, Depth, LeftOut, Plan, Scratch, Stage, Steps, TechniqueSet, advance};
+use crate::path::{
+    Counters, Depth, LeftOut, MissingPaths, Plan, Scratch, Stage, Steps, TechniqueSet, advance,
+};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use std::fmt;
@@ -123,7 +125,7 @@ impl<'a, S: Scene + ?Sized + 'a, I: Steps<'a, S> + Sync> Run<'a, S> for SingleWa
     }
 
     fn notes(&self) -> Notes {
-        Notes { left_out: self.plan.left_out, ..Notes::default() }
+        Notes::of(&self.plan)
     }
 
     fn draw<P: Sampler>(
@@ -143,6 +145,8 @@ impl<'a, S: Scene + ?Sized + 'a, I: Steps<'a, S> + Sync> Run<'a, S> for SingleWa
 pub struct Notes {
     /// The techniques left out on this stage, each with the reason.
     pub left_out: LeftOut,
+    /// The paths that the techniques cannot draw, as far as the scene has them.
+    pub missing: Vec<MissingPaths>,
     /// The choice of what to run, if there was one.
     pub decision: Option<Decision>,
     /// The kind of the estimator: unbiased, consistent or biased.
@@ -152,6 +156,14 @@ pub struct Notes {
     pub is_correlated: bool,
     /// Bytes of the largest map that the pixels of a pass shared; 0 without one.
     pub shared_bytes: u64,
+}
+
+impl Notes {
+    /// The notes of an unbiased run whose samples are independent.
+    #[must_use]
+    pub fn of<S: Scene + ?Sized>(plan: &Plan<'_, S>) -> Self {
+        Self { left_out: plan.left_out, missing: plan.missing(), ..Self::default() }
+    }
 }
 
 /// The mean of an estimate.

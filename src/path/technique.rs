@@ -2,7 +2,6 @@
 
 use super::{Family, LeftOut, LightSubpaths, Reason};
 use crate::film::Technique;
-use crate::geometry::Place;
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Needs;
 use std::fmt;
@@ -221,34 +220,6 @@ impl TechniqueSet {
         }
     }
 
-    /// True if the set draws every path that the set of all connections draws, on any scene with
-    /// these needs and through a lens at such a place. Decided from the needs alone, so false may
-    /// mean "not on every such scene".
-    #[must_use]
-    pub fn is_complete(&self, needs: &Needs, lens: Place) -> bool {
-        let may_have = |need| needs.contains(need);
-        if !self.excluded.is_empty() {
-            return false;
-        }
-        // Every vertex that the camera sees can be connected to the lens, and every light that it
-        // sees.
-        let lens_alone =
-            self.lens_sampling && !may_have(Needs::DIRAC_LOBES) && may_have(Needs::ILLUMINATION);
-        let both_infinite = lens == Place::Infinite && may_have(Needs::ENVIRONMENT);
-        let hittable = !may_have(Needs::HITTABLE_LIGHTS)
-            || self.bsdf_sampling
-            || (lens_alone && !both_infinite);
-        // A Dirac light that a lens of finite area sees directly is drawn by (1, 1) alone.
-        let sampled = self.next_event
-            && !may_have(Needs::DIRAC_LOBES)
-            && !may_have(Needs::UNCONNECTIBLE_LIGHTS)
-            && lens != Place::Area;
-        // A merge draws every path with a vertex that takes a finite lobe.
-        let merged = self.merges > 0 && lens != Place::Area;
-        let all = self.next_event && self.connections && self.lens_sampling;
-        hittable && (!may_have(Needs::DIRAC_LIGHTS) || all || lens_alone || sampled || merged)
-    }
-
     /// The cost of the kernel that runs the set over that of the general one with the same
     /// [`Counters::cost`](super::Counters::cost): the dedicated ones have few weights or none.
     /// Fitted like the constants there.
@@ -323,6 +294,7 @@ impl fmt::Display for TechniqueSet {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Place;
 
     const PLAIN: Needs = Needs::ALL
         .without(Needs::DIRAC_LOBES)

@@ -18,8 +18,8 @@ pub use settings::{Budget, RenderError, Settings};
 
 use crate::endpoint::Camera;
 use crate::film::{Film, Filter, Image, NonFinite};
-use crate::integrator::{Arrivals, Crew, Integrator, Notes, Run, Stage};
-use crate::path::{Counters, TechniqueSet};
+use crate::integrator::{Arrivals, Caller, Crew, Integrator, Notes, Run, Stage};
+use crate::path::{Counters, MissingPaths, TechniqueSet};
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
 use chunks::{Job, Totals};
@@ -75,7 +75,7 @@ pub struct Rendering {
     pub thread_time: Duration,
     /// The techniques that the integrator ran.
     pub techniques: TechniqueSet,
-    /// The notes of the run on its estimate: omissions, decision, bias.
+    /// The notes of the run on its estimate: omissions, what is missing, decision, bias.
     pub notes: Notes,
     /// The integrator's name.
     pub integrator: &'static str,
@@ -288,6 +288,16 @@ pub trait Render<S: Scene + ?Sized>: Sync {
         settings: &Settings,
         progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Rendering, RenderError>;
+
+    /// The paths that its image will lack, as far as the scene has them, known before it is
+    /// rendered ([`Notes::missing`]). By default it does not know of any.
+    ///
+    /// # Errors
+    /// If the integrator cannot render the scene.
+    fn missing(&self, scene: &S, camera: &dyn Camera) -> Result<Vec<MissingPaths>, RenderError> {
+        let _ = (scene, camera);
+        Ok(Vec::new())
+    }
 }
 
 impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
@@ -303,5 +313,10 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
         progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Rendering, RenderError> {
         render(scene, camera, self, settings, progress)
+    }
+
+    fn missing(&self, scene: &S, camera: &dyn Camera) -> Result<Vec<MissingPaths>, RenderError> {
+        let stage = Stage { samples: 0, ..Stage::new(scene, camera) };
+        Ok(self.start(stage, &Caller)?.notes().missing)
     }
 }

@@ -36,6 +36,10 @@ pub enum ReportError {
     /// The reference has no pixels.
     #[error("reference has no pixels")]
     ReferenceEmpty,
+    /// The integrator with this name, which should render a part of the reference, cannot draw every
+    /// path.
+    #[error("{0} cannot draw every path, so it renders no reference")]
+    ReferenceIncomplete(String),
     /// The integrator with this name, which should render a part of the reference, is not unbiased.
     #[error("{0} is not unbiased, so it renders no reference")]
     ReferenceBiased(String),

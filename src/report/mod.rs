@@ -43,13 +43,14 @@ mod study;
 pub use error::ReportError;
 pub use page::{Axis, ERROR_SCALE, error_colour, error_plot, exposure, signed_error_map};
 pub use result::{
-    CandidateReport, DecisionReport, Layer, LedgerReport, MethodImages, MethodReport, Omission,
-    Pyramid, PyramidReport, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, SharedReport,
-    Snapshot, Study, TechniqueShare, WithoutTechnique,
+    CandidateReport, DecisionReport, Layer, LedgerReport, MethodImages, MethodReport,
+    MissingReport, Omission, Pyramid, PyramidReport, ReferenceInfo, Report, SCHEMA, SceneInfo,
+    Setup, SharedReport, Snapshot, Study, TechniqueShare, WithoutTechnique,
 };
 pub use stats::{
-    BIAS_SIGNIFICANCE, Bias, Checkpoint, Cost, Errors, Interval, Pair, REFERENCE_SHARE, Reference,
-    SIGNIFICANCE, Slope, SpeedUp, Split, Tail, TimeToTarget, Welch, median_of_means,
+    BIAS_SIGNIFICANCE, Bias, Checkpoint, Cost, Errors, Interval, Outcome, Pair, REFERENCE_SHARE,
+    Reference, SIGNIFICANCE, Slope, SpeedUp, Split, Tail, TimeToTarget, Undecided, Welch,
+    median_of_means,
 };
 pub use study::{
     Contestant, Method, Plan, Probe, ReferencePlan, Step, cached_reference, measure_pyramid,

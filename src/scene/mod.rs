@@ -35,7 +35,7 @@ pub use warning::Warning;
 pub use world::World;
 
 use crate::bsdf::Bsdf;
-use crate::endpoint::{Light, LightId};
+use crate::endpoint::{Light, LightId, LightKind};
 use crate::geometry::SurfacePoint;
 use crate::light_tree::LightTree;
 use glam::{DVec2, DVec3};
@@ -124,6 +124,12 @@ pub trait Scene: Sync {
     /// The tree that all four choose by, items being the numbers of lights, if they do: a rendering
     /// then [scales](crate::light_tree::Arrival) their choice by what arrives in its picture.
     fn light_tree(&self) -> Option<&LightTree> {
+        None
+    }
+
+    /// The names of the lights of a kind, by which a run tells what its image lacks; `None` if the
+    /// scene does not name its lights.
+    fn light_names(&self, _kind: LightKind) -> Option<Vec<&str>> {
         None
     }
 

@@ -152,7 +152,12 @@ impl<'a, S: Scene + ?Sized> Run<'a, S> for Adapted<'a, S> {
 
     fn notes(&self) -> Notes {
         let decision = self.decision.clone();
-        Notes { left_out: decision.left_out, decision: Some(decision), ..Notes::default() }
+        let chosen = match &self.run {
+            Chosen::Path(run) => run.notes(),
+            Chosen::Light(run) => run.notes(),
+            Chosen::Both(run) => run.notes(),
+        };
+        Notes { left_out: decision.left_out, decision: Some(decision), ..chosen }
     }
 
     /// The pilot's energy is none of the image's.

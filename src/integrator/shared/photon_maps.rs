@@ -124,11 +124,10 @@ impl<P: AsRef<Photon> + Send + Sync> PhotonMaps<P> {
             _ => Estimator::Biased,
         };
         Notes {
-            left_out: plan.left_out,
             estimator,
             is_correlated: plan.techniques.merges > 0,
             shared_bytes: self.most_bytes as u64,
-            ..Notes::default()
+            ..Notes::of(plan)
         }
     }
 }

@@ -57,11 +57,10 @@ impl<'a, S: Scene + ?Sized + 'a> VirtualLights<'a, S> {
             self.compensates || !plan.techniques.connections || self.bound == f64::INFINITY;
         let estimator = if is_exact { Estimator::Unbiased } else { Estimator::Biased };
         Notes {
-            left_out: plan.left_out,
             estimator,
             is_correlated: plan.techniques.connections,
             shared_bytes: size_of_val(self.lights.as_slice()) as u64,
-            ..Notes::default()
+            ..Notes::of(plan)
         }
     }
 

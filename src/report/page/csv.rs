@@ -35,6 +35,23 @@ impl Report {
         csv("integrator,left_out,reason", rows)
     }
 
+    /// The verdict on each integrator as CSV, with the reason why it is undecided if it is.
+    #[must_use]
+    pub fn verdicts_to_csv(&self) -> String {
+        let rows = self.methods.iter().map(|m| (&m.name, m.verdict(), &m.undecided));
+        csv("integrator,verdict,reason", rows)
+    }
+
+    /// What integrators cannot draw as CSV: one line per integrator and class of paths.
+    #[must_use]
+    pub fn missing_to_csv(&self) -> String {
+        let rows = self
+            .methods
+            .iter()
+            .flat_map(|method| method.missing.iter().map(move |missing| (&method.name, missing)));
+        csv("integrator,missing,drawn_by", rows)
+    }
+
     /// The decisions of integrators that adapt themselves, as CSV: one line per integrator, run and
     /// set of techniques that it chose from.
     #[must_use]

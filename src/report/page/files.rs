@@ -6,8 +6,8 @@ use crate::report::result::Study;
 use std::path::Path;
 
 impl Study {
-    /// Writes `index.html`, `report.json`, `report.csv`, `left-out.csv`, `decisions.csv` and the
-    /// plots `time.svg`, `samples.svg`, `rays.svg`, `smape.svg` and, if an integrator is not
+    /// Writes `index.html`, `report.json`, `report.csv`, `verdicts.csv`, `missing.csv`,
+    /// `left-out.csv`, `decisions.csv` and the plots `time.svg`, `samples.svg`, `rays.svg`, `smape.svg` and, if an integrator is not
     /// unbiased, `bias.svg`.
     ///
     /// # Errors
@@ -19,6 +19,8 @@ impl Study {
             ("index.html", self.page()),
             ("report.json", report.to_json()),
             ("report.csv", report.to_csv()),
+            ("verdicts.csv", report.verdicts_to_csv()),
+            ("missing.csv", report.missing_to_csv()),
             ("left-out.csv", report.left_out_to_csv()),
             ("decisions.csv", report.decisions_to_csv()),
         ];

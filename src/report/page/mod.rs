@@ -17,7 +17,9 @@ pub use picture::{ERROR_SCALE, error_colour, exposure, signed_error_map};
 pub use plot::{Axis, error_plot};
 
 use crate::report::result::{Report, Study};
-use crate::report::stats::{BIAS_SIGNIFICANCE, REFERENCE_SHARE, SIGNIFICANCE, Tail};
+use crate::report::stats::{
+    BIAS_SIGNIFICANCE, FEWEST_CONTRIBUTIONS, REFERENCE_SHARE, SIGNIFICANCE, Tail,
+};
 use images::Images;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use plot::plots;
@@ -124,6 +126,8 @@ fn footnotes() -> Markup {
              chance with probability " (100.0 * BIAS_SIGNIFICANCE) " %, for integrators that are \
              called unbiased. \
              * cannot draw every path, so it is not tested. \
+             ? undecided: its mean rests on fewer effective contributions, mean² over the \
+             variance of the mean, than " (FEWEST_CONTRIBUTIONS) ", which tell no error. \
              § consistent: its variance falls slower than 1/N, so that this number holds for runs \
              of this length. Speed-ups are of unbiased integrators only: variance × cost leaves \
              out a bias. \
@@ -181,6 +185,9 @@ fn reproduce(report: &Report) -> Markup {
             "; pathspace " (report.version) ". Seeds decide errors to the bit if the budget is in \
              samples; times differ."
         }
-        p { "The same numbers are in report.json, report.csv, left-out.csv and decisions.csv." }
+        p {
+            "The same numbers are in report.json, report.csv, verdicts.csv, missing.csv, \
+             left-out.csv and decisions.csv."
+        }
     }
 }

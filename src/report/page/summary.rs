@@ -4,7 +4,7 @@
 use super::table::{interval, number, row, scientific, table};
 use crate::integrator::Estimator;
 use crate::report::result::{MethodReport, Report};
-use crate::report::stats::{Checkpoint, Interval};
+use crate::report::stats::{Checkpoint, Interval, Outcome};
 use maud::{Markup, Render, html};
 
 /// Rows are measures, columns integrators.
@@ -25,6 +25,8 @@ pub(super) fn summary(report: &Report) -> Markup {
         measure(report, "mean luminance ± SE", |m| {
             format!("{:.5} ± {}", m.mean, number(m.mean_standard_error))
         }),
+        measure(report, "effective contributions", |m| number(m.effective_contributions)),
+        measure(report, "verdict", verdict),
         measure(report, "bias ± SE", bias),
         measure(report, "bias of the mean luminance", |m| interval(&m.bias.mean_interval)),
         measure(report, "squared bias of a run", |m| {
@@ -109,7 +111,15 @@ fn bias(m: &MethodReport) -> Markup {
     let b = &m.bias;
     html! {
         (format!("{:+.3} % ± {:.3} %", 100.0 * b.relative, 100.0 * b.relative_standard_error))
-        @if b.flagged { " " span.bad { "BIASED" } } @else if !m.complete { " *" }
+        @if b.flagged { " " span.bad { "BIASED" } }
+        @else if !m.complete { " *" }
+        @else if m.undecided.is_some() { " ?" }
+    }
+}
+
+fn verdict(m: &MethodReport) -> Markup {
+    html! {
+        @if m.bias.flagged { span.bad { (m.verdict()) } } @else { (m.verdict()) }
     }
 }
 
@@ -165,17 +175,27 @@ pub(super) fn claims(report: &Report) -> Markup {
             m.energy_by_bounces.get(bounces).map_or_else(|| "–".to_owned(), |e| number(*e))
         })
     });
-    let texts = |name: &str, text: fn(&MethodReport) -> &str| {
+    let texts = |name: &str, text: fn(&MethodReport) -> Markup| {
         html! {
             tr { th scope="row" { (name) } @for m in &report.methods { td.text { (text(m)) } } }
         }
     };
-    let claim = |m: &MethodReport| match m.complete {
-        true => "every path of this scene",
-        false => "some paths only",
+    let claim = |m: &MethodReport| {
+        html! {
+            @match (m.complete, m.missing.is_empty()) {
+                (true, true) => { "nothing that this scene has" }
+                (false, true) => { "some paths" }
+                _ => {
+                    @for (i, paths) in m.missing.iter().enumerate() {
+                        @if i > 0 { br; }
+                        (paths.what)
+                    }
+                }
+            }
+        }
     };
-    let claims =
-        [texts("techniques that it runs here", |m| &m.techniques), texts("can draw", claim)];
+    let techniques = |m: &MethodReport| html! { (m.techniques) };
+    let claims = [texts("techniques that it runs here", techniques), texts("cannot draw", claim)];
     table("scattering events", names(report), seen.chain(claims))
 }
 
@@ -220,7 +240,16 @@ pub(super) fn pairs(report: &Report) -> Markup {
             pair.place(),
             format!("{:.2} ± {:.2}", pair.mean_square, pair.mean_square_error),
         ];
-        let verdict = html! { @if pair.agrees() { "agree" } @else { span.bad { "DISAGREE" } } };
+        let verdict = html! {
+            @match pair.outcome() {
+                Outcome::Agree => { "agree" }
+                Outcome::Undecided => { "undecided" }
+                Outcome::Disagree => { span.bad { "DISAGREE" } }
+            }
+            @if pair.undecided_blocks > 0 {
+                br; small { (pair.undecided_blocks) " blocks undecided" }
+            }
+        };
         row(pair.names.join(" – "), figures.iter().map(Render::render).chain([verdict]))
     });
     table("pair", columns, rows)

@@ -1,6 +1,7 @@
 //! The findings on one integrator.
 
 use super::left_out::{DecisionReport, Omission};
+use super::missing::MissingReport;
 use super::pyramid::PyramidReport;
 use crate::integrator::Estimator;
 use crate::report::stats::{
@@ -59,8 +60,10 @@ pub struct MethodReport {
     pub left_out: Vec<Omission>,
     /// The decision before each run, in the order of seeds; empty if it does not adapt itself.
     pub decisions: Vec<DecisionReport>,
-    /// True if it claims to draw every path of the scene.
+    /// True if it claims to draw every path of the scene that bidirectional path tracing draws.
     pub complete: bool,
+    /// Paths that it cannot draw.
+    pub missing: Vec<MissingReport>,
     /// The kind of mean that it claims to have.
     #[serde(with = "EstimatorName")]
     pub estimator: Estimator,
@@ -85,6 +88,13 @@ pub struct MethodReport {
     /// Standard error of `mean`.
     #[serde(with = "crate::report::stats::number")]
     pub mean_standard_error: f64,
+    /// The effective number of contributions that the mean rests on: so many of equal size would
+    /// have its standard error.
+    #[serde(with = "crate::report::stats::number")]
+    pub effective_contributions: f64,
+    /// The reason why the image is no evidence, neither of a bias nor of agreement, and has no
+    /// slope, speed-up or time to a target; `None` if it is.
+    pub undecided: Option<String>,
     /// Tests of the mean.
     pub bias: Bias,
     /// Variance of one sample per pixel, mean over pixels and channels.
@@ -130,6 +140,22 @@ pub struct MethodReport {
 }
 
 impl MethodReport {
+    /// The verdict on its mean, in a word or two.
+    #[must_use]
+    pub fn verdict(&self) -> &'static str {
+        if !self.complete {
+            "not tested"
+        } else if self.undecided.is_some() {
+            "undecided"
+        } else if !self.is_tested() {
+            "not tested"
+        } else if self.bias.flagged {
+            "biased"
+        } else {
+            "no bias seen"
+        }
+    }
+
     /// True if its mean must be that of the reference: it claims to draw every path, and to be
     /// unbiased.
     #[must_use]

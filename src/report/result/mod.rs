@@ -2,12 +2,13 @@
 //! describes the fields.
 //!
 //! A [`Study`] is a [`Report`], all numbers, and the images of its methods. A report has a
-//! [`MethodReport`] for each integrator, with its [`LedgerReport`] of flux, its [`Omission`]s and
-//! its [`DecisionReport`], and a [`PyramidReport`] for the techniques of bidirectional path
-//! tracing.
+//! [`MethodReport`] for each integrator, with its [`LedgerReport`] of flux, its [`Omission`]s, its
+//! [`MissingReport`]s and its [`DecisionReport`], and a [`PyramidReport`] for the techniques of
+//! bidirectional path tracing.
 
 mod left_out;
 mod method;
+mod missing;
 mod pyramid;
 mod report;
 mod study;
@@ -15,6 +16,7 @@ mod verdict;
 
 pub use left_out::{CandidateReport, DecisionReport, Omission, WithoutTechnique};
 pub use method::{LedgerReport, MethodReport, SharedReport};
+pub use missing::MissingReport;
 pub use pyramid::{Layer, Pyramid, PyramidReport, TechniqueShare};
 pub use report::{ReferenceInfo, Report, SCHEMA, SceneInfo, Setup};
 pub use study::{MethodImages, Snapshot, Study};

@@ -7,7 +7,7 @@ use crate::report::stats::{Layout, Pair, Reference};
 use serde::{Deserialize, Serialize};
 
 /// Number of the JSON schema: rises when a field changes its meaning or goes away.
-pub const SCHEMA: u32 = 4;
+pub const SCHEMA: u32 = 5;
 
 /// A whole study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -98,6 +98,10 @@ pub struct ReferenceInfo {
     pub own_mse: f64,
     /// The same for relMSE.
     pub own_relative_mse: f64,
+    /// Paths that only integrators which merge draw, and that are missing in it, in words.
+    pub missing: Vec<String>,
+    /// The reason why it is no measure of a bias; `None` if it is.
+    pub undecided: Option<String>,
 }
 
 impl ReferenceInfo {
@@ -110,6 +114,8 @@ impl ReferenceInfo {
             mean_standard_error: mean.standard_error(),
             own_mse: reference.own_mse(),
             own_relative_mse: reference.own_relative_mse(),
+            missing: reference.missing().to_vec(),
+            undecided: reference.undecided().map(|reason| reason.to_string()),
         }
     }
 }

@@ -1,16 +1,27 @@
 //! Verdicts: findings and limits of the numbers, in sentences.
 
 use super::method::MethodReport;
+use super::missing::MissingReport;
 use super::report::Report;
 use crate::integrator::Estimator;
-use crate::report::stats::{Interval, Pair, REFERENCE_SHARE, ratio};
+use crate::path::DrawnBy;
+use crate::report::stats::{Interval, Outcome, REFERENCE_SHARE, ratio};
 
 impl Report {
-    /// True if no test found a disagreement, a bias or a contribution that is not finite.
+    /// True if no test found a disagreement, a bias or a contribution that is not finite. What is
+    /// undecided is no finding: see [`is_decided`](Self::is_decided).
     #[must_use]
     pub fn is_clean(&self) -> bool {
-        self.pairs.iter().all(Pair::agrees)
+        self.pairs.iter().all(|pair| pair.outcome() != Outcome::Disagree)
             && self.methods.iter().all(|m| !m.bias.flagged && m.non_finite_contributions == 0)
+    }
+
+    /// True if the reference and every integrator that draws every path have met enough to be
+    /// tested.
+    #[must_use]
+    pub fn is_decided(&self) -> bool {
+        self.reference.undecided.is_none()
+            && self.methods.iter().all(|m| !m.complete || m.undecided.is_none())
     }
 
     /// The findings of the tests, and the limits of the numbers; a sentence or two each.
@@ -27,9 +38,15 @@ impl Report {
             verdicts.push("Built without optimisation: times mean nothing.".to_owned());
         }
         verdicts.push(self.agreement());
+        if let Some(reason) = &self.reference.undecided {
+            verdicts.push(format!(
+                "UNDECIDED: the reference {reason}. So no bias is tested against it."
+            ));
+        }
         for method in &self.methods {
             verdicts.extend(self.of_method(method));
         }
+        verdicts.extend(self.in_no_image());
         let (own, target) = (self.reference.own_relative_mse, self.setup.target);
         if self.setup.until_target && own > REFERENCE_SHARE * target {
             verdicts.push(format!(
@@ -47,34 +64,56 @@ impl Report {
     }
 
     fn agreement(&self) -> String {
-        let disagreeing: Vec<String> = self
-            .pairs
-            .iter()
-            .filter(|p| !p.agrees())
-            .map(|p| format!("{} and {}", p.names[0], p.names[1]))
-            .collect();
-        match self.pairs.len() {
-            0 => {
-                "Fewer than two unbiased integrators see every path of this scene: agreement is not \
-                 tested."
-                    .to_owned()
-            }
-            n if disagreeing.is_empty() => {
-                let noisy: Vec<&str> = self
-                    .methods
-                    .iter()
-                    .filter(|m| m.is_tested() && m.long_tails)
-                    .map(|m| m.name.as_str())
-                    .collect();
-                let caveat = if noisy.is_empty() {
-                    String::new()
-                } else {
-                    format!(", as far as the noise of {} shows", noisy.join(", "))
-                };
-                format!("The integrators agree{caveat} ({n} pairs tested).")
-            }
-            _ => format!("INTEGRATORS DISAGREE: {}.", disagreeing.join("; ")),
+        let of = |outcome: Outcome| self.pairs.iter().filter(move |p| p.outcome() == outcome);
+        let disagreeing: Vec<String> =
+            of(Outcome::Disagree).map(|p| format!("{} and {}", p.names[0], p.names[1])).collect();
+        if !disagreeing.is_empty() {
+            return format!("INTEGRATORS DISAGREE: {}.", disagreeing.join("; "));
         }
+        if self.pairs.is_empty() {
+            return "Fewer than two unbiased integrators see every path of this scene: agreement is \
+                    not tested."
+                .to_owned();
+        }
+        let named = |is: &dyn Fn(&MethodReport) -> bool| {
+            let names = self.methods.iter().filter(|m| m.is_tested() && is(m));
+            names.map(|m| m.name.as_str()).collect::<Vec<_>>().join(", ")
+        };
+        let undecided = named(&|m| m.undecided.is_some());
+        let decided = of(Outcome::Agree).count();
+        if decided == 0 {
+            return format!("Whether the integrators agree is undecided, because of {undecided}.");
+        }
+        let noisy = named(&|m| m.long_tails && m.undecided.is_none());
+        let mut sentence = "The integrators agree".to_owned();
+        if !noisy.is_empty() {
+            sentence += &format!(", as far as the noise of {noisy} shows");
+        }
+        if !undecided.is_empty() {
+            let verb = if undecided.contains(", ") { "are" } else { "is" };
+            sentence += &format!(", but for {undecided}, which {verb} undecided");
+        }
+        let dark = of(Outcome::Agree).map(|p| p.undecided_light).fold(0.0, f64::max);
+        let dark = match dark {
+            0.0 => String::new(),
+            share => {
+                format!("; blocks with up to {:.1} % of the light are undecided", 100.0 * share)
+            }
+        };
+        let pairs = if decided == 1 { "pair" } else { "pairs" };
+        sentence + &format!(" ({decided} {pairs} tested{dark}).")
+    }
+
+    /// The paths that no integrator draws.
+    fn in_no_image(&self) -> Option<String> {
+        let missing = self.methods.iter().flat_map(|m| &m.missing);
+        let mut all: Vec<&str> = Vec::new();
+        for paths in missing.filter(|paths| paths.drawn_by == DrawnBy::Nothing) {
+            if !all.contains(&paths.what.as_str()) {
+                all.push(&paths.what);
+            }
+        }
+        (!all.is_empty()).then(|| format!("In no image: {}.", all.join("; ")))
     }
 
     fn of_method(&self, method: &MethodReport) -> Vec<String> {
@@ -83,7 +122,14 @@ impl Report {
         if method.bias.flagged {
             let (b, e) =
                 (100.0 * method.bias.relative, 100.0 * method.bias.relative_standard_error);
-            verdicts.push(format!("BIAS: {name} is off by {b:+.3} % ± {e:.3} %."));
+            verdicts.push(if self.reference.mean == 0.0 {
+                format!(
+                    "BIAS: {name} has a mean of {:.3e} ± {:.1e}, and the reference is black.",
+                    method.mean, method.mean_standard_error
+                )
+            } else {
+                format!("BIAS: {name} is off by {b:+.3} % ± {e:.3} %.")
+            });
         }
         verdicts.extend(self.stated_bias(method));
         if method.non_finite_contributions + method.non_finite_pixels > 0 {
@@ -103,9 +149,26 @@ impl Report {
                  show. Its MSE and variance do not settle; read SMAPE, MedSE and median of means."
             ));
         }
+        let runs = format!("{} runs of {} per pixel", method.runs, method.samples_per_pixel);
+        let undecided = method.undecided.as_ref().map(|reason| format!("{reason} ({runs})"));
+        let missing = MissingReport::sentence(&method.missing);
         if !method.complete {
+            let what = match missing {
+                Some(missing) => format!(": {missing}"),
+                None => " every path of this scene".to_owned(),
+            };
+            let met = undecided.as_ref().map_or_else(String::new, |u| format!(" It {u}."));
+            verdicts
+                .push(format!("{name} is shown, but not tested, since it cannot draw{what}.{met}"));
+            return verdicts;
+        }
+        if let Some(missing) = missing {
+            verdicts.push(format!("Not in the image of {name}: {missing}."));
+        }
+        if let Some(undecided) = undecided {
             verdicts.push(format!(
-                "{name} cannot draw every path of this scene; it is shown, but not tested."
+                "UNDECIDED: {name} {undecided}: no evidence, neither for agreement nor against it. \
+                 Its light may be hard to meet, or it may be wrong: more samples tell."
             ));
         } else if self.setup.until_target {
             let errors = method.last().map_or(&[][..], |end| &end.runs);
@@ -128,7 +191,8 @@ impl Report {
             Estimator::Consistent => ["consistent", "It vanishes as passes are added"],
             Estimator::Biased => ["biased", "It stays, however many passes are added"],
         };
-        let end = method.last().filter(|_| method.complete)?;
+        let is_known = method.complete && method.undecided.is_none();
+        let end = method.last().filter(|_| is_known && self.reference.undecided.is_none())?;
         let percent = |x: f64| 100.0 * ratio(x, self.reference.mean);
         let Interval { value, low, high } = method.bias.mean_interval;
         let interval = |i: &Interval| format!("{:.2e} ({:.1e} … {:.1e})", i.value, i.low, i.high);
@@ -139,10 +203,17 @@ impl Report {
             String::new()
         };
         let fall = method.fall_of_bias().map_or_else(String::new, |f| format!(": here as {f}"));
+        let drawn = |what: &&String| method.missing.iter().all(|paths| paths.what != **what);
+        let more: Vec<&str> =
+            self.reference.missing.iter().filter(drawn).map(String::as_str).collect();
+        let more = match more.is_empty() {
+            true => String::new(),
+            false => format!(" Counted as bias is what the reference misses: {}.", more.join("; ")),
+        };
         Some(format!(
             "{} is {kind}: with {} samples per pixel the bias of its mean is {:+.3} % ({:+.3} … \
              {:+.3}), the squared bias of its pixels{limit} {} beside a variance of {}. \
-             {prospect}{fall}.",
+             {prospect}{fall}.{more}",
             method.name,
             end.samples,
             percent(value),

@@ -11,11 +11,14 @@
 //! is the mean of the image; that no light is missing anywhere needs more samples. If not even the
 //! variance of the image is known, the same holds for its mean.
 //!
-//! A block that an integrator rarely reaches (some of its batches saw nothing) has no usable
-//! variance. Such blocks are pooled into one.
+//! A block of which an integrator has met too little ([`Undecided`]) has no usable variance. Such
+//! blocks are pooled into one; if it has met too little of them all, they are undecided. If it has
+//! met too little of the image, so is the pair.
 
 use super::batches::{Batch, BatchMean, Layout};
+use super::evidence::Undecided;
 use super::measured::Measured;
+use super::reference::ratio;
 use crate::math::statistics::{sidak, two_sided_p_value};
 use crate::math::student::student_t_p_value;
 use serde::{Deserialize, Serialize};
@@ -80,6 +83,11 @@ pub struct Pair {
     pub tested_blocks: usize,
     /// Blocks in the pool.
     pub pooled_blocks: usize,
+    /// Blocks that are not tested, because one of the two has met too little of them, even of all
+    /// together.
+    pub undecided_blocks: usize,
+    /// The light in these blocks as a share of the image's, of the integrator with the larger one.
+    pub undecided_light: f64,
     /// Mean of t² over the blocks, each divided by its expectation: 1 if the integrators agree.
     #[serde(with = "super::number")]
     pub mean_square: f64,
@@ -91,6 +99,19 @@ pub struct Pair {
     pub long_tails: [bool; 2],
     /// True if the image that is darker on average is so noisy that this says nothing.
     pub mean_is_open: bool,
+    /// True of the first and of the second if it has met too little of the image for any test.
+    pub undecided: [bool; 2],
+}
+
+/// The outcome of the tests of a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It passes all three.
+    Agree,
+    /// It fails one of them.
+    Disagree,
+    /// One of the two has met too little to be tested.
+    Undecided,
 }
 
 impl Pair {
@@ -112,10 +133,22 @@ impl Pair {
         ]
     }
 
-    /// True if the pair passes all three tests.
+    /// The outcome of all three tests.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        if self.undecided != [false; 2] {
+            Outcome::Undecided
+        } else if self.verdicts() == [true; 3] {
+            Outcome::Agree
+        } else {
+            Outcome::Disagree
+        }
+    }
+
+    /// True if the pair passes all three tests: not, if it is undecided.
     #[must_use]
     pub fn agrees(&self) -> bool {
-        self.verdicts().iter().all(|ok| *ok)
+        self.outcome() == Outcome::Agree
     }
 
     /// The pixels of the worst block, for people.
@@ -146,42 +179,41 @@ fn test(pair: [&Measured; 2], layout: Layout) -> Pair {
         };
         BatchMean::of(batches.iter().map(|batch| (batch.samples, mean(batch))))
     };
-    let all = |block: usize, test: fn(f64) -> bool| {
-        batches.iter().all(|side| side.iter().all(|batch| test(batch.blocks[block])))
+    let is_evidence = |side: &[Batch], blocks: &[usize], mean: &BatchMean| {
+        let values = side.iter().flat_map(|batch| blocks.iter().map(|b| batch.blocks[*b]));
+        mean.mean != 0.0 && Undecided::of(mean, values).is_none()
     };
-    let (mut tests, mut pool) = (Vec::new(), Vec::new());
-    for block in 0..layout.blocks() {
-        if all(block, |mean| mean == 0.0) {
-            continue;
+    let (mut tests, mut pool, mut undecided) = (Vec::new(), Vec::new(), Vec::new());
+    let mut try_to_test = |blocks: &[usize], bounds| {
+        let means = batches.map(|side| of_blocks(side, blocks));
+        let is_tested = (0..2).all(|i| is_evidence(batches[i], blocks, &means[i]));
+        if is_tested {
+            tests.push((Welch::test(&means[0], &means[1]), bounds, means.map(|m| m.mean)));
         }
-        if all(block, |mean| mean != 0.0) {
-            let means = batches.map(|side| of_blocks(side, &[block]));
-            tests.push((
-                Welch::test(&means[0], &means[1]),
-                Some(layout.bounds(block)),
-                means.map(|m| m.mean),
-            ));
-        } else {
+        is_tested
+    };
+    for block in 0..layout.blocks() {
+        let is_black = batches.iter().all(|side| side.iter().all(|b| b.blocks[block] == 0.0));
+        if !is_black && !try_to_test(&[block], Some(layout.bounds(block))) {
             pool.push(block);
         }
     }
-    let (count, sum, squares) = tests.iter().filter(|(w, ..)| w.freedom > 4.0).fold(
-        (0.0, 0.0, 0.0),
-        |(n, sum, squares), (w, ..)| {
+    if !pool.is_empty() && !try_to_test(&pool, None) {
+        undecided = std::mem::take(&mut pool);
+    }
+    let (count, sum, squares) = tests
+        .iter()
+        .filter(|(w, of, _)| w.freedom > 4.0 && of.is_some())
+        .fold((0.0, 0.0, 0.0), |(n, sum, squares), (w, ..)| {
             let ratio = w.t.powi(2) * (w.freedom - 2.0) / w.freedom;
             (n + 1.0, sum + ratio, squares + ratio * ratio)
-        },
-    );
+        });
     let mean_square: f64 = sum / f64::max(count, 1.0);
     // A few blocks do not know the error of their mean, nor do those of samples that depend on one
     // another.
     let is_known = count >= FEWEST_BLOCKS && !pair.iter().any(|m| m.is_correlated);
     let variance = if is_known { squares / count - mean_square.powi(2) } else { f64::INFINITY };
     let mean_square_error = (variance / f64::max(count, 1.0)).sqrt();
-    if !pool.is_empty() {
-        let means = batches.map(|side| of_blocks(side, &pool));
-        tests.push((Welch::test(&means[0], &means[1]), None, means.map(|m| m.mean)));
-    }
     // Too dark where its tails are long says nothing.
     tests.retain(|(welch, ..)| !(long_tails[0] && welch.t < 0.0 || long_tails[1] && welch.t > 0.0));
     let weights = layout.uniform_weights();
@@ -191,6 +223,11 @@ fn test(pair: [&Measured; 2], layout: Layout) -> Pair {
     let (worst, worst_block, worst_means) =
         tests.into_iter().min_by(|x, y| x.0.p_value.total_cmp(&y.0.p_value)).unwrap_or(none);
     let darker = pair[usize::from(means[1].mean < means[0].mean)];
+    let share = |side: usize| {
+        let pixels: f64 = undecided.iter().map(|block| layout.pixels(*block)).sum();
+        let all = f64::from(layout.width) * f64::from(layout.height);
+        ratio(of_blocks(batches[side], &undecided).mean * pixels, means[side].mean * all)
+    };
     Pair {
         names: pair.map(|m| m.name.clone()),
         mean: Welch::test(&means[0], &means[1]),
@@ -200,9 +237,12 @@ fn test(pair: [&Measured; 2], layout: Layout) -> Pair {
         worst_limit: sidak(SIGNIFICANCE, tested_blocks.max(1)),
         tested_blocks,
         pooled_blocks: pool.len(),
+        undecided_blocks: undecided.len(),
+        undecided_light: if undecided.is_empty() { 0.0 } else { share(0).max(share(1)) },
         mean_square,
         mean_square_error,
         long_tails,
         mean_is_open: darker.has_open_mean(),
+        undecided: pair.map(|m| m.undecided().is_some()),
     }
 }

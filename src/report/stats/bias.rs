@@ -1,6 +1,7 @@
 //! Tests of whether an integrator's mean is that of the reference.
 
 use super::batches::BatchMean;
+use super::evidence::Undecided;
 use super::interval::{CONFIDENCE, Interval};
 use super::measured::Measured;
 use super::reference::Reference;
@@ -31,7 +32,7 @@ pub struct Bias {
     /// Its two-sided p-value.
     pub relative_p_value: f64,
     /// True if one of the two is significant and the integrator claims to see every path, and to be
-    /// unbiased.
+    /// unbiased; false if it or the reference has met too little to tell ([`Undecided`]).
     pub flagged: bool,
 }
 
@@ -61,6 +62,8 @@ impl Bias {
         // Whoever missed rare, bright contributions is too dark and believes too small an error; so
         // may a rendered reference.
         let no_mean = m.has_open_mean();
+        let pixels = reference.image().pixels().len();
+        let of_relative = Undecided::of_sum(&m.batches, &weights[1], pixels).is_none();
         let heavy = no_mean || m.has_long_tails() || m.has_infinite_variance();
         let is_off = |bias: f64, p: f64, noisy: bool| {
             p < limit && !(noisy && (bias < 0.0 || !reference.is_exact()))
@@ -79,7 +82,10 @@ impl Bias {
             relative_standard_error: relative.standard_error(),
             relative_p_value: relative_p,
             flagged: m.is_tested()
-                && (is_off(mean.mean, mean_p, no_mean) || is_off(relative.mean, relative_p, heavy)),
+                && m.undecided().is_none()
+                && reference.undecided().is_none()
+                && (is_off(mean.mean, mean_p, no_mean)
+                    || (of_relative && is_off(relative.mean, relative_p, heavy))),
         }
     }
 }

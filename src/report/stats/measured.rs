@@ -1,6 +1,7 @@
 //! The finished runs of one integrator: images, costs, errors, and its efficiency.
 
-use super::batches::Batch;
+use super::batches::{Batch, Layout};
+use super::evidence::Undecided;
 use super::interval::Interval;
 use super::metrics::{Errors, mean_image};
 use super::reference::Reference;
@@ -144,6 +145,13 @@ impl Measured {
     /// True if its mean must be that of the others: it claims to draw every path, and to be unbiased.
     pub fn is_tested(&self) -> bool {
         self.complete && self.estimator == Estimator::Unbiased
+    }
+
+    /// The reason why its mean is no evidence; `None` if it is.
+    pub fn undecided(&self) -> Option<Undecided> {
+        let image = self.finals.first()?;
+        let weights = Layout::of(image).uniform_weights();
+        Undecided::of_sum(&self.batches, &weights, image.pixels().len())
     }
 
     /// Mean of all runs; without any, an image without pixels.

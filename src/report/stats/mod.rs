@@ -7,6 +7,7 @@
 //! | interval of a mean from few runs | [`Interval`] |
 //! | variance and squared bias apart | [`Split`], in each [`Checkpoint`] |
 //! | cost, and efficiency `1 / (variance × cost)` over a baseline's | [`Cost`], [`SpeedUp`] |
+//! | evidence of an estimate that has met little | [`Undecided`] |
 //! | agreement of two integrators | [`Pair`], [`Welch`] |
 //! | bias against the reference | [`Bias`] |
 //! | variance from independent batches | [`Batch`], [`Layout`] |
@@ -16,6 +17,7 @@ mod agreement;
 mod batches;
 mod bias;
 mod curve;
+mod evidence;
 mod interval;
 mod measured;
 mod metrics;
@@ -24,10 +26,11 @@ mod reference;
 mod regression;
 mod tail;
 
-pub use agreement::{Pair, SIGNIFICANCE, Welch};
+pub use agreement::{Outcome, Pair, SIGNIFICANCE, Welch};
 pub use batches::{BLOCK, Batch, BatchMean, Layout};
 pub use bias::{BIAS_SIGNIFICANCE, Bias};
 pub use curve::{Checkpoint, REFERENCE_SHARE, Slope, TimeToTarget};
+pub use evidence::{FEWEST_CONTRIBUTIONS, Undecided};
 pub use interval::{CONFIDENCE, Interval};
 pub use measured::{Cost, SpeedUp, Split};
 pub use metrics::{Errors, median_of_means};

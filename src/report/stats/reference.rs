@@ -5,6 +5,7 @@
 //! from squared errors. The halves are weighted by the inverse of their variances.
 
 use super::batches::{Batch, BatchMean, Layout};
+use super::evidence::Undecided;
 use crate::film::Image;
 use crate::math::Rgb;
 use crate::report::error::ReportError;
@@ -20,6 +21,7 @@ pub struct Reference {
     /// Variance of each pixel.
     variance: Image,
     origin: String,
+    missing: Vec<String>,
     /// Weight and batches of each half; none if the image is taken as exact.
     halves: Vec<(f64, Vec<Batch>)>,
     /// Mean over pixels and channels.
@@ -68,7 +70,8 @@ impl Reference {
         };
         let own_mse = pairs().map(|(v, _)| v).sum::<f64>() / n;
         let own_relative_mse = pairs().map(|(v, r)| ratio(v, r * r + epsilon)).sum::<f64>() / n;
-        Ok(Self { image, variance, origin, halves, scale, own_mse, own_relative_mse })
+        let missing = Vec::new();
+        Ok(Self { image, variance, origin, missing, halves, scale, own_mse, own_relative_mse })
     }
 
     /// The image.
@@ -87,6 +90,17 @@ impl Reference {
     #[must_use]
     pub fn origin(&self) -> &str {
         &self.origin
+    }
+
+    /// Paths that only integrators which merge draw, and that are missing here, in words.
+    #[must_use]
+    pub fn missing(&self) -> &[String] {
+        &self.missing
+    }
+
+    /// The same reference, with a note on what is missing.
+    pub(in crate::report) fn without(self, missing: Vec<String>) -> Self {
+        Self { missing, ..self }
     }
 
     /// True if it is taken as exact.
@@ -131,10 +145,19 @@ impl Reference {
         parts.reduce(|a, b| a.plus(b, 1.0)).unwrap_or(BatchMean::exact(0.0))
     }
 
+    /// The reason why it is no measure: it has met too little. `None` if it is one.
+    #[must_use]
+    pub fn undecided(&self) -> Option<Undecided> {
+        let (pixels, weights) =
+            (self.image.pixels().len(), Layout::of(&self.image).uniform_weights());
+        let of = |half: &(f64, Vec<Batch>)| Undecided::of_sum(&half.1, &weights, pixels);
+        self.halves.iter().filter(|(weight, _)| *weight > 0.0).find_map(of)
+    }
+
     /// Weights of the blocks that make a bias proportional to the image most visible: value /
     /// variance (the best linear statistic), with the variance as the reference has it, kept above
     /// 1 % of the typical one so that blocks without noise do not decide alone. The weighted sum of
-    /// the reference is 1. Uniform for an exact reference, whose noise is unknown.
+    /// the reference is 1, unless it is black. Uniform for an exact reference, whose noise is unknown.
     #[must_use]
     pub fn bias_weights(&self) -> Vec<f64> {
         let layout = Layout::of(&self.image);
@@ -165,7 +188,8 @@ impl Reference {
             }
         }
         let sum: f64 = weights.iter().zip(&means).map(|(w, m)| w * m).sum();
-        weights.iter().map(|w| ratio(*w, sum)).collect()
+        let scale = if sum == 0.0 { 0.0 } else { 1.0 / sum };
+        weights.iter().map(|w| w * scale).collect()
     }
 }
 

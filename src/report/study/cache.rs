@@ -17,11 +17,15 @@ use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+/// The number of the rules that halves are put together by.
+const RULES: u32 = 2;
+
 #[derive(Serialize, Deserialize)]
 struct Header {
     width: u32,
     height: u32,
     origin: String,
+    missing: Vec<String>,
     /// Weight and samples of each batch, for each half.
     halves: Vec<(f64, Vec<f64>)>,
 }
@@ -70,7 +74,7 @@ fn path_of<S: Scene + ?Sized>(
     let Settings { seed, filter, sampler, .. } = plan.settings;
     hash.add(
         format!(
-            "{key} {:?} {:?} {} {seed} {filter:?} {sampler:?}",
+            "{RULES} {key} {:?} {:?} {} {seed} {filter:?} {sampler:?}",
             camera.film(),
             plan.budget,
             plan.runs
@@ -113,6 +117,7 @@ fn encode(reference: &Reference) -> Vec<u8> {
         width: image.width(),
         height: image.height(),
         origin: reference.origin().to_owned(),
+        missing: reference.missing().to_vec(),
         halves: halves
             .iter()
             .map(|(w, batches)| (*w, batches.iter().map(|b| b.samples).collect()))
@@ -154,8 +159,8 @@ fn decode(bytes: &[u8]) -> Option<Reference> {
         };
         (*weight, samples.iter().map(batch).collect())
     };
-    Reference::new(mean, variance, header.origin, header.halves.iter().map(&mut half).collect())
-        .ok()
+    let halves = header.halves.iter().map(&mut half).collect();
+    Some(Reference::new(mean, variance, header.origin, halves).ok()?.without(header.missing))
 }
 
 #[cfg(test)]
@@ -170,6 +175,7 @@ mod tests {
         let halves = vec![(0.25, vec![batch(1.0), batch(2.0)]), (0.75, vec![batch(3.0)])];
         let reference =
             Reference::new(image.clone(), image, "two\nlines".to_owned(), halves).unwrap();
+        let reference = reference.without(vec!["caustics".to_owned()]);
         let bytes = encode(&reference);
         assert_eq!(decode(&bytes), Some(reference));
         assert!(

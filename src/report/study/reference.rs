@@ -6,9 +6,10 @@ use crate::endpoint::Camera;
 use crate::film::{Image, ImageFile};
 use crate::integrator::Estimator;
 use crate::math::Rgb;
+use crate::path::DrawnBy;
 use crate::render::{Budget, Settings};
 use crate::report::error::ReportError;
-use crate::report::stats::{Batch, BatchMean, Layout, Reference, ratio};
+use crate::report::stats::{Batch, BatchMean, Layout, Reference, Undecided, ratio};
 use crate::scene::Scene;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -24,11 +25,13 @@ impl Reference {
         Self::known(image, format!("{}, taken as exact", path.display()))
     }
 
-    /// Renders with two integrators, which must see every path and should be different ones.
+    /// Renders with two integrators, which should be different ones. One that has met too little to
+    /// tell its error ([`Undecided`](crate::report::stats::Undecided)) has no part in the reference
+    /// if the other has met enough.
     ///
     /// # Errors
-    /// If a rendering fails, an integrator is not unbiased, the plan has fewer than two runs, or
-    /// `progress` stops before each half has two.
+    /// If an integrator does not draw every path or is not unbiased, a rendering fails, the plan has
+    /// fewer than two runs, or `progress` stops before each half has two.
     pub fn render<S: Scene + ?Sized>(
         scene: &S,
         camera: &dyn Camera,
@@ -39,11 +42,15 @@ impl Reference {
         if plan.runs < 2 {
             return Err(ReportError::TooFewSeeds(plan.runs));
         }
+        if let Some(half) = halves.iter().find(|half| !half.complete) {
+            return Err(ReportError::ReferenceIncomplete(half.name.clone()));
+        }
         let budget = match plan.budget {
             Budget::Samples(samples) => Budget::Samples((samples / 2 / plan.runs).max(1)),
             Budget::Time(time) => Budget::Time(time / (2 * plan.runs)),
         };
         let mut sums = [Moments::default(), Moments::default()];
+        let mut missing = Vec::new();
         let total = f64::from(2 * plan.runs);
         'runs: for run in 0..plan.runs {
             for (half, moments) in sums.iter_mut().enumerate() {
@@ -70,6 +77,12 @@ impl Reference {
                     return Err(ReportError::ReferenceBiased(halves[half].name.clone()));
                 }
                 moments.add(&rendering.image, rendering.samples_per_pixel);
+                for paths in rendering.notes.missing {
+                    let what = paths.to_string();
+                    if paths.drawn_by == DrawnBy::Merges && !missing.contains(&what) {
+                        missing.push(what);
+                    }
+                }
                 if stopped {
                     break 'runs;
                 }
@@ -79,33 +92,51 @@ impl Reference {
         if sums.iter().any(|half| half.batches.len() < 2) {
             return Err(ReportError::ReferenceStopped);
         }
-        Self::combine(names, sums)
+        Ok(Self::combine(names, sums)?.without(missing))
     }
 
     fn combine(names: [&str; 2], halves: [Moments; 2]) -> Result<Self, ReportError> {
         let [(a, va), (b, vb)] = [halves[0].mean_and_variance(), halves[1].mean_and_variance()];
         let (mean_a, mean_b) = (va.mean().mean(), vb.mean().mean());
-        let p = if mean_a + mean_b > 0.0 { mean_b / (mean_a + mean_b) } else { 0.5 };
+        let (uniform, pixels) = (Layout::of(&a).uniform_weights(), a.pixels().len());
+        let undecided =
+            [0, 1].map(|i| Undecided::of_sum(&halves[i].batches, &uniform, pixels).is_some());
+        let samples = [0, 1].map(|i| halves[i].samples);
+        let p = match undecided {
+            [true, false] => 0.0,
+            [false, true] => 1.0,
+            // Their variances say nothing: who has missed more believes in less.
+            [true, true] => samples[0] / (samples[0] + samples[1]),
+            _ if mean_a + mean_b > 0.0 => mean_b / (mean_a + mean_b),
+            _ => 0.5,
+        };
         let q = 1.0 - p;
         let blend = |x: &Image, y: &Image, p: f64, q: f64| {
             let pixels = x.pixels().iter().zip(y.pixels()).map(|(x, y)| *x * p + *y * q).collect();
             Image::new(x.width(), x.height(), pixels).unwrap_or_else(|| x.clone())
         };
         let (image, variance) = (blend(&a, &b, p, q), blend(&va, &vb, p * p, q * q));
-        let weights = Layout::of(&image).uniform_weights();
-        let samples = [0, 1].map(|i| halves[i].samples);
         let [first, second] = halves.map(|half| half.batches);
         let gap =
-            BatchMean::of_sum(&first, &weights).plus(BatchMean::of_sum(&second, &weights), -1.0);
+            BatchMean::of_sum(&first, &uniform).plus(BatchMean::of_sum(&second, &uniform), -1.0);
+        let agreement = match undecided {
+            [false, false] => {
+                let gap = ratio(gap.mean, gap.standard_error());
+                format!("the means of the halves differ by {gap:+.2} standard errors")
+            }
+            [true, true] => "both have met too little to tell".to_owned(),
+            [first, _] => {
+                format!("{} has met too little to count", names[usize::from(!first)])
+            }
+        };
         let origin = format!(
-            "{} ({} samples per pixel, weight {p:.2}) and {} ({}); standard error \
-             {:.2e} per pixel and channel; the means of the halves differ by {:+.2} standard errors",
+            "{} ({} samples per pixel, weight {p:.2}) and {} ({}); standard error {:.2e} per pixel \
+             and channel; {agreement}",
             names[0],
             samples[0],
             names[1],
             samples[1],
             variance.mean().mean().sqrt(),
-            ratio(gap.mean, gap.standard_error()),
         );
         Self::new(image, variance, origin, vec![(p, first), (q, second)])
     }

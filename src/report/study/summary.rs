@@ -6,7 +6,7 @@ use crate::film::NonFinite;
 use crate::math::Rgb;
 use crate::math::statistics::sidak;
 use crate::report::result::{
-    DecisionReport, LedgerReport, MethodReport, Pyramid, SharedReport, omissions,
+    DecisionReport, LedgerReport, MethodReport, MissingReport, Pyramid, SharedReport, omissions,
 };
 use crate::report::stats::{
     BIAS_SIGNIFICANCE, BatchMean, Bias, Checkpoint, Errors, Interval, Layout, Measured, Reference,
@@ -21,10 +21,10 @@ pub(super) fn baseline<'a>(runs: &'a [Runs], plan: &Plan) -> Option<&'a Measured
     measured.filter(|m| has_speed_up(m)).find(named)
 }
 
-/// Variance × cost says all of an integrator if it sees everything and has no bias; what is better
-/// than an infinite one is better without limit.
+/// Variance × cost says all of an integrator if it sees everything, has no bias and has met enough;
+/// what is better than an infinite one is better without limit.
 fn has_speed_up(m: &Measured) -> bool {
-    m.is_tested() && !m.has_infinite_variance()
+    m.is_tested() && !m.has_infinite_variance() && m.undecided().is_none()
 }
 
 pub(super) fn methods(
@@ -49,6 +49,8 @@ fn method(
     target: f64,
 ) -> MethodReport {
     let m = &run.measured;
+    let undecided = m.undecided();
+    let has_curve = m.complete && undecided.is_none();
     let checkpoints: Vec<Checkpoint> =
         m.marks.iter().map(|mark| Checkpoint::of(mark, reference)).collect();
     let infinite_variance = m.has_infinite_variance();
@@ -68,6 +70,7 @@ fn method(
         left_out: omissions(&run.notes.left_out),
         decisions: run.decisions.iter().map(DecisionReport::from).collect(),
         complete: m.complete,
+        missing: MissingReport::all(&run.notes.missing, m.complete),
         estimator: m.estimator,
         runs: m.finals.len() as u32,
         samples_per_pixel: m.samples,
@@ -78,14 +81,16 @@ fn method(
         median_of_means: robust.map(|image| Errors::of(&image, reference)).unwrap_or_default(),
         mean: mean.mean,
         mean_standard_error: mean.standard_error(),
+        effective_contributions: mean.effective_contributions(),
+        undecided: undecided.map(|reason| reason.to_string()),
         bias,
         variance_times_wall: Interval::of_positive(&m.products(|c| c.wall)),
         variance_times_cpu: Interval::of_positive(&m.products(|c| c.cpu)),
         variance_times_rays: Interval::of_positive(&rays),
         variance_per_sample: Interval::of_positive(&m.variances()),
         speed_up,
-        time_to_target: if m.complete { TimeToTarget::of(m, target) } else { None },
-        slopes: if m.complete { slopes } else { Vec::new() },
+        time_to_target: if has_curve { TimeToTarget::of(m, target) } else { None },
+        slopes: if has_curve { slopes } else { Vec::new() },
         tail: m.tail,
         infinite_variance,
         long_tails: m.has_long_tails(),

@@ -1,7 +1,7 @@
 //! The answers of a world: the rays and segments of the [`Scene`] trait, and plain ones.
 
 use super::World;
-use crate::endpoint::{Light, LightId};
+use crate::endpoint::{Light, LightId, LightKind};
 use crate::geometry::{Ray, SurfacePoint, Triangle};
 use crate::light_tree::LightTree;
 use crate::material::{Finish, SurfaceBsdf};
@@ -182,6 +182,12 @@ impl Scene for World {
     #[inline]
     fn light_tree(&self) -> Option<&LightTree> {
         Some(&self.light_tree)
+    }
+
+    fn light_names(&self, kind: LightKind) -> Option<Vec<&str>> {
+        let is_seen = |light: &dyn Light| !light.is_black() && light.kind() == kind;
+        let lights = self.lights.iter().filter(|(_, light)| is_seen(&**light));
+        Some(lights.map(|(name, _)| name.as_str()).collect())
     }
 
     #[inline]
