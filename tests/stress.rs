@@ -1,4 +1,4 @@
-//! The stress matrix of docs/numerics.md, S01–S57, S61, S63, S75 and S83: each row a test with an
+//! The stress matrix of docs/numerics.md, S01–S57, S61, S63, S75–S83: each row a test with an
 //! oracle, an exact answer or the same scene without stress; `cargo run --release --example
 //! stability` prints the same cases in more detail. S36 is in leave_out/adaptive.rs; S44 in
 //! merging/cap.rs and analytic/furnace.rs (A12); S53 and S54 in photon_map.rs and
@@ -17,6 +17,9 @@ mod measure;
 #[path = "../examples/stability/scenes.rs"]
 #[allow(dead_code, reason = "shared with the example")]
 mod scenes;
+#[path = "../examples/stability/variance/mod.rs"]
+#[allow(dead_code, reason = "shared with the example")]
+mod variance;
 #[path = "../examples/stability/verdict.rs"]
 #[allow(dead_code, reason = "shared with the example")]
 mod verdict;
@@ -27,6 +30,8 @@ mod film;
 mod numbers;
 #[path = "stress/shared_walks.rs"]
 mod shared_walks;
+#[path = "stress/variance.rs"]
+mod variances;
 #[path = "stress/weights.rs"]
 mod weights;
 

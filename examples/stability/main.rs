@@ -1,5 +1,6 @@
 //! The stability report: scenes with exact answers, pushed to extremes of scale, place, brightness,
-//! roughness and geometry, by every integrator.
+//! roughness and geometry, by every integrator; and scenes full of useless lights, whose variance is
+//! held against that of other choices of lights.
 //!
 //! ```text
 //! cargo run --release --example stability -- --help
@@ -14,6 +15,8 @@ mod measure;
 mod report;
 #[allow(dead_code, reason = "shared with tests")]
 mod scenes;
+#[allow(dead_code, reason = "shared with tests")]
+mod variance;
 mod verdict;
 
 use clap::Parser;
@@ -57,15 +60,25 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         .map_err(|e| format!("{}: {e}", arguments.out.display()))?;
     let cases: Vec<_> =
         cases::all().into_iter().filter(|case| case.row.starts_with(&arguments.row)).collect();
-    if cases.is_empty() {
+    let entries: Vec<_> =
+        variance::all().into_iter().filter(|entry| entry.row.starts_with(&arguments.row)).collect();
+    if cases.is_empty() && entries.is_empty() {
         return Err(format!("no row's id starts with {:?}", arguments.row).into());
     }
-    let bar = ProgressBar::new(cases.len() as u64);
+    let bar = ProgressBar::new((cases.len() + entries.len()) as u64);
     bar.set_style(ProgressStyle::with_template("{bar:32} {pos}/{len}  {msg}  {eta} left")?);
     let mut lines = Vec::new();
     for case in &cases {
         bar.set_message(format!("{} {} {:e}", case.row, case.family, case.value));
         lines.extend(verdict::judge(case, rays, arguments.seed));
+        bar.inc(1);
+    }
+    let (images, samples_per_pixel) = if arguments.quick { (8, 16) } else { (32, 64) };
+    let effort = variance::Effort { images, samples_per_pixel, price: variance::Price::Time };
+    let mut comparisons = Vec::new();
+    for entry in &entries {
+        bar.set_message(format!("{} {} {:e}", entry.row, entry.family, entry.value));
+        comparisons.extend(variance::judge(entry, effort, arguments.seed));
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -75,23 +88,24 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
             case.world.warnings().iter().map(move |warning| report::CaseWarning { case, warning })
         })
         .collect();
-    print!("{}", report::text(&lines, &warnings));
+    print!("{}", report::text(&lines, &comparisons, &warnings));
     for (name, contents) in [
-        ("stability.json", report::json(&lines, &warnings)),
-        ("index.html", report::html(&lines, &warnings)),
+        ("stability.json", report::json(&lines, &comparisons, &warnings)),
+        ("index.html", report::html(&lines, &comparisons, &warnings)),
     ] {
         let path = arguments.out.join(name);
         std::fs::write(&path, contents).map_err(|e| format!("{}: {e}", path.display()))?;
         println!("wrote {}", path.display());
     }
-    Ok(lines.iter().all(|line| line.verdict.is_good()))
+    let is_good = comparisons.iter().all(|comparison| comparison.is_good);
+    Ok(is_good && lines.iter().all(|line| line.verdict.is_good()))
 }
 
 fn main() -> ExitCode {
     match run(&Arguments::parse()) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => {
-            eprintln!("a case is off by more than 4 standard errors");
+            eprintln!("a case is off by more than 4 standard errors, or has too much variance");
             ExitCode::FAILURE
         }
         Err(error) => {

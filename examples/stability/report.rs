@@ -2,6 +2,7 @@
 
 use crate::cases::Case;
 use crate::measure::Method;
+use crate::variance::{Comparison, Uncertain};
 use crate::verdict::{Line, Verdict};
 use pathspace::scene::Warning;
 use std::fmt::{self, Write};
@@ -19,7 +20,7 @@ impl fmt::Display for CaseWarning<'_> {
     }
 }
 
-pub fn text(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
+pub fn text(lines: &[Line], comparisons: &[Comparison], warnings: &[CaseWarning<'_>]) -> String {
     let mut out = format!(
         "{:4} {:34} {:>10} {:7} {:>13} {:>13} {:>9} {:>6} {:>6} verdict\n",
         "row", "case", "value", "by", "expected", "measured", "± SE", "digits", "not fin"
@@ -51,7 +52,47 @@ pub fn text(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
     for warning in warnings {
         let _ = writeln!(out, "warning: {warning}");
     }
+    let _ = writeln!(
+        out,
+        "variance × time over that of …\n{:4} {:46} {:>9} {:8} {:>15} {:>15} {:>15} {:>15} {:>5} verdict",
+        "row",
+        "case",
+        "value",
+        "by",
+        "the best",
+        "uniform choice",
+        "by power",
+        "useful alone",
+        "off"
+    );
+    for comparison in comparisons {
+        let [best, uniform, power, alone] = ratios(comparison);
+        let _ = writeln!(
+            out,
+            "{:4} {:46} {:>9.1e} {:8} {best:>15} {uniform:>15} {power:>15} {alone:>15} {:>5.1} {}",
+            comparison.row,
+            comparison.family,
+            comparison.value,
+            comparison.method,
+            comparison.off,
+            verdict(comparison)
+        );
+    }
     out
+}
+
+/// The ratios of a comparison, each with its standard error.
+fn ratios(comparison: &Comparison) -> [String; 4] {
+    let Comparison { over_best, over_uniform, over_power, over_alone, .. } = *comparison;
+    [Some(over_best), Some(over_uniform), Some(over_power), over_alone].map(|ratio| {
+        ratio.map_or("".to_owned(), |Uncertain { value, error }| {
+            format!("{value:.2e} ± {:.0} %", 100.0 * error)
+        })
+    })
+}
+
+fn verdict(comparison: &Comparison) -> &'static str {
+    if comparison.is_good { "holds" } else { "FAILS" }
 }
 
 /// A number that JSON can hold.
@@ -59,7 +100,7 @@ fn number(x: f64) -> String {
     if x.is_finite() { format!("{x:e}") } else { "null".to_owned() }
 }
 
-pub fn json(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
+pub fn json(lines: &[Line], comparisons: &[Comparison], warnings: &[CaseWarning<'_>]) -> String {
     let entry = |line: &Line| {
         format!(
             "{{\"row\": \"{}\", \"case\": \"{}\", \"value\": {}, \"integrator\": \"{}\", \"expected\": {}, \"measured\": {}, \
@@ -81,10 +122,30 @@ pub fn json(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
         )
     };
     let list = |items: Vec<String>| format!("[\n    {}\n  ]", items.join(",\n    "));
+    let ratio = |Uncertain { value, error }: Uncertain| {
+        format!("{{\"ratio\": {}, \"relative_error\": {}}}", number(value), number(error))
+    };
+    let comparison = |it: &Comparison| {
+        format!(
+            "{{\"row\": \"{}\", \"case\": \"{}\", \"value\": {}, \"integrator\": \"{}\", \"over_best\": {}, \
+             \"over_uniform\": {}, \"over_power\": {}, \"over_alone\": {}, \"off\": {}, \"verdict\": \"{}\"}}",
+            it.row,
+            it.family,
+            number(it.value),
+            it.method,
+            ratio(it.over_best),
+            ratio(it.over_uniform),
+            ratio(it.over_power),
+            it.over_alone.map_or("null".to_owned(), ratio),
+            number(it.off),
+            verdict(it)
+        )
+    };
     let warnings = warnings.iter().map(|warning| format!("{:?}", warning.to_string())).collect();
     format!(
-        "{{\n  \"lines\": {},\n  \"warnings\": {}\n}}\n",
+        "{{\n  \"lines\": {},\n  \"comparisons\": {},\n  \"warnings\": {}\n}}\n",
         list(lines.iter().map(entry).collect()),
+        list(comparisons.iter().map(comparison).collect()),
         list(warnings)
     )
 }
@@ -171,7 +232,7 @@ fn figure(lines: &[&Line]) -> Option<String> {
     Some(svg)
 }
 
-pub fn html(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
+pub fn html(lines: &[Line], comparisons: &[Comparison], warnings: &[CaseWarning<'_>]) -> String {
     let mut out = String::from(
         "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>Stability report</title>\n<style>\
          body{font:14px sans-serif;max-width:1000px;margin:2em auto;padding:0 1em}table{border-collapse:collapse;width:100%}\
@@ -225,6 +286,25 @@ pub fn html(lines: &[Line], warnings: &[CaseWarning<'_>]) -> String {
         }
         out.push_str("</table>\n");
     }
+    out.push_str(
+        "<h2>Variance × time</h2>\n<p>Of the world's own choice of lights, over that of the best of all methods and choices, \
+         and of the same integrator with another choice or with the useful lights alone.</p>\n\
+         <table><tr><th>row</th><th>case</th><th>value</th><th>integrator</th><th>the best</th><th>uniform</th><th>by power</th>\
+         <th>useful alone</th><th>verdict</th></tr>\n",
+    );
+    for comparison in comparisons {
+        let Comparison { row, family, value, method, .. } = comparison;
+        let verdict = verdict(comparison);
+        let _ = write!(
+            out,
+            "<tr class=\"{verdict}\"><td>{row}</td><td>{family}</td><td>{value:e}</td><td>{method}</td>"
+        );
+        for ratio in ratios(comparison) {
+            let _ = write!(out, "<td>{ratio}</td>");
+        }
+        let _ = writeln!(out, "<td>{verdict}</td></tr>");
+    }
+    out.push_str("</table>\n");
     out.push_str("<h2>Warnings at scene build</h2>\n<ul>\n");
     for warning in warnings {
         let _ = writeln!(out, "<li>{warning}</li>");

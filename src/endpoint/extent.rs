@@ -36,7 +36,7 @@ impl From<Bounds> for SceneExtent {
 impl SceneExtent {
     /// At most eight boxes that together cover the given ones, those of a scene's primitives; there
     /// are more than one only where that at least halves the area of their disks. Goes through them
-    /// eight times at most.
+    /// a few times.
     ///
     /// Empty and unbounded boxes are left out: nothing there can be illuminated from a disk of
     /// finite radius.
