@@ -92,7 +92,13 @@ fn ratios(comparison: &Comparison) -> [String; 4] {
 }
 
 fn verdict(comparison: &Comparison) -> &'static str {
-    if comparison.is_good { "holds" } else { "FAILS" }
+    let Comparison { is_good, over_uniform, over_alone, .. } = comparison;
+    let is_noisy = over_uniform.error > 0.5 || over_alone.is_some_and(|ratio| ratio.error > 0.5);
+    match (is_good, is_noisy) {
+        (false, _) => "FAILS",
+        (true, true) => "noisy",
+        (true, false) => "holds",
+    }
 }
 
 /// A number that JSON can hold.

@@ -21,8 +21,10 @@ use std::ops::ControlFlow;
 /// Pixels for each walk of the first round, and the fewest and most of those.
 const PIXELS_PER_WALK: u64 = 8;
 const WALKS: [u64; 2] = [64, 16_384];
-/// The fewest walks at which an end is made although most connections are in vain.
+/// The fewest walks at which an end is made although most connections are in vain, or fewer walks
+/// than enough have arrived.
 const FEWEST: u64 = 256;
+const ENOUGH: f64 = 16.0;
 /// Scattering events of a walk.
 const BOUNCES: u32 = 4;
 /// Walks that a thread draws at a time.
@@ -41,7 +43,7 @@ pub struct Arrivals {
 
 impl Arrivals {
     /// Tries the lights of a stage, in about a quarter of the time of a pass, and up to that of one or
-    /// two as long as most connections are in vain. Nothing depends on the number of passes. `None`
+    /// two as long as most connections are in vain or few walks arrive. Nothing depends on the number of passes. `None`
     /// if the scene chooses by no [tree](Scene::light_tree) or has a single light.
     #[must_use]
     pub fn observe<S: Scene + ?Sized>(stage: Stage<'_, S>, crew: &dyn Crew) -> Option<Self> {
@@ -63,8 +65,9 @@ impl Arrivals {
             from += walks;
             walks = from;
             known = Some(Arrival::new(tree, &all.connections, &all.walks));
-            let [trials, arrivals] = all.connections.total();
-            if arrivals >= 0.5 * trials || from >= pixels.max(FEWEST) {
+            let ([trials, connected], [_, arrived]) = (all.connections.total(), all.walks.total());
+            let is_enough = connected >= 0.5 * trials && arrived >= ENOUGH;
+            if is_enough || from >= pixels.max(FEWEST) {
                 break;
             }
         }

@@ -56,17 +56,21 @@ impl Arrival {
     ///
     /// A branch that had n trials and k arrivals counts as `(k + q)/(n + 1)`, where q is what counts
     /// of the branch that it is part of. Within one of which nothing arrived all parts are alike: what
-    /// was tried too rarely is not given up.
+    /// was tried too rarely is not given up. Walks are few and go astray; so where they start the
+    /// larger part of both kinds counts, and that of connections if no walk arrived.
     #[must_use]
     pub fn new(tree: &LightTree, connections: &Trials, walks: &Trials) -> Self {
         let parts = tree.parts(connections);
-        let of_walks = tree.parts(walks);
+        let [_, arrivals] = walks.total();
+        let of_walks = if arrivals > 0.0 { tree.parts(walks) } else { parts.clone() };
         let weights = tree.regardless.as_ref().map(|table| {
             let mut weights: Vec<f64> = (0..table.len()).map(|item| table.pmf(item)).collect();
-            for (node, parts) in tree.nodes.iter().zip(&of_walks) {
+            for (node, (by_walk, by_connection)) in
+                tree.nodes.iter().zip(of_walks.iter().zip(&parts))
+            {
                 for (i, child) in node.children() {
                     if let Child::Item(item) = child {
-                        weights[item as usize] *= parts[i];
+                        weights[item as usize] *= by_walk[i].max(by_connection[i]);
                     }
                 }
             }

@@ -7,6 +7,9 @@ use crate::light_tree::{LightBounds, LightTree, with_floor};
 use crate::math::distribution::AliasTable;
 use std::f64::consts::PI;
 
+/// The part that counts of the power of lights that can be seen, but illuminate nothing.
+const SEEN_DIRECTLY: f64 = 1e-3;
+
 /// A light that a world can own.
 pub(crate) type BoxedLight = Box<dyn Light + Send>;
 
@@ -51,6 +54,9 @@ pub(crate) fn prepare(
             };
         }
         *power = power.min(around.intensity * solid_angle(around, extent));
+        if !light.can_illuminate(&bounds) {
+            *power *= SEEN_DIRECTLY;
+        }
     }
     let (powers, bounds): (Vec<f64>, Vec<LightBounds>) = all.into_iter().unzip();
     Ok(LightTree::new(&bounds, &with_floor(&powers)))
