@@ -81,8 +81,8 @@ pub fn some_arrival(tree: &LightTree, count: u32) -> Arrival {
         (Trials::default(), Trials::default(), Random::new(9));
     for _ in 0..200 {
         let item = (random.next() * f64::from(count)) as u32;
-        connections.push(item, 0.5 + random.next(), item % 3 == 0);
-        walks.push(item, 0.5 + random.next(), item % 2 == 0);
+        connections.push(item, 0.5 + random.next(), f64::from(u8::from(item % 3 == 0)));
+        walks.push(item, 0.5 + random.next(), f64::from(u8::from(item % 2 == 0)));
     }
     Arrival::new(tree, &connections, &walks)
 }

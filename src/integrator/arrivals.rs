@@ -5,9 +5,8 @@
 //! the same mean, whatever the trials say, because they take numbers of their own.
 
 use super::{Crew, LightTracer, Stage};
-use crate::endpoint::{Endpoint, LightId};
+use crate::endpoint::{Endpoint, LightId, PointSample};
 use crate::film::{Contribution, FilmSample, Sample};
-use crate::geometry::SurfacePoint;
 use crate::light_tree::{Arrival, LightTree, Trials};
 use crate::path::{
     Counters, Depth, Edge, Ledger, Plan, RandomWalk, Roulette, Scratch, Site, Steps, TechniqueSet,
@@ -114,7 +113,8 @@ fn observe<S: Scene + ?Sized>(
     for (light, arrives) in from_lights.lights.into_inner().into_iter().zip(arrive) {
         if let Some(LightId(item)) = light {
             let used = tree.pmf_regardless(stage.arrival, item);
-            trials.push(item, tree.pmf_regardless(None, item) / used, arrives);
+            let weight = tree.pmf_regardless(None, item) / used;
+            trials.push(item, weight, f64::from(u8::from(arrives)));
         }
     }
     let connections = from_camera.trials.into_inner();
@@ -135,13 +135,13 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for Connections<'_> {
             sample.sampler.stream(Stream::NextEvent(visit.walk.bounces() + 1));
             let (u0, u1, u2) =
                 (sample.sampler.next_1d(), sample.sampler.next_1d(), sample.sampler.next_2d());
-            if let Some((id, _)) = stage.pick_light_for(x, u0) {
-                let point = stage.scene.light(id).sample_from(x, u1, u2).map(|found| found.point);
+            if let Some((id, pmf)) = stage.pick_light_for(x, u0) {
                 counters.shadow_rays += 1;
-                let arrives = point.is_some_and(|point| arrives(stage, vertex, id, &point));
+                let sampled = stage.scene.light(id).sample_from(x, u1, u2);
+                let value = sampled.and_then(|sampled| contribution(stage, vertex, id, &sampled));
                 let [alone, used] =
                     [None, stage.arrival].map(|arrival| self.tree.pmf(x, arrival, id.0));
-                self.trials.borrow_mut().push(id.0, alone / used, arrives);
+                self.trials.borrow_mut().push(id.0, alone / used, value.unwrap_or(0.0) / pmf);
             }
         }
         visit.limit(BOUNCES)
@@ -152,19 +152,19 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for Connections<'_> {
     }
 }
 
-/// True if light of a point on a light is scattered at a vertex.
-fn arrives<S: Scene + ?Sized>(
+/// Luminance of `T f G V Le / p` of a point sampled on a light.
+fn contribution<S: Scene + ?Sized>(
     stage: &Stage<'_, S>,
     vertex: &Vertex<S::Bsdf<'_>>,
     id: LightId,
-    point: &SurfacePoint,
-) -> bool {
-    let (Some(edge), Some(bsdf)) = (Edge::between(&vertex.point, point), &vertex.bsdf) else {
-        return false;
-    };
-    !stage.scene.light(id).emit(point, -edge.direction).is_black()
-        && !bsdf.eval(edge.direction, vertex.to_previous).is_black()
-        && stage.scene.visible(&vertex.point, point)
+    PointSample { point, pdf }: &PointSample,
+) -> Option<f64> {
+    let (edge, bsdf) = (Edge::between(&vertex.point, point)?, vertex.bsdf.as_ref()?);
+    let radiance = stage.scene.light(id).emit(point, -edge.direction);
+    let scattered = bsdf.eval(edge.direction, vertex.to_previous) * radiance;
+    let value = vertex.throughput * scattered * (edge.geometry / pdf.value());
+    let value = value.luminance();
+    (value.is_finite() && value > 0.0 && stage.scene.visible(&vertex.point, point)).then_some(value)
 }
 
 /// The walks of a light tracer, with the lights that they start at.

@@ -7,37 +7,69 @@ use crate::math::distribution::AliasTable;
 /// The share of the choice of where light walks start that all lights have alike: so none is
 /// starved by what was seen by chance.
 pub(crate) const FLOOR: f64 = 0.1;
+/// Trials that what is known of a branch is worth for the parts of it; more where contributions of
+/// very different size are counted.
+const PRIOR: f64 = 4.0;
+const PRIOR_OF_CONTRIBUTIONS: f64 = 16.0;
+/// The probability that nothing at all of a branch arrives, before it was tried.
+const HIDDEN: f64 = 0.1;
 
-/// Trials of lights, and those that light came of.
+/// Trials of lights, and what came of them.
 #[derive(Clone, Debug, Default)]
 pub struct Trials {
-    /// Of each item: trials, and arrivals.
-    counts: Vec<[f64; 2]>,
+    of_items: Vec<Record>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Record {
+    trials: f64,
+    arrivals: f64,
+    contribution: f64,
+}
+
+impl Record {
+    fn plus(self, other: &Self) -> Self {
+        Self {
+            trials: self.trials + other.trials,
+            arrivals: self.arrivals + other.arrivals,
+            contribution: self.contribution + other.contribution,
+        }
+    }
 }
 
 impl Trials {
-    /// Enters a trial of an item. It counts as its probability without an [`Arrival`] over that by
-    /// which it was drawn.
-    pub fn push(&mut self, item: u32, weight: f64, arrives: bool) {
-        let length = self.counts.len().max(item as usize + 1);
-        self.counts.resize(length, [0.0; 2]);
-        let [trials, arrivals] = &mut self.counts[item as usize];
-        *trials += weight;
-        *arrivals += if arrives { weight } else { 0.0 };
+    /// Enters a trial of an item, with its contribution to the picture, 0 if no light arrived. It
+    /// counts as its probability without an [`Arrival`] over that by which it was drawn.
+    pub fn push(&mut self, item: u32, weight: f64, contribution: f64) {
+        let length = self.of_items.len().max(item as usize + 1);
+        self.of_items.resize(length, Record::default());
+        let arrivals = if contribution > 0.0 { weight } else { 0.0 };
+        let record = &mut self.of_items[item as usize];
+        *record = record.plus(&Record { trials: weight, arrivals, contribution });
     }
 
     /// Adds the trials of another list.
     pub fn add(&mut self, other: &Self) {
-        self.counts.resize(self.counts.len().max(other.counts.len()), [0.0; 2]);
-        for (sum, count) in self.counts.iter_mut().zip(&other.counts) {
-            *sum = [sum[0] + count[0], sum[1] + count[1]];
+        let length = self.of_items.len().max(other.of_items.len());
+        self.of_items.resize(length, Record::default());
+        for (sum, record) in self.of_items.iter_mut().zip(&other.of_items) {
+            *sum = sum.plus(record);
         }
     }
 
-    /// Trials and arrivals of all items.
+    /// Number of trials, and of those that arrived.
     #[must_use]
     pub fn total(&self) -> [f64; 2] {
-        sum(&self.counts)
+        let all = self.sum();
+        [all.trials, all.arrivals]
+    }
+
+    fn sum(&self) -> Record {
+        self.of_items.iter().fold(Record::default(), Record::plus)
+    }
+
+    fn of(&self, item: u32) -> Record {
+        self.of_items.get(item as usize).copied().unwrap_or_default()
     }
 }
 
@@ -54,29 +86,33 @@ impl Arrival {
     /// The parts that arrive, by trials of connections to a receiver and by trials of walks that
     /// start at lights.
     ///
-    /// A branch that had n trials and k arrivals counts as `(k + q)/(n + 1)`, where q is what counts
-    /// of the branch that it is part of. Within one of which nothing arrived all parts are alike: what
-    /// was tried too rarely is not given up. Walks are few and go astray; so where they start the
-    /// larger part of both kinds counts, and that of connections if no walk arrived.
+    /// The part of a branch is that of the one that it belongs to, q, until trials say more: after n
+    /// of them and k arrivals it is `(k + mq)/(n + m)`, m = 4. If nothing arrived that did elsewhere, it is q
+    /// times the probability that this was chance, `e^{-qn}` against a prior of 0.9, and not less than
+    /// 1/(n + 1), so that what was tried too rarely is not given up.
+    ///
+    /// Where walks start, light counts by half by the part of its walks that arrive, and by half by
+    /// what it contributed to the picture through connections, which see it sooner.
     #[must_use]
     pub fn new(tree: &LightTree, connections: &Trials, walks: &Trials) -> Self {
-        let parts = tree.parts(connections);
-        let [_, arrivals] = walks.total();
-        let of_walks = if arrivals > 0.0 { tree.parts(walks) } else { parts.clone() };
-        let weights = tree.regardless.as_ref().map(|table| {
-            let mut weights: Vec<f64> = (0..table.len()).map(|item| table.pmf(item)).collect();
-            for (node, (by_walk, by_connection)) in
-                tree.nodes.iter().zip(of_walks.iter().zip(&parts))
-            {
-                for (i, child) in node.children() {
-                    if let Child::Item(item) = child {
-                        weights[item as usize] *= by_walk[i].max(by_connection[i]);
-                    }
-                }
-            }
-            with_floor(&weights)
+        let parts = tree.parts(PRIOR, |item| {
+            let Record { trials, arrivals, .. } = connections.of(item);
+            [trials, arrivals]
         });
-        let regardless = weights.and_then(|weights| AliasTable::new(&weights));
+        let regardless = tree.regardless.as_ref().and_then(|table| {
+            let by_walks = tree.parts(PRIOR, |item| {
+                let Record { trials, arrivals, .. } = walks.of(item);
+                [trials, arrivals]
+            });
+            let Record { trials, contribution, .. } = connections.sum();
+            let mean = if contribution > 0.0 { contribution / trials } else { 1.0 };
+            let by_contribution = tree.parts(PRIOR_OF_CONTRIBUTIONS, |item| {
+                [trials * table.pmf(item as usize), connections.of(item).contribution / mean]
+            });
+            let shares = [by_walks, by_contribution].map(|parts| tree.scaled(table, &parts));
+            let weights: Vec<f64> = shares[0].iter().zip(&shares[1]).map(|(a, b)| a + b).collect();
+            AliasTable::new(&with_floor(&weights))
+        });
         Self { parts: parts.into_iter().map(|of| of.map(|part| part as f32)).collect(), regardless }
     }
 
@@ -105,27 +141,28 @@ pub(crate) fn with_floor(weights: &[f64]) -> Vec<f64> {
 }
 
 impl LightTree {
-    /// The part that arrives of the light of each child of each node.
-    fn parts(&self, trials: &Trials) -> Vec<[f64; CHILDREN]> {
-        let mut counts = vec![[[0.0; 2]; CHILDREN]; self.nodes.len()];
+    /// The part of each child of each node, by what is expected of each item and what was seen.
+    fn parts(&self, prior: f64, of_item: impl Fn(u32) -> [f64; 2]) -> Vec<[f64; CHILDREN]> {
+        let sum = |of_children: &[[f64; 2]; CHILDREN]| {
+            of_children.iter().fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]])
+        };
+        let mut sums = vec![[[0.0; 2]; CHILDREN]; self.nodes.len()];
         for (number, node) in self.nodes.iter().enumerate().rev() {
             for (i, child) in node.children() {
-                counts[number][i] = match child {
-                    Child::Item(item) => {
-                        trials.counts.get(item as usize).copied().unwrap_or_default()
-                    }
-                    Child::Node(child) => sum(&counts[child as usize]),
+                sums[number][i] = match child {
+                    Child::Item(item) => of_item(item),
+                    Child::Node(child) => sum(&sums[child as usize]),
                 };
             }
         }
         let mut parts = vec![[1.0; CHILDREN]; self.nodes.len()];
         let mut of_node = vec![1.0; self.nodes.len()];
         for (number, node) in self.nodes.iter().enumerate() {
-            let [_, arrivals_of_all] = sum(&counts[number]);
+            let [_, seen_of_all] = sum(&sums[number]);
             for (i, child) in node.children() {
-                let [trials, arrivals] = counts[number][i];
-                let part = match arrivals_of_all > 0.0 {
-                    true => (arrivals + of_node[number]) / (trials + 1.0),
+                let [expected, seen] = sums[number][i];
+                let part = match seen_of_all > 0.0 {
+                    true => part(of_node[number], prior, expected, seen),
                     false => of_node[number],
                 };
                 parts[number][i] = part;
@@ -136,8 +173,27 @@ impl LightTree {
         }
         parts
     }
+
+    /// The shares of items in a choice that is scaled by parts.
+    fn scaled(&self, table: &AliasTable, parts: &[[f64; CHILDREN]]) -> Vec<f64> {
+        let mut shares: Vec<f64> = (0..table.len()).map(|item| table.pmf(item)).collect();
+        for (node, parts) in self.nodes.iter().zip(parts) {
+            for (i, child) in node.children() {
+                if let Child::Item(item) = child {
+                    shares[item as usize] *= parts[i];
+                }
+            }
+        }
+        let total: f64 = shares.iter().sum();
+        shares.iter().map(|share| share / total).collect()
+    }
 }
 
-fn sum(counts: &[[f64; 2]]) -> [f64; 2] {
-    counts.iter().fold([0.0; 2], |sum, count| [sum[0] + count[0], sum[1] + count[1]])
+/// The part of a branch of one whose part is q; see [`Arrival::new`].
+fn part(q: f64, prior: f64, expected: f64, seen: f64) -> f64 {
+    if seen > 0.0 {
+        return (seen + prior * q) / (expected + prior);
+    }
+    let by_chance = (1.0 - HIDDEN) * (-q * expected).exp();
+    q * (by_chance / (HIDDEN + by_chance)).max(1.0 / (expected + 1.0))
 }

@@ -6,7 +6,7 @@
 //! emissive mesh. Choices are a mixture with one that no receiver has part in,
 //!
 //! ```text
-//! p(i | x) = (1 - δ) Π I(child)/Σ I(children)  +  δ p(i),        δ = 0.1,
+//! p(i | x) = (1 - δ) Π I(child)/Σ I(children)  +  δ p(i),        δ = 0.1, or 0.02,
 //! ```
 //!
 //! which bounds what a wrong estimate can do: a light hidden from the receiver, a glossy receiver.
@@ -28,8 +28,10 @@ use crate::geometry::SurfacePoint;
 use crate::math::distribution::AliasTable;
 use node::{CHILDREN, Child, Node, Place, Receiver, Units};
 
-/// δ, the share of the choice that does not depend on the receiver.
+/// δ, the share of the choice that does not depend on the receiver; less if it is known what
+/// arrives.
 const REGARDLESS: f64 = 0.1;
+const REGARDLESS_OF_KNOWN: f64 = 0.02;
 /// The largest number below 1.
 const BELOW_ONE: f64 = 1.0 - 0.5 * f64::EPSILON;
 
@@ -92,11 +94,12 @@ impl LightTree {
         if self.len == 1 {
             return Some((self.only, 1.0));
         }
-        if u < REGARDLESS {
-            let (item, pmf) = regardless.sample(u / REGARDLESS);
+        let delta = delta(arrival);
+        if u < delta {
+            let (item, pmf) = regardless.sample(u / delta);
             return Some((item as u32, self.mixture(x, arrival, item as u32, pmf)));
         }
-        let mut u = (u - REGARDLESS) / (1.0 - REGARDLESS);
+        let mut u = (u - delta) / (1.0 - delta);
         let (item, pmf) = self.descend(x, arrival, |shares, total| {
             let (mut from, mut chosen) = (0.0, None);
             for (child, share) in shares.iter().enumerate().filter(|(_, share)| **share > 0.0) {
@@ -110,7 +113,7 @@ impl LightTree {
             u = ((u * total - from) / share).clamp(0.0, BELOW_ONE);
             Some(child)
         })?;
-        Some((item, REGARDLESS * regardless.pmf(item as usize) + (1.0 - REGARDLESS) * pmf))
+        Some((item, delta * regardless.pmf(item as usize) + (1.0 - delta) * pmf))
     }
 
     /// The probability with which [`sample`](Self::sample) chooses an item for the same receiver.
@@ -181,7 +184,8 @@ impl LightTree {
             way >>= 2;
             Some(child)
         });
-        REGARDLESS * regardless + (1.0 - REGARDLESS) * tree.map_or(0.0, |(_, pmf)| pmf)
+        let delta = delta(arrival);
+        delta * regardless + (1.0 - delta) * tree.map_or(0.0, |(_, pmf)| pmf)
     }
 
     /// Goes down from the root. At each node `choose` gets what each child could send to the
@@ -215,6 +219,11 @@ impl LightTree {
             }
         }
     }
+}
+
+#[inline]
+fn delta(arrival: Option<&Arrival>) -> f64 {
+    if arrival.is_some() { REGARDLESS_OF_KNOWN } else { REGARDLESS }
 }
 
 #[inline]
