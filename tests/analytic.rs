@@ -32,6 +32,9 @@ mod entry;
 mod furnace;
 #[path = "analytic/specular.rs"]
 mod specular;
+#[path = "common/square_light.rs"]
+#[allow(dead_code, reason = "shared with other tests")]
+mod square_light;
 #[path = "analytic/variance.rs"]
 mod variance;
 

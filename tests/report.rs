@@ -15,6 +15,9 @@ mod missing;
 mod oracles;
 #[path = "report/planted.rs"]
 mod planted;
+#[path = "common/square_light.rs"]
+#[allow(dead_code, reason = "shared with other tests")]
+mod square_light;
 #[path = "report/target.rs"]
 mod target;
 #[path = "report/undecided.rs"]

@@ -25,7 +25,7 @@ const WALKS: [u64; 2] = [64, 16_384];
 const FEWEST: u64 = 256;
 const ENOUGH: f64 = 16.0;
 /// Scattering events of a walk.
-const BOUNCES: u32 = 4;
+const BOUNCES: u32 = 3;
 /// Walks that a thread draws at a time.
 const CHUNK: u64 = 64;
 /// Tells the numbers of trials from those of samples.

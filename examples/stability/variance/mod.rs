@@ -20,6 +20,9 @@ pub const JUDGED: usize = 4;
 /// Most that variance × time may be of that of the lamp alone, which no choice of lights can reach
 /// without knowing that the others are of no use.
 const OVER_ALONE: f64 = 3.0;
+/// Most that it may be of that with uniform choice where all lights are of use: to find that out costs
+/// trials.
+const OVER_UNIFORM: f64 = 1.5;
 /// Standard errors of a logarithm that a ratio has to exceed its bound by to fail, and that means
 /// may differ by.
 const CERTAIN: f64 = 4.0;
@@ -128,7 +131,8 @@ fn compare(entry: &Entry, candidates: &[Candidate]) -> Vec<Comparison> {
         let (over_uniform, over_alone) = (over(Lights::Uniform)?, over(Lights::Alone));
         let off = off(own);
         let is_good = off < CERTAIN
-            && over_uniform.is_within(1.0, CERTAIN)
+            && over_uniform
+                .is_within(if over_alone.is_some() { 1.0 } else { OVER_UNIFORM }, CERTAIN)
             && over_alone.is_none_or(|ratio| ratio.is_within(OVER_ALONE, CERTAIN));
         Some(Comparison {
             row: entry.row,
