@@ -338,9 +338,10 @@ fn check(plan: &Plan, seen: &Seen) -> TestCaseResult {
         prop_assert!(
             rendering.image.pixels().iter().all(|p| p.is_finite() && p.0.iter().all(|c| *c >= 0.0))
         );
+        // Walks of samples, and of trials of lights before them.
+        let walks = counters.samples + 2 * 256;
         prop_assert!(
-            counters.closest_rays <= counters.samples * 2 * 14
-                && counters.shadow_rays <= counters.samples * 14 * 15
+            counters.closest_rays <= walks * 2 * 14 && counters.shadow_rays <= walks * 14 * 15
         );
         prop_assert_eq!(counters.ledger.rejected, Rgb::BLACK);
         prop_assert!(counters.ledger.emitted.is_finite() && counters.ledger.absorbed.is_finite());

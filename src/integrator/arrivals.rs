@@ -41,9 +41,10 @@ pub struct Arrivals {
 }
 
 impl Arrivals {
-    /// Tries the lights of a stage, in about a quarter of the time of a pass, and up to that of one or
-    /// two as long as most connections are in vain or few walks arrive. Nothing depends on the number of passes. `None`
-    /// if the scene chooses by no [tree](Scene::light_tree) or has a single light.
+    /// Tries the lights of a stage, by a walk from the camera and one from a light for eight pixels,
+    /// and up to one of each for every pixel as long as most connections are in vain or few walks
+    /// arrive; by 64 and up to 256 for few pixels. Nothing depends on the number of passes. `None` if
+    /// the scene chooses by no [tree](Scene::light_tree) or has a single light.
     #[must_use]
     pub fn observe<S: Scene + ?Sized>(stage: Stage<'_, S>, crew: &dyn Crew) -> Option<Self> {
         let tree = stage.scene.light_tree().filter(|tree| tree.len() > 1)?;
@@ -129,6 +130,12 @@ struct Connections<'t> {
 
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for Connections<'_> {
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        if visit.walk.is_from_connectible()
+            && let Some((LightId(item), value)) = visit.emitted()
+        {
+            // What a walk finds by chance, connections may take long to choose.
+            self.trials.borrow_mut().push(item, 1.0, value.luminance());
+        }
         let Visit { plan: Plan { stage, .. }, vertex, sample, counters, .. } = visit;
         if vertex.is_connectible() {
             let x = &vertex.point;

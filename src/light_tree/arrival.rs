@@ -87,9 +87,10 @@ impl Arrival {
     /// start at lights.
     ///
     /// The part of a branch is that of the one that it belongs to, q, until trials say more: after n
-    /// of them and k arrivals it is `(k + mq)/(n + m)`, m = 4. If nothing arrived that did elsewhere, it is q
-    /// times the probability that this was chance, `e^{-qn}` against a prior of 0.9, and not less than
-    /// 1/(n + 1), so that what was tried too rarely is not given up.
+    /// of them and k arrivals it is `(k + mq)/(n + m)`, m = 4. If nothing arrived where other branches
+    /// had arrivals, it is q times the probability that this was chance, or times the mean that Bayes'
+    /// rule gives to a part of which nothing is known; in both cases against a probability of 0.1 that
+    /// the branch is hidden altogether.
     ///
     /// Where walks start, light counts by half by the part of its walks that arrive, and by half by
     /// what it contributed to the picture through connections, which see it sooner.
@@ -194,6 +195,9 @@ fn part(q: f64, prior: f64, expected: f64, seen: f64) -> f64 {
     if seen > 0.0 {
         return (seen + prior * q) / (expected + prior);
     }
-    let by_chance = (1.0 - HIDDEN) * (-q * expected).exp();
-    q * (by_chance / (HIDDEN + by_chance)).max(1.0 / (expected + 1.0))
+    // Of parts q and, uniformly, 0 to 1.
+    let shown = 1.0 - HIDDEN;
+    let by_chance = shown * (-q * expected).exp();
+    let rarely = shown / (HIDDEN * (expected + 1.0) + shown) / (expected + 2.0);
+    q * (by_chance / (HIDDEN + by_chance)).max(rarely)
 }

@@ -54,6 +54,8 @@ fn work(
             budget: Budget::Samples(samples),
             seed: seed << 32,
             threads: Some(1),
+            // As where the decision was made; what trials cost is not the set's.
+            observes_lights: false,
             ..Settings::default()
         };
         let rendering =

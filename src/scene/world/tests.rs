@@ -73,7 +73,7 @@ fn lights_are_picked_by_power_and_found_by_name() -> Result<(), SceneError> {
     builder.add_sphere("ball", Sphere::new(DVec3::ZERO, 1.0), grey)?;
     let lamp = builder.add_quad(
         "lamp",
-        Quad { origin: DVec3::Z * 2.0, edge_u: DVec3::X, edge_v: DVec3::Y },
+        Quad { origin: DVec3::Z * 2.0, edge_u: DVec3::Y, edge_v: DVec3::X },
         grey,
     )?;
     let power_of_others =
