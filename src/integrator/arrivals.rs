@@ -21,8 +21,9 @@ use std::ops::ControlFlow;
 const PIXELS_PER_WALK: u64 = 8;
 const WALKS: [u64; 2] = [64, 16_384];
 /// The fewest walks at which an end is made although most connections are in vain, or fewer walks
-/// than enough have arrived.
-const FEWEST: u64 = 256;
+/// than enough have arrived: of few lights, and of many.
+const FEWEST: [u64; 2] = [256, 1024];
+const MANY: usize = 256;
 const ENOUGH: f64 = 16.0;
 /// Scattering events of a walk.
 const BOUNCES: u32 = 3;
@@ -43,7 +44,7 @@ pub struct Arrivals {
 impl Arrivals {
     /// Tries the lights of a stage, by a walk from the camera and one from a light for eight pixels,
     /// and up to one of each for every pixel as long as most connections are in vain or few walks
-    /// arrive; by 64 and up to 256 for few pixels. Nothing depends on the number of passes. `None` if
+    /// arrive; by 64 and up to 256, or 1024 of many lights, for few pixels. Nothing depends on the number of passes. `None` if
     /// the scene chooses by no [tree](Scene::light_tree) or has a single light.
     #[must_use]
     pub fn observe<S: Scene + ?Sized>(stage: Stage<'_, S>, crew: &dyn Crew) -> Option<Self> {
@@ -67,7 +68,7 @@ impl Arrivals {
             known = Some(Arrival::new(tree, &all.connections, &all.walks));
             let ([trials, connected], [_, arrived]) = (all.connections.total(), all.walks.total());
             let is_enough = connected >= 0.5 * trials && arrived >= ENOUGH;
-            if is_enough || from >= pixels.max(FEWEST) {
+            if is_enough || from >= pixels.max(FEWEST[usize::from(tree.len() > MANY)]) {
                 break;
             }
         }
@@ -142,13 +143,18 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for Connections<'_> {
             sample.sampler.stream(Stream::NextEvent(visit.walk.bounces() + 1));
             let (u0, u1, u2) =
                 (sample.sampler.next_1d(), sample.sampler.next_1d(), sample.sampler.next_2d());
-            if let Some((id, pmf)) = stage.pick_light_for(x, u0) {
+            // By half to learn of what would be chosen, by half to learn of all branches.
+            let found = match u0 < 0.5 {
+                true => stage.pick_light_for(x, 2.0 * u0).map(|(id, _)| id),
+                false => self.tree.sample_evenly(2.0 * u0 - 1.0).map(|(item, _)| LightId(item)),
+            };
+            if let Some(id) = found {
                 counters.shadow_rays += 1;
+                let used = 0.5 * (stage.pick_pmf_for(x, id) + self.tree.pmf_evenly(id.0));
                 let sampled = stage.scene.light(id).sample_from(x, u1, u2);
                 let value = sampled.and_then(|sampled| contribution(stage, vertex, id, &sampled));
-                let [alone, used] =
-                    [None, stage.arrival].map(|arrival| self.tree.pmf(x, arrival, id.0));
-                self.trials.borrow_mut().push(id.0, alone / used, value.unwrap_or(0.0) / pmf);
+                let weight = self.tree.pmf(x, None, id.0) / used;
+                self.trials.borrow_mut().push(id.0, weight, value.unwrap_or(0.0) / used);
             }
         }
         visit.limit(BOUNCES)

@@ -99,20 +99,8 @@ impl LightTree {
             let (item, pmf) = regardless.sample(u / delta);
             return Some((item as u32, self.mixture(x, arrival, item as u32, pmf)));
         }
-        let mut u = (u - delta) / (1.0 - delta);
-        let (item, pmf) = self.descend(x, arrival, |shares, total| {
-            let (mut from, mut chosen) = (0.0, None);
-            for (child, share) in shares.iter().enumerate().filter(|(_, share)| **share > 0.0) {
-                chosen = Some((child, from, *share));
-                if u * total < from + share {
-                    break;
-                }
-                from += share;
-            }
-            let (child, from, share) = chosen?;
-            u = ((u * total - from) / share).clamp(0.0, BELOW_ONE);
-            Some(child)
-        })?;
+        let u = (u - delta) / (1.0 - delta);
+        let (item, pmf) = self.find(self.by_receiver(x, arrival), u)?;
         Some((item, delta * regardless.pmf(item as usize) + (1.0 - delta) * pmf))
     }
 
@@ -140,6 +128,25 @@ impl LightTree {
     #[must_use]
     pub fn pmf_regardless(&self, arrival: Option<&Arrival>, item: u32) -> f64 {
         regardless(self, arrival).map_or(0.0, |table| table.pmf(item as usize))
+    }
+
+    /// Chooses an item with the same chance for each child of a node, so that what is apart from many
+    /// others is found among them.
+    #[must_use]
+    pub fn sample_evenly(&self, u: f64) -> Option<(u32, f64)> {
+        if self.len < 2 {
+            return (self.len == 1).then_some((self.only, 1.0));
+        }
+        self.find(|_, node| node.evenly(), u)
+    }
+
+    /// The probability with which [`sample_evenly`](Self::sample_evenly) chooses an item.
+    #[must_use]
+    pub fn pmf_evenly(&self, item: u32) -> f64 {
+        if self.pmf_regardless(None, item) == 0.0 {
+            return 0.0;
+        }
+        if self.len == 1 { 1.0 } else { self.probability(|_, node| node.evenly(), item) }
     }
 
     /// Number of items that may be chosen.
@@ -172,6 +179,55 @@ impl LightTree {
         if regardless == 0.0 {
             return 0.0;
         }
+        let delta = delta(arrival);
+        delta * regardless + (1.0 - delta) * self.probability(self.by_receiver(x, arrival), item)
+    }
+
+    /// The shares of a node's children: what each could send to a receiver, and the part of it that
+    /// arrives.
+    #[inline]
+    fn by_receiver<'t>(
+        &self,
+        x: &SurfacePoint,
+        arrival: Option<&'t Arrival>,
+    ) -> impl Fn(u32, &Node) -> [f64; CHILDREN] + use<'t> {
+        let receiver = Receiver::new(x, &self.units);
+        move |number, node| {
+            let mut shares = node.importances(&receiver);
+            if let Some(arrival) = arrival {
+                let parts = arrival.of_children(number);
+                shares = std::array::from_fn(|i| shares[i] * f64::from(parts[i]));
+            }
+            shares
+        }
+    }
+
+    /// Goes down from the root with a number in `[0, 1)`, by the shares of children. Returns the item
+    /// and its probability; `None` where no child has a share.
+    #[inline]
+    fn find(
+        &self,
+        shares: impl Fn(u32, &Node) -> [f64; CHILDREN],
+        mut u: f64,
+    ) -> Option<(u32, f64)> {
+        self.descend(shares, |shares, total| {
+            let (mut from, mut chosen) = (0.0, None);
+            for (child, share) in shares.iter().enumerate().filter(|(_, share)| **share > 0.0) {
+                chosen = Some((child, from, *share));
+                if u * total < from + share {
+                    break;
+                }
+                from += share;
+            }
+            let (child, from, share) = chosen?;
+            u = ((u * total - from) / share).clamp(0.0, BELOW_ONE);
+            Some(child)
+        })
+    }
+
+    /// The probability of finding an item; to the bit that which is found with it.
+    #[inline]
+    fn probability(&self, shares: impl Fn(u32, &Node) -> [f64; CHILDREN], item: u32) -> f64 {
         // Two bits a level, those of the root in the lowest place.
         let mut place = self.places[item as usize];
         let mut way = place.child() as u64;
@@ -179,34 +235,25 @@ impl LightTree {
             place = self.nodes[place.node()].place;
             way = way << 2 | place.child() as u64;
         }
-        let tree = self.descend(x, arrival, |_, _| {
+        let found = self.descend(shares, |_, _| {
             let child = (way & 3) as usize;
             way >>= 2;
             Some(child)
         });
-        let delta = delta(arrival);
-        delta * regardless + (1.0 - delta) * tree.map_or(0.0, |(_, pmf)| pmf)
+        found.map_or(0.0, |(_, pmf)| pmf)
     }
 
-    /// Goes down from the root. At each node `choose` gets what each child could send to the
-    /// receiver, and the sum. Returns the item and the product of the shares; `None` where no child
-    /// sends anything.
+    /// Goes down from the root by the children that are chosen, given the shares of all and their sum.
     #[inline]
     fn descend(
         &self,
-        x: &SurfacePoint,
-        arrival: Option<&Arrival>,
+        shares: impl Fn(u32, &Node) -> [f64; CHILDREN],
         mut choose: impl FnMut(&[f64; CHILDREN], f64) -> Option<usize>,
     ) -> Option<(u32, f64)> {
-        let receiver = Receiver::new(x, &self.units);
         let (mut number, mut pmf) = (0, 1.0);
         loop {
             let node = &self.nodes[number as usize];
-            let mut shares = node.importances(&receiver);
-            if let Some(arrival) = arrival {
-                let parts = arrival.of_children(number);
-                shares = std::array::from_fn(|i| shares[i] * f64::from(parts[i]));
-            }
+            let shares = shares(number, node);
             let total: f64 = shares.iter().sum();
             if total.is_nan() || total <= 0.0 {
                 return None;

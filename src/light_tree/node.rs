@@ -191,6 +191,11 @@ impl Node {
         (0..CHILDREN).filter(|i| self.intensity[*i] > 0.0).map(|i| (i, self.child(i)))
     }
 
+    /// 1 for each child.
+    pub fn evenly(&self) -> [f64; CHILDREN] {
+        std::array::from_fn(|i| if self.intensity[i] > 0.0 { 1.0 } else { 0.0 })
+    }
+
     /// Estimates of the irradiance that each child causes at a receiver where it is not hidden: the
     /// means of `Φ cos θ' cos θ_i/d²` over its box, as if its lights were on a line from the nearest
     /// distance to the farthest (after Conty Estevez and Kulla 2018, section 4.3, who take the

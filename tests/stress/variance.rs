@@ -31,6 +31,7 @@ rows! {
     stress_s31_variance_beside_a_useless_light, "S31", 1e4;
     stress_s76_variance_beside_a_far_pebble, "S76", 1e4;
     stress_s77_variance_of_a_hidden_light, "S77", 1.0;
+    stress_s77_variance_of_ten_hidden_lights, "S77", 10.0;
     stress_s77_variance_of_hidden_lights, "S77", 1e3;
     stress_s78_variance_of_lamps_of_many_powers, "S78", 24.0;
     stress_s79_variance_of_rooms_with_a_lamp, "S79", 100.0;
