@@ -23,16 +23,16 @@ impl Random {
         Self(Independent { seed }.sampler(0, 0))
     }
 
-    pub fn next(&mut self) -> f64 {
+    pub fn number(&mut self) -> f64 {
         self.0.next_1d()
     }
 
     pub fn in_cube(&mut self, half: f64) -> DVec3 {
-        DVec3::from([0.0; 3].map(|_| half * (2.0 * self.next() - 1.0)))
+        DVec3::from([0.0; 3].map(|_| half * (2.0 * self.number() - 1.0)))
     }
 
     pub fn direction(&mut self) -> DVec3 {
-        square_to_sphere(DVec2::new(self.next(), self.next()))
+        square_to_sphere(DVec2::new(self.number(), self.number()))
     }
 
     pub fn receiver(&mut self, half: f64) -> SurfacePoint {
@@ -53,7 +53,7 @@ pub fn mixed(count: usize, seed: u64) -> (Vec<LightBounds>, Vec<f64>) {
     let lights: Vec<LightBounds> = (0..count)
         .map(|i| {
             let (a, b) = (random.in_cube(10.0), random.in_cube(0.3));
-            let (axis, intensity) = (random.direction(), 10f64.powf(6.0 * random.next() - 3.0));
+            let (axis, intensity) = (random.direction(), 10f64.powf(6.0 * random.number() - 3.0));
             let bounds = Bounds::of_points([a, a + b]);
             match i % 5 {
                 0 => point(a, intensity),
@@ -61,12 +61,12 @@ pub fn mixed(count: usize, seed: u64) -> (Vec<LightBounds>, Vec<f64>) {
                 2 => LightBounds::isotropic(bounds, intensity),
                 3 => LightBounds {
                     axis,
-                    theta_o: 0.3 * random.next(),
-                    theta_e: 0.01 + random.next() * (FRAC_PI_2 - 0.01),
+                    theta_o: 0.3 * random.number(),
+                    theta_e: 0.01 + random.number() * (FRAC_PI_2 - 0.01),
                     ..point(a, intensity)
                 },
                 _ if i == 4 => LightBounds::unbounded(intensity),
-                _ => LightBounds { axis, theta_o: PI * random.next(), ..point(a, intensity) },
+                _ => LightBounds { axis, theta_o: PI * random.number(), ..point(a, intensity) },
             }
         })
         .collect();
@@ -80,9 +80,9 @@ pub fn some_arrival(tree: &LightTree, count: u32) -> Arrival {
     let (mut connections, mut walks, mut random) =
         (Trials::default(), Trials::default(), Random::new(9));
     for _ in 0..200 {
-        let item = (random.next() * f64::from(count)) as u32;
-        connections.push(item, 0.5 + random.next(), f64::from(u8::from(item % 3 == 0)));
-        walks.push(item, 0.5 + random.next(), f64::from(u8::from(item % 2 == 0)));
+        let item = (random.number() * f64::from(count)) as u32;
+        connections.push(item, 0.5 + random.number(), f64::from(u8::from(item.is_multiple_of(3))));
+        walks.push(item, 0.5 + random.number(), f64::from(u8::from(item.is_multiple_of(2))));
     }
     Arrival::new(tree, &connections, &walks)
 }

@@ -3,6 +3,7 @@
 use super::LightTree;
 use super::node::{CHILDREN, Child};
 use crate::math::distribution::AliasTable;
+use std::collections::BTreeMap;
 
 /// The share of the choice of where light walks start that all lights have alike: so none is
 /// starved by what was seen by chance.
@@ -17,7 +18,8 @@ const HIDDEN: f64 = 0.1;
 /// Trials of lights, and what came of them.
 #[derive(Clone, Debug, Default)]
 pub struct Trials {
-    of_items: Vec<Record>,
+    /// Of the items that were tried, in their order: sums do not depend on who drew what.
+    of_items: BTreeMap<u32, Record>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,18 +43,15 @@ impl Trials {
     /// Enters a trial of an item, with its contribution to the picture, 0 if no light arrived. It
     /// counts as its probability without an [`Arrival`] over that by which it was drawn.
     pub fn push(&mut self, item: u32, weight: f64, contribution: f64) {
-        let length = self.of_items.len().max(item as usize + 1);
-        self.of_items.resize(length, Record::default());
         let arrivals = if contribution > 0.0 { weight } else { 0.0 };
-        let record = &mut self.of_items[item as usize];
+        let record = self.of_items.entry(item).or_default();
         *record = record.plus(&Record { trials: weight, arrivals, contribution });
     }
 
     /// Adds the trials of another list.
     pub fn add(&mut self, other: &Self) {
-        let length = self.of_items.len().max(other.of_items.len());
-        self.of_items.resize(length, Record::default());
-        for (sum, record) in self.of_items.iter_mut().zip(&other.of_items) {
+        for (item, record) in &other.of_items {
+            let sum = self.of_items.entry(*item).or_default();
             *sum = sum.plus(record);
         }
     }
@@ -65,11 +64,11 @@ impl Trials {
     }
 
     fn sum(&self) -> Record {
-        self.of_items.iter().fold(Record::default(), Record::plus)
+        self.of_items.values().fold(Record::default(), Record::plus)
     }
 
     fn of(&self, item: u32) -> Record {
-        self.of_items.get(item as usize).copied().unwrap_or_default()
+        self.of_items.get(&item).copied().unwrap_or_default()
     }
 }
 

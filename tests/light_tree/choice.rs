@@ -29,7 +29,7 @@ fn probabilities_sum_to_one() {
         let lights: Vec<LightBounds> = (0..count)
             .map(|i| match i {
                 3 => LightBounds::unbounded(0.1),
-                _ => point(random.in_cube(5.0), 10f64.powf(12.0 * random.next())),
+                _ => point(random.in_cube(5.0), 10f64.powf(12.0 * random.number())),
             })
             .collect();
         let weights: Vec<f64> = lights.iter().map(|light| light.intensity).collect();
@@ -68,7 +68,7 @@ fn samples_have_their_probabilities() {
                 let mut counts = vec![0.0; count + 1];
                 for i in 0..n {
                     // One in each part: clamped ends are met.
-                    let u = (f64::from(i) + random.next()) / f64::from(n);
+                    let u = (f64::from(i) + random.number()) / f64::from(n);
                     match tree.sample(&x, arrival, u) {
                         Some((item, p)) => {
                             assert_eq!(p, tree.pmf(&x, arrival, item));
@@ -90,7 +90,7 @@ fn samples_have_their_probabilities() {
                 .map(|item| tree.pmf_regardless(arrival, item) * f64::from(n))
                 .collect();
             for _ in 0..n {
-                let (item, p) = tree.sample_regardless(arrival, random.next()).expect("a light");
+                let (item, p) = tree.sample_regardless(arrival, random.number()).expect("a light");
                 assert_eq!(p, tree.pmf_regardless(arrival, item));
                 counts[item as usize] += 1.0;
             }
@@ -145,9 +145,9 @@ fn what_does_not_arrive_is_left_alone() {
     let (mut connections, mut walks, mut random) =
         (Trials::default(), Trials::default(), Random::new(4));
     for _ in 0..20_000 {
-        let (item, _) = tree.sample(&x, None, random.next()).expect("a light");
+        let (item, _) = tree.sample(&x, None, random.number()).expect("a light");
         connections.push(item, 1.0, f64::from(u8::from(item == 37)));
-        let (item, _) = tree.sample_regardless(None, random.next()).expect("a light");
+        let (item, _) = tree.sample_regardless(None, random.number()).expect("a light");
         walks.push(item, 1.0, f64::from(u8::from(item == 37)));
     }
     let arrival = Arrival::new(&tree, &connections, &walks);

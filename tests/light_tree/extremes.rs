@@ -17,7 +17,7 @@ fn check(name: &str, lights: &[LightBounds], receivers: &[SurfacePoint]) {
         let pmf = (0..lights.len() as u32).map(|item| tree.pmf(x, None, item));
         let sum: f64 = pmf.inspect(|p| assert!(*p > 0.0 && *p <= 1.0 + 1e-12, "{name}: {p}")).sum();
         assert!((sum - 1.0).abs() < 1e-10, "{name}: {sum} {x:?}");
-        for u in [0.0, 0.1, 1.0f64.next_down(), random.next(), random.next()] {
+        for u in [0.0, 0.1, 1.0f64.next_down(), random.number(), random.number()] {
             let (item, p) = tree.sample(x, None, u).expect("a light");
             assert_eq!(p, tree.pmf(x, None, item), "{name}");
         }
@@ -33,13 +33,14 @@ fn s58_extremes_of_many_lights() {
     receivers.extend([1e-9, 1e9, 1e45].map(|half| random.receiver(half)));
 
     let powers: Vec<LightBounds> = (0..100_000)
-        .map(|_| point(random.in_cube(1.0), 10f64.powf(24.0 * random.next() - 12.0)))
+        .map(|_| point(random.in_cube(1.0), 10f64.powf(24.0 * random.number() - 12.0)))
         .collect();
     // On a light, and where its axis and that of another cross.
     receivers.push(SurfacePoint::on_surface(powers[7].bounds.min, 0.0, DVec3::X));
     check("powers", &powers, &receivers);
 
-    let one: Vec<LightBounds> = (0..1000).map(|_| point(DVec3::ONE, random.next() + 0.1)).collect();
+    let one: Vec<LightBounds> =
+        (0..1000).map(|_| point(DVec3::ONE, random.number() + 0.1)).collect();
     receivers.push(SurfacePoint::on_surface(DVec3::ONE, 0.0, DVec3::X));
     check("at one point", &one, &receivers);
 
@@ -51,7 +52,7 @@ fn s58_extremes_of_many_lights() {
 
     for scale in [1e-45, 1e45] {
         let lights: Vec<LightBounds> =
-            (0..100).map(|_| point(random.in_cube(scale), 1e100 * random.next())).collect();
+            (0..100).map(|_| point(random.in_cube(scale), 1e100 * random.number())).collect();
         let receivers: Vec<SurfacePoint> = (0..10).map(|_| random.receiver(scale)).collect();
         check("scale", &lights, &receivers);
     }
