@@ -44,8 +44,9 @@ pub struct Arrivals {
 impl Arrivals {
     /// Tries the lights of a stage, by a walk from the camera and one from a light for eight pixels,
     /// and up to one of each for every pixel as long as most connections are in vain or few walks
-    /// arrive; by 64 and up to 256, or 1024 of many lights, for few pixels. Nothing depends on the number of passes. `None` if
-    /// the scene chooses by no [tree](Scene::light_tree) or has a single light.
+    /// arrive; by 64 and up to 256, or 1024 of many lights, for few pixels. Nothing depends on the
+    /// number of passes. `None` if the scene chooses by no [tree](Scene::light_tree) or has a single
+    /// light.
     #[must_use]
     pub fn observe<S: Scene + ?Sized>(stage: Stage<'_, S>, crew: &dyn Crew) -> Option<Self> {
         let tree = stage.scene.light_tree().filter(|tree| tree.len() > 1)?;
