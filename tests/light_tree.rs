@@ -75,7 +75,7 @@ pub fn mixed(count: usize, seed: u64) -> (Vec<LightBounds>, Vec<f64>) {
     (lights, weights)
 }
 
-/// What came of some trials that favour every third item, and never met most.
+/// The outcome of some trials that favour every third item, and never met most.
 pub fn some_arrival(tree: &LightTree, count: u32) -> Arrival {
     let (mut connections, mut walks, mut random) =
         (Trials::default(), Trials::default(), Random::new(9));

@@ -32,7 +32,7 @@ const CHUNK: u64 = 64;
 /// Tells the numbers of trials from those of samples.
 const OWN_NUMBERS: u64 = 0x6172_7269_7661_6c73;
 
-/// What was seen of the lights of a stage.
+/// Observations of the lights of a stage.
 #[derive(Clone, Debug)]
 pub struct Arrivals {
     /// The part that arrives of each branch of the scene's tree.

@@ -117,7 +117,7 @@ impl Place {
     }
 }
 
-/// What a child is.
+/// A child of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Child {
     Node(u32),

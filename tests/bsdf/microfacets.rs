@@ -22,7 +22,7 @@ struct Surface {
     is_gaussian: bool,
 }
 
-/// What light meets on a facet.
+/// An event of light on a facet.
 #[derive(Clone, Copy, Debug)]
 enum Facet {
     /// Reflectance at a cosine.
@@ -31,7 +31,7 @@ enum Facet {
     Glass(f64),
 }
 
-/// What is scattered to the same side and to the other side: its power, and the power times the
+/// Light scattered to the same side and to the other side: its power, and the power times the
 /// cosine and times x of its direction.
 type Moments = [[f64; 3]; 2];
 

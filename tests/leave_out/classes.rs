@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 const LENSES: [Place; 3] = [Place::Area, Place::Dirac, Place::Infinite];
 
-/// Whether the definition of a technique lets it draw a path: `lobes` tells from the light on which
+/// True if the definition of a technique lets it draw a path: `lobes` tells from the light on which
 /// vertices take Dirac lobes.
 fn can_draw(technique: Technique, light: LightKind, lens: Place, lobes: &[bool]) -> bool {
     let (s, t) = (usize::from(technique.s), usize::from(technique.t));

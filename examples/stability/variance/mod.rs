@@ -27,7 +27,7 @@ const OVER_UNIFORM: f64 = 1.5;
 /// may differ by.
 const CERTAIN: f64 = 4.0;
 
-/// How lights are chosen; or which of them there are.
+/// A choice of lights, or of which there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lights {
     Own,

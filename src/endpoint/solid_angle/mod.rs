@@ -31,7 +31,7 @@ const NEAR: f64 = 1.0;
 /// 12 digits. A near shape has one only if the receiver sees it edge-on or if it is a sliver.
 const LEAST_SOLID_ANGLE: f64 = 1e-4;
 
-/// What a receiver sees of a shape.
+/// A shape as a receiver sees it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Subtended {
     receiver: DVec3,

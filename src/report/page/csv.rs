@@ -42,7 +42,7 @@ impl Report {
         csv("integrator,verdict,reason", rows)
     }
 
-    /// What integrators cannot draw as CSV: one line per integrator and class of paths.
+    /// The paths that integrators cannot draw as CSV: one line per integrator and class of paths.
     #[must_use]
     pub fn missing_to_csv(&self) -> String {
         let rows = self

@@ -32,7 +32,7 @@ impl MissingReport {
             |paths: &MissingPaths| Self { what: paths.to_string(), drawn_by: paths.drawn_by };
         missing.iter().filter(is_left).map(report).collect()
     }
-    /// What an integrator cannot draw and others do, in one line.
+    /// The paths that an integrator cannot draw and others do, in one line.
     pub(super) fn sentence(missing: &[Self]) -> Option<String> {
         let drawn = missing.iter().filter(|paths| paths.drawn_by != DrawnBy::Nothing);
         let items: Vec<&str> = drawn.map(|paths| paths.what.as_str()).collect();
