@@ -2,7 +2,7 @@
 
 use super::LightTree;
 use super::node::{CHILDREN, Child};
-use crate::math::distribution::AliasTable;
+use crate::math::distribution::{AliasTable, relative};
 use std::collections::BTreeMap;
 
 /// The share of the choice of where light walks start that all lights have alike: so none is
@@ -95,15 +95,10 @@ impl Arrival {
     /// what it contributed to the picture through connections, which see it sooner.
     #[must_use]
     pub fn new(tree: &LightTree, connections: &Trials, walks: &Trials) -> Self {
-        let parts = tree.parts(PRIOR, |item| {
-            let Record { trials, arrivals, .. } = connections.of(item);
-            [trials, arrivals]
-        });
+        let arrivals = |record: Record| [record.trials, record.arrivals];
+        let parts = tree.parts(PRIOR, |item| arrivals(connections.of(item)));
         let regardless = tree.regardless.as_ref().and_then(|table| {
-            let by_walks = tree.parts(PRIOR, |item| {
-                let Record { trials, arrivals, .. } = walks.of(item);
-                [trials, arrivals]
-            });
+            let by_walks = tree.parts(PRIOR, |item| arrivals(walks.of(item)));
             let Record { trials, contribution, .. } = connections.sum();
             let mean = if contribution > 0.0 { contribution / trials } else { 1.0 };
             let by_contribution = tree.parts(PRIOR_OF_CONTRIBUTIONS, |item| {
@@ -129,12 +124,11 @@ impl Arrival {
 
 /// Shares by weight, but for a floor that all of positive weight have alike.
 pub(crate) fn with_floor(weights: &[f64]) -> Vec<f64> {
-    // Scaled first: the sum of large weights must not overflow.
-    let largest = weights.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let total: f64 = weights.iter().map(|weight| weight / largest).sum();
+    let weights = relative(weights);
+    let total: f64 = weights.iter().sum();
     let count = weights.iter().filter(|weight| **weight > 0.0).count() as f64;
     let share = |weight: &f64| match *weight > 0.0 {
-        true => (1.0 - FLOOR) * (weight / largest / total) + FLOOR / count,
+        true => (1.0 - FLOOR) * (weight / total) + FLOOR / count,
         false => 0.0,
     };
     weights.iter().map(share).collect()

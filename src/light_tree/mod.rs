@@ -25,7 +25,7 @@ pub use arrival::{Arrival, Trials};
 pub use bounds::LightBounds;
 
 use crate::geometry::SurfacePoint;
-use crate::math::distribution::AliasTable;
+use crate::math::distribution::{AliasTable, relative};
 use node::{CHILDREN, Child, Node, Place, Receiver, Units};
 
 /// δ, the share of the choice that does not depend on the receiver; less if it is known what
@@ -64,10 +64,7 @@ impl LightTree {
     pub fn new(lights: &[LightBounds], weights: &[f64]) -> Self {
         assert_eq!(lights.len(), weights.len(), "a weight for each light");
         assert!(lights.len() <= Self::MOST_ITEMS, "too many lights");
-        // Scaled first: the sum of large weights must not overflow.
-        let largest = weights.iter().copied().fold(0.0, f64::max);
-        let scaled: Vec<f64> = weights.iter().map(|weight| weight / largest).collect();
-        let regardless = AliasTable::new(&scaled);
+        let regardless = AliasTable::new(&relative(weights));
         let chosen = (0..).zip(lights).zip(weights).filter(|(_, weight)| **weight > 0.0);
         let chosen = chosen.filter(|_| regardless.is_some());
         let strongest =

@@ -23,6 +23,12 @@ fn total(weights: &[f64]) -> Option<f64> {
     (valid && sum > 0.0 && sum.is_finite()).then_some(sum)
 }
 
+/// Weights relative to the largest, so that the sum of large ones does not overflow.
+pub(crate) fn relative(weights: &[f64]) -> Vec<f64> {
+    let largest = weights.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    weights.iter().map(|weight| weight / largest).collect()
+}
+
 /// Chooses an index in constant time with probabilities proportional to weights (Walker 1977, "An
 /// Efficient Method for Generating Discrete Random Variables with General Distributions";
 /// construction after Vose 1991).

@@ -4,7 +4,7 @@ use super::error::{SceneError, check, check_point};
 use crate::endpoint::{Light, SceneExtent};
 use crate::geometry::Bounds;
 use crate::light_tree::{LightBounds, LightTree, with_floor};
-use crate::math::distribution::AliasTable;
+use crate::math::distribution::{AliasTable, relative};
 use std::f64::consts::PI;
 
 /// The part that counts of the power of lights that can be seen, but illuminate nothing.
@@ -107,10 +107,7 @@ pub(crate) struct Choice(Option<AliasTable>);
 impl Choice {
     /// A choice by finite weights that are not negative.
     pub fn new(weights: &[f64]) -> Self {
-        // Scaled first: the sum of large weights must not overflow.
-        let largest = weights.iter().copied().fold(0.0, f64::max);
-        let scaled: Vec<f64> = weights.iter().map(|weight| weight / largest).collect();
-        Self(AliasTable::new(&scaled))
+        Self(AliasTable::new(&relative(weights)))
     }
 
     /// Chooses with a number in [0, 1).
