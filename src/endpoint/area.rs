@@ -18,8 +18,8 @@ const OBJECT: &str = "area light";
 ///
 /// Points are uniform on the total area. A receiver chooses a shape by what it could send, if there
 /// are more than four, and near a triangle or a rectangle, or outside of a whole sphere, a point
-/// uniform in the solid angle under which it sees the shape. The front side is that of the
-/// *geometric* normal.
+/// uniform in the solid angle under which it sees the shape; on a sphere that has uv and tangent
+/// only if there is a texture. The front side is that of the *geometric* normal.
 #[derive(Clone, Debug)]
 pub struct AreaLight {
     shapes: Vec<Shape>,
