@@ -1,6 +1,7 @@
 //! Maps from the unit square to disks, hemispheres, spheres, cones and triangles.
 
 use super::angle::{sin_cos_of_octant, sin_cos_of_turn};
+use crate::lanes::{Lane, Mask, Vector};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
@@ -9,16 +10,21 @@ use std::f64::consts::FRAC_PI_4;
 #[inline]
 #[must_use]
 pub fn square_to_disk(u: DVec2) -> DVec2 {
-    let p = 2.0 * u - 1.0;
-    if p == DVec2::ZERO {
-        return p;
-    }
-    // The angle to the nearer axis. Choices between numbers, since a branch would go either way at
-    // random.
-    let is_near_x = p.x.abs() > p.y.abs();
-    let (r, across) = if is_near_x { (p.x, p.y) } else { (p.y, p.x) };
-    let (sin, cos) = sin_cos_of_octant(FRAC_PI_4 * (across / r));
-    r * if is_near_x { DVec2::new(cos, sin) } else { DVec2::new(sin, cos) }
+    disk(u.to_array()).into()
+}
+
+/// [`square_to_disk`] in lanes.
+#[inline(always)]
+fn disk<L: Lane>(u: [L; 2]) -> [L; 2] {
+    let [x, y] = u.map(|u| u * 2.0 - 1.0);
+    // The angle to the nearer axis.
+    let is_near_x = x.abs().more(y.abs());
+    let (r, across) = (is_near_x.select(x, y), is_near_x.select(y, x));
+    let is_center = r.equals(r.splat(0.0));
+    let (sin, cos) = sin_cos_of_octant(across / r * FRAC_PI_4);
+    [(cos, sin), (sin, cos)].map(|(near_x, near_y)| {
+        is_center.select(r.splat(0.0), r * is_near_x.select(near_x, near_y))
+    })
 }
 
 /// A direction in the upper hemisphere with density `cos θ / π` per solid angle, that is `1/π` per
@@ -26,8 +32,15 @@ pub fn square_to_disk(u: DVec2) -> DVec2 {
 #[inline]
 #[must_use]
 pub fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {
-    let d = square_to_disk(u);
-    d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
+    cosine_hemisphere(u.to_array()).into()
+}
+
+/// [`square_to_cosine_hemisphere`] in lanes.
+#[inline(always)]
+pub(crate) fn cosine_hemisphere<L: Lane>(u: [L; 2]) -> Vector<L> {
+    let [x, y] = disk(u);
+    let height_squared = -(x * x + y * y) + 1.0;
+    Vector::new(x, y, height_squared.greater(x.splat(0.0)).sqrt())
 }
 
 /// Uniform on the unit sphere, density `1/(4π)` per solid angle.

@@ -1,0 +1,116 @@
+//! Vectors in lanes.
+
+use super::{Lane, Mask};
+use glam::DVec3;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A vector, or several side by side. Sums have the order of `DVec3`'s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vector<L> {
+    pub x: L,
+    pub y: L,
+    pub z: L,
+}
+
+impl<L: Lane> Vector<L> {
+    #[inline(always)]
+    pub fn new(x: L, y: L, z: L) -> Self {
+        Self { x, y, z }
+    }
+
+    /// The same vector in all lanes, as many as those of `like`.
+    #[inline(always)]
+    pub fn splat(like: L, v: DVec3) -> Self {
+        Self::new(like.splat(v.x), like.splat(v.y), like.splat(v.z))
+    }
+
+    #[inline(always)]
+    pub fn map(self, f: impl Fn(L) -> L) -> Self {
+        Self::new(f(self.x), f(self.y), f(self.z))
+    }
+
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> L {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    #[inline(always)]
+    pub fn length_squared(self) -> L {
+        self.dot(self)
+    }
+
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        self.map(L::abs)
+    }
+
+    #[inline(always)]
+    pub fn element_sum(self) -> L {
+        self.x + self.y + self.z
+    }
+
+    #[inline(always)]
+    pub fn max_element(self) -> L {
+        self.x.greater(self.y.greater(self.z))
+    }
+
+    /// The first ones where true, the others where false.
+    #[inline(always)]
+    pub fn select(mask: L::Mask, yes: Self, no: Self) -> Self {
+        Self::new(mask.select(yes.x, no.x), mask.select(yes.y, no.y), mask.select(yes.z, no.z))
+    }
+}
+
+impl From<DVec3> for Vector<f64> {
+    #[inline(always)]
+    fn from(v: DVec3) -> Self {
+        Self::new(v.x, v.y, v.z)
+    }
+}
+
+impl From<Vector<f64>> for DVec3 {
+    #[inline(always)]
+    fn from(v: Vector<f64>) -> Self {
+        Self::new(v.x, v.y, v.z)
+    }
+}
+
+impl<L: Lane> Neg for Vector<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(L::neg)
+    }
+}
+
+impl<L: Lane> Add for Vector<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y, self.z + other.z)
+    }
+}
+
+impl<L: Lane> Sub for Vector<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y, self.z - other.z)
+    }
+}
+
+impl<L: Lane> Mul<L> for Vector<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, scale: L) -> Self {
+        Self::new(self.x * scale, self.y * scale, self.z * scale)
+    }
+}
+
+impl<L: Lane> Div<L> for Vector<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, scale: L) -> Self {
+        Self::new(self.x / scale, self.y / scale, self.z / scale)
+    }
+}
