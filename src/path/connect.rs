@@ -1,7 +1,8 @@
 //! Points sampled on an endpoint for the sake of a given vertex: next event estimation and light
 //! tracing.
 
-use super::{Counters, Edge, End, Out, Stage, StartDensity, Vertex};
+use super::{Counters, Edge, End, Out, Plan, Stage, StartDensity, Vertex};
+use crate::bsdf::TransportMode;
 use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
 use crate::film::{Contribution, Sample, Technique};
 use crate::geometry::{Place, SurfacePoint};
@@ -110,13 +111,16 @@ pub struct NextEvent {
     pub edge: Edge,
     /// Unweighted estimate `T f G Le / p` if the two see each other; not black.
     pub value: Rgb,
+    /// The density with which the walk would hit the point instead; 0 if hits are not in the set of
+    /// techniques, or if no ray can meet the light.
+    pub pdf_of_hit: PerArea,
 }
 
 /// Samples a point on a light for a vertex and evaluates everything but visibility. `None` if
 /// nothing comes of it.
 #[inline(always)]
 pub fn sample_next_event<S: Scene + ?Sized, P: Sampler>(
-    stage: &Stage<'_, S>,
+    Plan { stage, techniques, .. }: &Plan<'_, S>,
     vertex: &Vertex<S::Bsdf<'_>>,
     sampler: &mut P,
     out: &mut Out<'_>,
@@ -126,7 +130,8 @@ pub fn sample_next_event<S: Scene + ?Sized, P: Sampler>(
     let (light, bsdf) = (emitter.light?, vertex.bsdf.as_ref()?);
     let edge = Edge::between(&vertex.point, &emitter.point)?;
     counters.connections += 1;
-    let radiance = stage.scene.light(light).emit(&emitter.point, -edge.direction);
+    let emitting = stage.scene.light(light);
+    let radiance = emitting.emit(&emitter.point, -edge.direction);
     let incoming = edge.geometry * (radiance * emitter.throughput());
     if incoming.is_black() {
         return None;
@@ -135,7 +140,13 @@ pub fn sample_next_event<S: Scene + ?Sized, P: Sampler>(
     if value.is_black() {
         return None;
     }
-    Some(NextEvent { end: out.keep(&emitter.point), pdf: emitter.pdf, light, edge, value })
+    let mut pdf_of_hit = PerArea::ZERO;
+    if techniques.bsdf_sampling && emitting.can_be_hit() {
+        let pdf = bsdf.pdf(vertex.to_previous, edge.direction, TransportMode::Radiance);
+        pdf_of_hit = PerArea(pdf.value() * edge.geometry);
+    }
+    let end = out.keep(&emitter.point);
+    Some(NextEvent { end, pdf: emitter.pdf, light, edge, value, pdf_of_hit })
 }
 
 /// The connection of a vertex of a light subpath to a point on the lens: light tracing.
