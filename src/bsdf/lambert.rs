@@ -1,7 +1,7 @@
 //! The ideally diffuse reflector (Lambert 1760): `f = albedo / π`.
 
 use super::error::checked_reflectance;
-use super::{Bsdf, BsdfError, BsdfSample, Lobes, TransportMode, same_side};
+use super::{Bsdf, BsdfError, BsdfSample, LaneForm, Lobes, TransportMode, same_side};
 use crate::math::warp::square_to_cosine_hemisphere;
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -22,7 +22,14 @@ impl Lambert {
         checked_reflectance(albedo).map(|albedo| Self { albedo })
     }
 
+    /// The same of an albedo that is known to be valid.
+    #[inline]
+    pub(crate) const fn of_valid(albedo: Rgb) -> Self {
+        Self { albedo }
+    }
+
     /// The reflected fraction of the light.
+    #[inline]
     #[must_use]
     pub const fn albedo(&self) -> Rgb {
         self.albedo
@@ -63,5 +70,10 @@ impl Bsdf for Lambert {
             dirac: false,
             relative_ior: 1.0,
         })
+    }
+
+    #[inline]
+    fn lane_form(&self, _front: bool) -> Option<LaneForm> {
+        Some(LaneForm::Lambert(*self))
     }
 }

@@ -224,6 +224,18 @@ pub struct DiracValue {
     pub pdf_to_camera: PerProjected,
 }
 
+/// A model that many points are shaded with at a time, a point in each lane of a vector of f64:
+/// what a [`Bsdf`] is as a whole to those who see one side of it. Values, densities and samples are
+/// those of the model to the bit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum LaneForm {
+    /// Absorbs everything.
+    Black,
+    /// Diffuse reflection.
+    Lambert(Lambert),
+}
+
 /// The scattering function of one surface point. Open for users to implement; [`check`] tests an
 /// implementation.
 ///
@@ -300,6 +312,12 @@ pub trait Bsdf: Send + Sync {
     fn is_anisotropic(&self) -> bool {
         self.lobes().intersects(Lobes::GLOSSY)
     }
+
+    /// The form in which many points at a time can be shaded, if this is one: on the front (z ≥ 0),
+    /// or on the back. Optional, for speed alone: whoever implements it gets the same image sooner.
+    fn lane_form(&self, _front: bool) -> Option<LaneForm> {
+        None
+    }
 }
 
 impl<B: Bsdf + ?Sized> Bsdf for &B {
@@ -323,6 +341,9 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
     }
     fn is_anisotropic(&self) -> bool {
         (**self).is_anisotropic()
+    }
+    fn lane_form(&self, front: bool) -> Option<LaneForm> {
+        (**self).lane_form(front)
     }
 }
 
