@@ -21,7 +21,8 @@ mod shape;
 
 pub use bounds::Bounds;
 pub use frame::Frame;
+pub(crate) use frame::around;
 pub use intersect::{Contact, Intersection, Ray};
 pub use point::{Place, SurfacePoint};
 pub use shape::{Disk, Quad, Shape, Sphere, Triangle};
-pub(crate) use shape::{gamma, interpolated};
+pub(crate) use shape::{gamma, interpolated, spanned};

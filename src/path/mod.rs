@@ -57,8 +57,7 @@ mod walk;
 
 pub use batch::{advance, join};
 pub use connect::{
-    LensConnection, NextEvent, SampledEndpoint, sample_emitter, sample_lens,
-    sample_lens_connection, sample_next_event,
+    LensConnection, NextEvent, SampledEndpoint, sample_emitter, sample_lens, sample_lens_connection,
 };
 pub use counters::{Counters, Ledger};
 pub use depth::Depth;

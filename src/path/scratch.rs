@@ -1,9 +1,11 @@
 //! Memory that integrators reuse from sample to sample.
 
+use super::batch::{FlatConnections, Reflections};
 use super::shadow_rays::Connections;
 use super::steps::Drawn;
 use super::{Counters, RandomWalk, Subpaths};
 use crate::scene::Scene;
+use fearless_simd::Level;
 use std::fmt;
 
 /// Buffers and counters of one thread; reused, so that nothing is allocated per sample once they
@@ -17,6 +19,9 @@ pub struct Scratch<'s, S: Scene + ?Sized + 's> {
     /// True of walks that go on no further.
     pub(super) has_ended: Vec<bool>,
     pub(super) drawn: Vec<Drawn>,
+    pub(super) flat_connections: FlatConnections<'s>,
+    pub(super) reflections: Reflections,
+    pub(super) level: Level,
     pub(super) connections: Connections,
 }
 
@@ -29,6 +34,9 @@ impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
             walks: Vec::new(),
             has_ended: Vec::new(),
             drawn: Vec::new(),
+            flat_connections: FlatConnections::default(),
+            reflections: Reflections::default(),
+            level: Level::new(),
             connections: Connections::default(),
         }
     }

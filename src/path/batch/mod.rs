@@ -4,6 +4,9 @@
 mod next_event;
 mod scattering;
 
+pub(super) use next_event::FlatConnections;
+pub(super) use scattering::Reflections;
+
 use super::scratch::Advancing;
 use super::steps::Drawn;
 use super::{End, Out, Plan, Scratch, Site, Steps, Subpaths, Vertex, Visit};
@@ -116,7 +119,7 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
     #[inline(always)]
     fn visit(&mut self, mut visit: impl FnMut(usize, &mut Visit<'_, 's, S, P>) -> ControlFlow<()>) {
         let (plan, samples, sink) = (self.plan, &mut *self.samples, &mut *self.sink);
-        let Scratch { counters, subpaths, walks, has_ended, drawn, connections } =
+        let Scratch { counters, subpaths, walks, has_ended, drawn, connections, .. } =
             &mut *self.scratch;
         let paths = walks.iter_mut().zip(has_ended).zip(drawn).enumerate();
         for (i, ((path, has_ended), drawn)) in paths {
@@ -142,16 +145,6 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
             walk.count_vertex(vertices.get(*next as usize).filter(|_| !has_ended), counters);
         }
         self.visit(|_, visit| steps.arrive(visit));
-    }
-
-    /// Shows the steps the point that was sampled for each vertex.
-    #[inline]
-    fn connect(&mut self, steps: &impl Steps<'s, S>) {
-        self.sample_points(steps);
-        self.visit(|_, visit| {
-            steps.connect(visit);
-            ControlFlow::Continue(())
-        });
     }
 
     #[inline]
