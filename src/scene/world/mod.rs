@@ -8,10 +8,10 @@ mod rays;
 #[cfg(test)]
 mod tests;
 
-use super::lights::{BoxedLight, Choice};
+use super::lights::Choice;
 use super::surface::{MaterialId, Surface, SurfaceId};
 use super::{Needs, Warning};
-use crate::endpoint::LightId;
+use crate::endpoint::{AnyLight, LightId};
 use crate::geometry::{Bounds, Shape, SurfacePoint};
 use crate::light_tree::LightTree;
 use crate::material::{Finish, SurfaceBsdf};
@@ -28,7 +28,7 @@ pub struct World {
     surfaces: Vec<Surface>,
     /// The surface of each primitive.
     surface_of: Vec<u32>,
-    lights: Vec<(String, BoxedLight)>,
+    lights: Vec<(String, AnyLight)>,
     environment: Option<LightId>,
     light_tree: LightTree,
     area_choice: Choice,
@@ -44,7 +44,7 @@ impl World {
         bounds: Bounds,
         materials: Vec<Finish>,
         surfaces: Vec<Surface>,
-        lights: Vec<(String, BoxedLight)>,
+        lights: Vec<(String, AnyLight)>,
         environment: Option<LightId>,
         light_tree: LightTree,
         areas: &[f64],
