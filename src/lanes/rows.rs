@@ -75,6 +75,12 @@ pub(crate) fn load<S: Simd, const N: usize>(simd: S, group: &Group<N>) -> [f64x8
     std::array::from_fn(|row| f64x8::load_array_ref(simd, &group[row]))
 }
 
+/// A number in all lanes.
+#[inline(always)]
+pub(crate) fn splat<S: Simd>(simd: S, x: f64) -> f64x8<S> {
+    f64x8::splat(simd, x)
+}
+
 /// Fills a group with vectors.
 #[inline(always)]
 pub(crate) fn store<S: Simd, const N: usize>(group: &mut Group<N>, numbers: [f64x8<S>; N]) {

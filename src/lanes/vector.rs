@@ -28,6 +28,12 @@ impl<L: Lane> Vector<L> {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
+    /// The dot product with one vector.
+    #[inline(always)]
+    pub fn dot_with(self, other: DVec3) -> L {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
     #[inline(always)]
     pub fn length_squared(self) -> L {
         self.dot(self)

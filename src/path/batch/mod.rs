@@ -1,9 +1,11 @@
 //! Walks that advance together, from vertex to vertex, so that a scene gets many rays at a time and
 //! arithmetic goes in lanes (Laine, Karras and Aila 2013).
 
+mod lens;
 mod next_event;
 mod scattering;
 
+pub(super) use lens::PinholeConnections;
 pub(super) use next_event::FlatConnections;
 pub(super) use scattering::Reflections;
 

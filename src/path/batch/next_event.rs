@@ -3,7 +3,7 @@
 use super::Batch;
 use crate::bsdf::{LaneForm, TransportMode, on_same_side};
 use crate::endpoint::{FLAT, FlatLanes, FlatLight, Light, LightId};
-use crate::lanes::{Group, LANES, Lane, Mask, Rows, Vector, load, store};
+use crate::lanes::{Group, LANES, Lane, Mask, Rows, Vector, load, splat, store};
 use crate::math::{PerArea, Rgb};
 use crate::path::connect::{emitter_at, next_event_at};
 use crate::path::edge::{self, Edge};
@@ -11,7 +11,7 @@ use crate::path::steps::Drawn;
 use crate::path::{NextEvent, Plan, SampledEndpoint, Steps, Visit, sample_lens_connection};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
-use fearless_simd::{Level, Simd, dispatch, f64x8, prelude::*};
+use fearless_simd::{Level, Simd, dispatch, f64x8};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
 use std::ops::ControlFlow;
@@ -52,6 +52,9 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
         flat.given.clear();
         let plan = self.plan;
         let Plan { stage, techniques, depth, .. } = plan;
+        let mut lens = std::mem::take(&mut self.scratch.pinhole_connections);
+        lens.clear();
+        let view = stage.camera.as_pinhole();
         self.visit(|i, visit| {
             *visit.drawn = Drawn::Nothing;
             let (mode, bounces) = (visit.walk.mode(), visit.walk.bounces() + 1);
@@ -69,6 +72,9 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
             let (vertex, out, counters) = (&*visit.vertex, &mut visit.out, &mut *visit.counters);
             if mode == TransportMode::Importance {
                 let from = (vertex, Some(visit.end));
+                if view.is_some() && lens.offer(i, vertex, &mut visit.sample.sampler, bounces) {
+                    return ControlFlow::Continue(());
+                }
                 *visit.drawn =
                     sample_lens_connection(stage, from, bounces, visit.sample, out, counters)
                         .map_or(Drawn::Nothing, Drawn::LensConnection);
@@ -119,8 +125,17 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
             ControlFlow::Continue(())
         });
         flat.connect(self.scratch.level);
+        if let Some(view) = view {
+            lens.connect(self.scratch.level, view);
+        }
         let mut rest = flat.list.iter().enumerate().peekable();
+        let mut next = 0;
         self.visit(|i, visit| {
+            if lens.walk(next) == Some(i) {
+                let found = lens.connection(next, visit);
+                *visit.drawn = found.map_or(Drawn::Nothing, Drawn::LensConnection);
+                next += 1;
+            }
             if let Some((k, connection)) = rest.next_if(|(_, found)| found.walk as usize == i) {
                 let found = flat.next_event(k, connection, visit);
                 *visit.drawn = found.map_or(Drawn::Nothing, Drawn::NextEvent);
@@ -129,6 +144,7 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
             ControlFlow::Continue(())
         });
         self.scratch.flat_connections = flat;
+        self.scratch.pinhole_connections = lens;
     }
 }
 
@@ -179,7 +195,7 @@ fn connect<S: Simd>(simd: S, FlatConnections { list, given, found }: &mut FlatCo
     for ((list, given), found) in groups {
         let first = list[0].flat;
         let light = if list.iter().all(|connection| std::ptr::eq(connection.flat, first)) {
-            first.numbers().map(|number| f64x8::splat(simd, number))
+            first.numbers().map(|number| splat(simd, number))
         } else {
             let mut numbers = [[0.0; LANES]; FLAT];
             for (lane, connection) in list.iter().enumerate() {
@@ -206,7 +222,8 @@ fn connect_group<S: Simd>(
     let (x, normal) = (Vector::new(px, py, pz), Vector::new(nx, ny, nz));
     let to_previous = Vector::new(wx, wy, wz);
     let (y, error, [u, v]) = light.point_at([u1, u2]);
-    let (direction, geometry, is_exact) = edge::between_surfaces((x, normal), (y, light.normal));
+    let (direction, geometry, is_exact) =
+        edge::between(x, y, |w| normal.dot(w).abs() * light.normal.dot(w).abs());
     let emits = light.normal.dot(-direction).is_positive();
     let reflects = on_same_side(normal.dot(direction), normal.dot(to_previous));
     let throughput = pdf.constant(1.0) / pdf;
