@@ -1,8 +1,8 @@
 //! The models of this crate behind one type, without indirection.
 
 use super::{
-    Bsdf, BsdfSample, Conductor, Dielectric, Lambert, Lobes, MetallicRoughness, Mirror, Null,
-    Plastic, RoughConductor, RoughDielectric, ThinDielectric, TransportMode,
+    Bsdf, BsdfSample, Conductor, Dielectric, Lambert, LaneForm, Lobes, MetallicRoughness, Mirror,
+    Null, Plastic, RoughConductor, RoughDielectric, ThinDielectric, TransportMode,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -78,6 +78,11 @@ impl Bsdf for Model {
     #[inline]
     fn dirac_images(&self, fixed: DVec3, mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
         dispatch!(self, bsdf => bsdf.dirac_images(fixed, mode, image), black => {});
+    }
+
+    #[inline]
+    fn lane_form(&self, front: bool) -> Option<LaneForm> {
+        dispatch!(self, bsdf => bsdf.lane_form(front), black => Some(LaneForm::Black))
     }
 }
 

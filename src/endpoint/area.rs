@@ -1,7 +1,7 @@
 //! Lambertian emission from surfaces.
 
 use super::solid_angle::Subtended;
-use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check};
+use super::{DirectionSample, Endpoint, EndpointError, FlatLight, Light, PointSample, check};
 use crate::geometry::{Bounds, Disk, Frame, Shape, Sphere, SurfacePoint, interpolated};
 use crate::light_tree::{LightBounds, LightTree};
 use crate::material::Texture;
@@ -27,6 +27,9 @@ pub struct AreaLight {
     first_primitive: u32,
     surface: u32,
     radiance: Texture,
+    /// The radiance, if it is the same everywhere.
+    constant: Option<Rgb>,
+    flat: Option<FlatLight>,
     /// Texture coordinates of the corners of shapes that are triangles of a mesh.
     uvs: Option<Vec<[DVec2; 3]>>,
     /// `∫ L dA`.
@@ -104,8 +107,17 @@ impl AreaLight {
         if !(area > 0.0 && area.is_finite()) {
             return Err(EndpointError::NoArea { shapes: shapes.len() });
         }
+        let constant = radiance.as_constant();
+        let flat = match (&shapes[..], constant) {
+            ([shape], Some(radiance)) if !two_sided => {
+                FlatLight::new(shape, first_primitive, surface, radiance)
+            }
+            _ => None,
+        };
         let light = Self {
             area,
+            constant,
+            flat,
             choice: LightTree::new(&[], &[]),
             shapes,
             first_primitive,
@@ -147,6 +159,12 @@ impl AreaLight {
             false => Rgb::BLACK,
         };
         areas.iter().enumerate().map(integral).collect()
+    }
+
+    /// The radiance at a point.
+    #[inline]
+    fn radiance_at(&self, point: &SurfacePoint) -> Rgb {
+        self.constant.unwrap_or_else(|| self.radiance.at(point.uv))
     }
 
     /// Chooses a shape for a receiver.
@@ -283,7 +301,7 @@ impl Endpoint for AreaLight {
             from: *point,
             direction,
             pdf,
-            weight: self.radiance.at(point.uv) / pdf.value(),
+            weight: self.radiance_at(point) / pdf.value(),
         })
     }
 
@@ -292,11 +310,17 @@ impl Endpoint for AreaLight {
         if self.emits(point, direction) { PerProjected(density) } else { PerProjected::ZERO }
     }
 
+    #[inline]
     fn emit(&self, point: &SurfacePoint, direction: DVec3) -> Rgb {
-        if self.emits(point, direction) { self.radiance.at(point.uv) } else { Rgb::BLACK }
+        if self.emits(point, direction) { self.radiance_at(point) } else { Rgb::BLACK }
     }
 
     fn sample_from(&self, receiver: &SurfacePoint, u1: f64, u2: DVec2) -> Option<PointSample> {
+        if let Some(flat) = &self.flat
+            && !flat.is_near(receiver.position)
+        {
+            return Some(PointSample { point: flat.point_at(u2), pdf: flat.pdf });
+        }
         let (index, pmf) = self.choose(receiver, u1)?;
         let shape = &self.shapes[index];
         let seen = Subtended::new(shape, receiver, self.two_sided);
@@ -311,6 +335,11 @@ impl Endpoint for AreaLight {
     fn pdf_from(&self, receiver: &SurfacePoint, point: &SurfacePoint) -> PerArea {
         let index = point.primitive.wrapping_sub(self.first_primitive) as usize;
         let Some(shape) = self.shapes.get(index) else { return PerArea::ZERO };
+        if let Some(flat) = &self.flat
+            && !flat.is_near(receiver.position)
+        {
+            return flat.pdf;
+        }
         let seen = Subtended::new(shape, receiver, self.two_sided);
         self.density(shape, seen.as_ref(), point, self.pmf(receiver, index))
     }
@@ -331,6 +360,11 @@ impl Light for AreaLight {
 
     fn is_black(&self) -> bool {
         self.radiance.range()[1].is_black()
+    }
+
+    #[inline]
+    fn as_flat(&self) -> Option<&FlatLight> {
+        self.flat.as_ref()
     }
 
     /// False if it is flat, one-sided, and everything is behind it.

@@ -29,6 +29,7 @@ mod environment;
 mod environment_map;
 mod error;
 mod extent;
+mod flat;
 mod orthographic;
 mod pinhole;
 mod point;
@@ -43,11 +44,14 @@ pub use environment::ConstantEnvironment;
 pub use environment_map::{EnvironmentMap, Lookup};
 pub use error::EndpointError;
 pub use extent::SceneExtent;
+pub use flat::FlatLight;
+pub(crate) use flat::{FLAT, FlatLanes};
 pub use orthographic::OrthographicCamera;
 pub use pinhole::PinholeCamera;
 pub use point::PointLight;
 pub use spot::SpotLight;
 pub use thin_lens::ThinLensCamera;
+pub use view::View;
 
 use crate::film::FilmRegion;
 use crate::geometry::{Bounds, Place, SurfacePoint};
@@ -188,6 +192,13 @@ pub trait Light: Endpoint {
         !bounds.is_empty()
     }
 
+    /// This light as one flat shape, if it is that and nothing else: `emit` is its radiance on its
+    /// front, and for a receiver that is not near, `sample_from` and `pdf_from` are its points and
+    /// its density. Optional, for speed alone: such lights are sampled for many receivers at a time.
+    fn as_flat(&self) -> Option<&FlatLight> {
+        None
+    }
+
     /// Tells lights at infinity the extent of the scene that they must illuminate. Called by a
     /// scene once, before rendering.
     fn set_scene_extent(&mut self, _extent: &SceneExtent) {}
@@ -210,4 +221,11 @@ pub trait Camera: Endpoint {
     /// `direction` is recorded; `None` if it cannot be, as behind the camera. The result may lie
     /// outside the window.
     fn raster(&self, point: &SurfacePoint, direction: DVec3) -> Option<DVec2>;
+
+    /// The view of this camera, if it is a pinhole and nothing else: then importance, density and
+    /// raster position are those of [`PinholeCamera`]. Optional, for speed alone: such a camera is
+    /// connected to many points at a time.
+    fn as_pinhole(&self) -> Option<&View> {
+        None
+    }
 }

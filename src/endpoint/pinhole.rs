@@ -98,4 +98,8 @@ impl Camera for PinholeCamera {
         let raster = self.view.raster_at(self.view.across(direction) / cosine);
         (cosine > 0.0 && raster.is_finite()).then_some(raster)
     }
+
+    fn as_pinhole(&self) -> Option<&View> {
+        Some(&self.view)
+    }
 }

@@ -5,20 +5,26 @@ use super::{EndpointError, check};
 use crate::film::FilmRegion;
 use glam::{DVec2, DVec3, UVec2};
 
-/// A right-handed view: x to the right, y up, looking along `forward`. Film coordinates have their
-/// origin at the upper left.
+/// A right-handed view: x to the right, y up, looking along `forward`, all three of unit length.
+/// Film coordinates have their origin at the upper left.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct View {
+#[non_exhaustive]
+pub struct View {
     object: &'static str,
-    pub(super) position: DVec3,
-    pub(super) right: DVec3,
-    pub(super) up: DVec3,
-    pub(super) forward: DVec3,
-    pub(super) film: FilmRegion,
-    /// Side of a pixel on the film plane.
-    pitch: f64,
+    /// World position of the lens, or of its centre.
+    pub position: DVec3,
+    /// The direction that points to the right in the image.
+    pub right: DVec3,
+    /// The direction that points upwards in the image.
+    pub up: DVec3,
+    /// The viewing direction.
+    pub forward: DVec3,
+    /// The film.
+    pub film: FilmRegion,
+    /// Side of a pixel on the film plane, which is at distance 1.
+    pub pitch: f64,
     /// The point at which the view's axis meets the film, in pixels of the full film.
-    principal_point: DVec2,
+    pub principal_point: DVec2,
 }
 
 impl View {
@@ -81,34 +87,46 @@ impl View {
     }
 
     /// Area of the window on the film plane.
-    pub(super) fn window_area(&self) -> f64 {
+    #[inline]
+    #[must_use]
+    pub fn window_area(&self) -> f64 {
         f64::from(self.film.pixels()) * self.pitch * self.pitch
     }
 
     /// The point of the film plane, x to the right and y up, for window coordinates.
-    pub(super) fn plane_at(&self, u: DVec2) -> DVec2 {
+    #[inline]
+    #[must_use]
+    pub fn plane_at(&self, u: DVec2) -> DVec2 {
         let from_center = self.film.from_window(u) - self.principal_point;
         DVec2::new(from_center.x, -from_center.y) * self.pitch
     }
 
     /// The point of the full film, in pixels, for a point of the film plane.
-    pub(super) fn raster_at(&self, plane: DVec2) -> DVec2 {
+    #[inline]
+    #[must_use]
+    pub fn raster_at(&self, plane: DVec2) -> DVec2 {
         DVec2::new(plane.x, -plane.y) / self.pitch + self.principal_point
     }
 
     /// The components of a vector to the right and up.
-    pub(super) fn across(&self, v: DVec3) -> DVec2 {
+    #[inline]
+    #[must_use]
+    pub fn across(&self, v: DVec3) -> DVec2 {
         DVec2::new(self.right.dot(v), self.up.dot(v))
     }
 
     /// The vector with the given components to the right and up.
-    pub(super) fn in_plane(&self, v: DVec2) -> DVec3 {
+    #[inline]
+    #[must_use]
+    pub fn in_plane(&self, v: DVec2) -> DVec3 {
         self.right * v.x + self.up * v.y
     }
 
     /// `1 / (A cosⁿ θ)` for directions into the film plane's half space, 0 for others. Defined
     /// beyond the window, since pixel filters reach there.
-    pub(super) fn film_density(&self, direction: DVec3, power: i32) -> f64 {
+    #[inline]
+    #[must_use]
+    pub fn film_density(&self, direction: DVec3, power: i32) -> f64 {
         let cosine = self.forward.dot(direction);
         let density = 1.0 / (self.window_area() * cosine.powi(power));
         // Infinitely far out on the film plane no film can be.

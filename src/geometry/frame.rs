@@ -57,8 +57,8 @@ impl Frame {
 /// The x and y axes of [`Frame::from_normal`], in lanes.
 #[inline(always)]
 pub(crate) fn around<L: Lane>(normal: Vector<L>) -> [Vector<L>; 2] {
-    let sign = normal.z.splat(1.0).copysign(normal.z);
-    let a = normal.z.splat(-1.0) / (sign + normal.z);
+    let sign = normal.z.constant(1.0).copysign(normal.z);
+    let a = normal.z.constant(-1.0) / (sign + normal.z);
     let b = normal.x * normal.y * a;
     [
         Vector::new(sign * normal.x * normal.x * a + 1.0, sign * b, -sign * normal.x),

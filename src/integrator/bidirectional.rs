@@ -104,10 +104,14 @@ impl<'a, S: Scene + ?Sized> Steps<'a, S> for CameraWalks<'_, 'a, S> {
     }
 
     #[inline]
-    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+    fn leave<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         // The last vertex can only be hit: a connection needs one scattering event more.
         let connected = u32::from(!visit.plan.techniques.bsdf_sampling);
-        visit.limit(visit.plan.depth.limit().saturating_sub(connected))?;
+        visit.limit(visit.plan.depth.limit().saturating_sub(connected))
+    }
+
+    #[inline]
+    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         visit.scatter(&self.0.roulette).flow()
     }
 }

@@ -5,8 +5,10 @@
 //! are those of IEEE 754 that are rounded correctly, none fuses a product and a sum, and choices
 //! are made between numbers and not by branches.
 
+mod rows;
 mod vector;
 
+pub(crate) use rows::{Group, Rows, load, store};
 pub(crate) use vector::Vector;
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
@@ -31,8 +33,8 @@ pub(crate) trait Lane:
     /// Truths in the same number of lanes.
     type Mask: Mask<Self>;
 
-    /// The same number in all lanes, as many as these.
-    fn splat(self, x: f64) -> Self;
+    /// A number in all lanes, as many as these.
+    fn constant(self, x: f64) -> Self;
     /// Square roots.
     fn sqrt(self) -> Self;
     /// Absolute values.
@@ -41,8 +43,6 @@ pub(crate) trait Lane:
     fn copysign(self, sign: Self) -> Self;
     /// True where these are less; false where one is not a number.
     fn less(self, than: Self) -> Self::Mask;
-    /// True where these are less or the same; false where one is not a number.
-    fn at_most(self, other: Self) -> Self::Mask;
     /// True where both are the same.
     fn equals(self, other: Self) -> Self::Mask;
 
@@ -55,25 +55,19 @@ pub(crate) trait Lane:
     /// True where these are above 0.
     #[inline(always)]
     fn is_positive(self) -> Self::Mask {
-        self.more(self.splat(0.0))
+        self.more(self.constant(0.0))
     }
 
     /// True where these are below 0.
     #[inline(always)]
     fn is_negative(self) -> Self::Mask {
-        self.less(self.splat(0.0))
+        self.less(self.constant(0.0))
     }
 
     /// The greater ones; the others where one is not a number.
     #[inline(always)]
     fn greater(self, other: Self) -> Self {
-        self.more(other).select(self, other)
-    }
-
-    /// The lesser ones; the others where one is not a number.
-    #[inline(always)]
-    fn lesser(self, other: Self) -> Self {
-        self.less(other).select(self, other)
+        self.more(other).choose(self, other)
     }
 }
 
@@ -82,14 +76,22 @@ pub(crate) trait Mask<L>:
     Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
     /// The first numbers where true, the others where false.
-    fn select(self, yes: L, no: L) -> L;
+    fn choose(self, yes: L, no: L) -> L;
     /// True if all are.
     fn all(self) -> bool;
+    /// 1 where true, 0 where false.
+    #[inline(always)]
+    fn indicator(self, like: L) -> L
+    where
+        L: Lane<Mask = Self>,
+    {
+        self.choose(like.constant(1.0), like.constant(0.0))
+    }
 }
 
 impl Mask<f64> for bool {
     #[inline(always)]
-    fn select(self, yes: f64, no: f64) -> f64 {
+    fn choose(self, yes: f64, no: f64) -> f64 {
         if self { yes } else { no }
     }
 
@@ -101,7 +103,7 @@ impl Mask<f64> for bool {
 
 impl<S: Simd> Mask<f64x8<S>> for mask64x8<S> {
     #[inline(always)]
-    fn select(self, yes: f64x8<S>, no: f64x8<S>) -> f64x8<S> {
+    fn choose(self, yes: f64x8<S>, no: f64x8<S>) -> f64x8<S> {
         Select::select(self, yes, no)
     }
 
@@ -115,7 +117,7 @@ impl Lane for f64 {
     type Mask = bool;
 
     #[inline(always)]
-    fn splat(self, x: f64) -> Self {
+    fn constant(self, x: f64) -> Self {
         x
     }
     #[inline(always)]
@@ -135,10 +137,6 @@ impl Lane for f64 {
         self < than
     }
     #[inline(always)]
-    fn at_most(self, other: Self) -> bool {
-        self <= other
-    }
-    #[inline(always)]
     fn equals(self, other: Self) -> bool {
         self == other
     }
@@ -148,7 +146,7 @@ impl<S: Simd> Lane for f64x8<S> {
     type Mask = mask64x8<S>;
 
     #[inline(always)]
-    fn splat(self, x: f64) -> Self {
+    fn constant(self, x: f64) -> Self {
         SimdBase::splat(self.simd, x)
     }
     #[inline(always)]
@@ -166,10 +164,6 @@ impl<S: Simd> Lane for f64x8<S> {
     #[inline(always)]
     fn less(self, than: Self) -> mask64x8<S> {
         self.simd_lt(than)
-    }
-    #[inline(always)]
-    fn at_most(self, other: Self) -> mask64x8<S> {
-        self.simd_le(other)
     }
     #[inline(always)]
     fn equals(self, other: Self) -> mask64x8<S> {

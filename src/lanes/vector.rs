@@ -1,6 +1,6 @@
 //! Vectors in lanes.
 
-use super::{Lane, Mask};
+use super::Lane;
 use glam::DVec3;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -16,12 +16,6 @@ impl<L: Lane> Vector<L> {
     #[inline(always)]
     pub fn new(x: L, y: L, z: L) -> Self {
         Self { x, y, z }
-    }
-
-    /// The same vector in all lanes, as many as those of `like`.
-    #[inline(always)]
-    pub fn splat(like: L, v: DVec3) -> Self {
-        Self::new(like.splat(v.x), like.splat(v.y), like.splat(v.z))
     }
 
     #[inline(always)]
@@ -45,19 +39,8 @@ impl<L: Lane> Vector<L> {
     }
 
     #[inline(always)]
-    pub fn element_sum(self) -> L {
-        self.x + self.y + self.z
-    }
-
-    #[inline(always)]
     pub fn max_element(self) -> L {
         self.x.greater(self.y.greater(self.z))
-    }
-
-    /// The first ones where true, the others where false.
-    #[inline(always)]
-    pub fn select(mask: L::Mask, yes: Self, no: Self) -> Self {
-        Self::new(mask.select(yes.x, no.x), mask.select(yes.y, no.y), mask.select(yes.z, no.z))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Checks of descriptions, which make materials of them.
 
 use super::finish::{Finish, Layer, Share, is_alone};
-use super::{Material, Texture};
+use super::{Material, SurfaceBsdf, Texture};
 use crate::bsdf::{
     Beckmann, BsdfError, Conductor, Dielectric, Ggx, Lambert, Lobes, MetallicRoughness,
     Microfacets, Mirror, Mixture, Model, Null, Plastic, Reflectance, RoughConductor,
@@ -18,14 +18,14 @@ impl Material {
     /// If a parameter is outside its range, a component of a mixture is a mixture or a BSDF of a
     /// user's own, or a material with two different sides transmits light.
     pub fn mixture(&self) -> Result<Option<Mixture<Model, 2>>, BsdfError> {
-        self.finish().map(|finish| finish.mixture(DVec2::ZERO, true))
+        self.finish().map(|finish| SurfaceBsdf::new(&finish, DVec2::ZERO).mixture(true))
     }
 
     /// Checks the parameters.
     pub(crate) fn finish(&self) -> Result<Finish, BsdfError> {
         match self {
             Self::Custom(bsdf) => Ok(Finish::Custom(bsdf.clone())),
-            _ => Ok(Finish::of_sides(self.side(true)?, self.side(false)?)),
+            _ => Ok(Finish::of_sides([self.side(true)?, self.side(false)?])),
         }
     }
 

@@ -1,31 +1,35 @@
-//! Checked materials: models, and the layers that models are made of where colours vary or sides
-//! differ.
+//! Checked materials: what is the same everywhere is made into models once, and the rest is kept as
+//! layers, of which models are made at each point.
 
 use super::{CustomBsdf, Texture};
-use crate::bsdf::{Bsdf, LEAST_ALPHA, Lobes, Mixture, Model};
+use crate::bsdf::{Bsdf, LEAST_ALPHA, Lambert, Lobes, Mixture, Model};
 use crate::math::Rgb;
-use glam::DVec2;
 
-/// A checked material.
+/// A checked material. Pairs are what the front shows and what the back shows.
 #[derive(Clone, Debug, PartialEq)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "the usual variants must not be behind another pointer"
-)]
 pub(crate) enum Finish {
-    /// One model, the same everywhere and on both sides.
-    Model(Model),
-    /// Two models, or one in a colour; the same everywhere and on both sides.
-    Mixture(Mixture<Model, 2>),
-    /// The layers that are seen from the front and from the back. Both transmit the same, or
-    /// nothing.
-    Layers {
-        sides: Box<[[Layer; 2]; 2]>,
-        /// The lobes of both sides, anywhere.
-        lobes: Lobes,
-    },
+    /// Lambertian reflection on the sides that are not black.
+    Lambert { lambert: Lambert, sides: [bool; 2] },
+    /// The same with the product of some textures as albedo.
+    TexturedLambert { albedo: Vec<Texture>, sides: [bool; 2] },
+    /// One model on each side, the same everywhere.
+    Models { sides: Box<[Model; 2]>, lobes: Lobes },
+    /// Two models, or one in a colour, on each side; the same everywhere.
+    Mixtures { sides: Box<[Mixture<Model, 2>; 2]>, lobes: Lobes },
+    /// Everything else: models that vary.
+    Layers(Box<Layers>),
     /// A BSDF of a user's own.
     Custom(CustomBsdf),
+}
+
+/// The layers that are seen from the front and from the back. Both transmit the same, or nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Layers {
+    sides: [[Layer; 2]; 2],
+    /// The texture that varies, if there is only one.
+    pub only: Option<Texture>,
+    /// The lobes of both sides, anywhere.
+    pub lobes: Lobes,
 }
 
 /// A model whose colours may vary, and what share it has.
@@ -51,8 +55,8 @@ pub(crate) enum Share {
 }
 
 impl Share {
-    fn at(&self, uv: DVec2) -> f64 {
-        let luminance = |amount: &Texture| amount.at(uv).luminance().clamp(0.0, 1.0);
+    fn value(&self, look_up: impl Fn(&Texture) -> Rgb) -> f64 {
+        let luminance = |amount: &Texture| look_up(amount).luminance().clamp(0.0, 1.0);
         match self {
             Self::Constant(weight) => *weight,
             Self::Amount(amount) => luminance(amount),
@@ -60,10 +64,10 @@ impl Share {
         }
     }
 
-    fn is_uniform(&self) -> bool {
+    fn texture(&self) -> Option<&Texture> {
         match self {
-            Self::Constant(_) => true,
-            Self::Amount(amount) | Self::Rest(amount) => amount.as_constant().is_some(),
+            Self::Constant(_) => None,
+            Self::Amount(amount) | Self::Rest(amount) => Some(amount),
         }
     }
 }
@@ -84,25 +88,25 @@ impl Layer {
         Self { share: Share::Constant(0.0), ..Self::alone(Model::Black) }
     }
 
-    fn model(&self, uv: DVec2) -> Model {
+    fn model(&self, look_up: impl Fn(&Texture) -> Rgb) -> Model {
         match (&self.model, &self.textures[..]) {
-            (Model::Plastic(plastic), [albedo]) => plastic.with_albedo(albedo.at(uv)).into(),
+            (Model::Plastic(plastic), [albedo]) => plastic.with_albedo(look_up(albedo)).into(),
             (Model::MetallicRoughness(model), [base_color, surface]) => {
-                let [_, roughness, metalness] = surface.at(uv).0;
-                model.with(base_color.at(uv), metalness, roughness).into()
+                let [_, roughness, metalness] = look_up(surface).0;
+                model.with(look_up(base_color), metalness, roughness).into()
             }
             (model, _) => *model,
         }
     }
 
-    fn tint(&self, uv: DVec2) -> Rgb {
-        self.tints.iter().fold(Rgb::WHITE, |product, tint| product * tint.at(uv))
+    fn tint(&self, look_up: impl Fn(&Texture) -> Rgb) -> Rgb {
+        self.tints.iter().fold(Rgb::WHITE, |product, tint| product * look_up(tint))
     }
 
-    fn is_uniform(&self) -> bool {
-        self.textures.is_empty()
-            && self.share.is_uniform()
-            && self.tints.iter().all(|tint| tint.as_constant().is_some())
+    /// The textures that are not constant.
+    fn varying(&self) -> impl Iterator<Item = &Texture> {
+        let all = self.textures.iter().chain(&self.tints).chain(self.share.texture());
+        all.filter(|texture| texture.as_constant().is_none())
     }
 
     /// The lobes that it has at some point.
@@ -132,55 +136,85 @@ pub(super) fn is_alone([first, second]: &[Layer; 2]) -> bool {
         && second.model == Model::Black
 }
 
-/// The mixture of two layers at a point.
-pub(super) fn mixed([first, second]: &[Layer; 2], uv: DVec2) -> Mixture<Model, 2> {
-    let weights = [first.share.at(uv), second.share.at(uv)];
+/// The mixture of two layers, given what their textures show.
+fn mixed([first, second]: &[Layer; 2], look_up: impl Fn(&Texture) -> Rgb) -> Mixture<Model, 2> {
+    let weights = [first.share.value(&look_up), second.share.value(&look_up)];
     let total = weights[0] + weights[1];
     Mixture::of_valid(
-        [first.model(uv), second.model(uv)],
-        [first.tint(uv) * weights[0], second.tint(uv) * weights[1]],
+        [first.model(&look_up), second.model(&look_up)],
+        [first.tint(&look_up) * weights[0], second.tint(&look_up) * weights[1]],
         weights.map(|weight| weight / total),
     )
 }
 
-impl Finish {
-    /// Absorbs everything.
-    pub const BLACK: Self = Self::Model(Model::Black);
+/// The colour of a texture that is known to be constant; of one that is not, the given one.
+fn constant_or(colour: Rgb) -> impl Fn(&Texture) -> Rgb {
+    move |texture| texture.as_constant().unwrap_or(colour)
+}
 
+/// The Lambertian layer of the sides that are not black, and these. Only if its albedo is the same
+/// to the bit as the one by which it multiplies.
+fn lambertian(sides: &[[Layer; 2]; 2]) -> Option<(&Layer, Lambert, [bool; 2])> {
+    let is_black = |side: &[Layer; 2]| is_alone(side) && side[0].model == Model::Black;
+    let shown = sides.each_ref().map(|side| !is_black(side));
+    let layer = &sides[usize::from(!shown[0])][0];
+    let Model::Lambert(lambert) = layer.model else { return None };
+    let is_exact = layer.tints.is_empty() || lambert.albedo() == Rgb::WHITE;
+    let is_that = |side: &[Layer; 2]| is_alone(side) && side[0] == *layer;
+    (is_exact && sides.iter().zip(shown).all(|(side, shown)| !shown || is_that(side)))
+        .then_some((layer, lambert, shown))
+}
+
+impl Layers {
+    /// The mixture that a side shows, given what its textures show.
+    pub fn mixture(&self, side: usize, look_up: impl Fn(&Texture) -> Rgb) -> Mixture<Model, 2> {
+        mixed(&self.sides[side], look_up)
+    }
+
+    /// The mixture that a side shows, given the colour of the only texture that varies.
+    pub fn coloured(&self, side: usize, colour: Rgb) -> Mixture<Model, 2> {
+        self.mixture(side, constant_or(colour))
+    }
+}
+
+impl Finish {
     /// The finish of a front and a back.
-    pub fn of_sides(front: [Layer; 2], back: [Layer; 2]) -> Self {
-        if front == back && front.iter().all(Layer::is_uniform) {
-            return match front {
-                layers if is_alone(&layers) && layers[0].tints.is_empty() => {
-                    Self::Model(layers[0].model)
-                }
-                layers => Self::Mixture(mixed(&layers, DVec2::ZERO)),
-            };
+    pub fn of_sides(sides: [[Layer; 2]; 2]) -> Self {
+        let layers = sides.as_flattened();
+        let first = layers.iter().flat_map(Layer::varying).next().cloned();
+        let is_uniform = first.is_none();
+        if let Some((layer, lambert, shown)) = lambertian(&sides) {
+            if is_uniform {
+                let albedo = lambert.albedo() * layer.tint(constant_or(Rgb::WHITE));
+                return Self::Lambert { lambert: Lambert::of_valid(albedo), sides: shown };
+            }
+            return Self::TexturedLambert { albedo: layer.tints.clone(), sides: shown };
         }
-        let sides = Box::new([front, back]);
-        let lobes = sides.as_flattened().iter().fold(Lobes::NONE, |all, layer| all | layer.lobes());
-        Self::Layers { sides, lobes }
+        let is_plain = |side: &[Layer; 2]| is_alone(side) && side[0].tints.is_empty();
+        if is_uniform && sides.iter().all(is_plain) {
+            let sides = Box::new(sides.map(|[layer, _]| layer.model));
+            let lobes = sides[0].lobes() | sides[1].lobes();
+            return Self::Models { sides, lobes };
+        }
+        if is_uniform {
+            let mixtures = sides.each_ref().map(|side| mixed(side, constant_or(Rgb::WHITE)));
+            let lobes = mixtures[0].lobes() | mixtures[1].lobes();
+            return Self::Mixtures { sides: Box::new(mixtures), lobes };
+        }
+        let lobes = layers.iter().fold(Lobes::NONE, |all, layer| all | layer.lobes());
+        let is_only = |first: &Texture| layers.iter().flat_map(Layer::varying).all(|t| t == first);
+        let only = first.filter(is_only);
+        Self::Layers(Box::new(Layers { sides, only, lobes }))
     }
 
     /// The lobes of both sides, anywhere.
-    #[inline]
     pub fn lobes(&self) -> Lobes {
         match self {
-            Self::Model(bsdf) => bsdf.lobes(),
-            Self::Mixture(bsdf) => bsdf.lobes(),
-            Self::Layers { lobes, .. } => *lobes,
+            Self::Lambert { lambert, .. } => lambert.lobes(),
+            Self::TexturedLambert { .. } => Lobes::DIFFUSE_REFLECTION,
+            Self::Models { lobes, .. } | Self::Mixtures { lobes, .. } => *lobes,
+            Self::Layers(layers) => layers.lobes,
             Self::Custom(bsdf) => bsdf.lobes(),
-        }
-    }
-
-    /// The models at a point, seen from the front or from the back, and how they are mixed; `None`
-    /// for a user's own.
-    pub fn mixture(&self, uv: DVec2, front: bool) -> Option<Mixture<Model, 2>> {
-        match self {
-            Self::Model(model) => Some(mixed(&[Layer::alone(*model), Layer::nothing()], uv)),
-            Self::Mixture(mixture) => Some(*mixture),
-            Self::Layers { sides, .. } => Some(mixed(&sides[usize::from(!front)], uv)),
-            Self::Custom(_) => None,
         }
     }
 }

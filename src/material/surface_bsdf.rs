@@ -1,48 +1,127 @@
 //! Materials as integrators meet them: at a point, with textures looked up there and with the side
 //! that is seen.
 
-use super::finish::{Finish, Layer, mixed};
-use crate::bsdf::{Bsdf, BsdfSample, DiracValue, Lobes, Mixture, Model, TransportMode};
+use super::CustomBsdf;
+use super::finish::{Finish, Layers};
+use crate::bsdf::{
+    Bsdf, BsdfSample, DiracValue, Lambert, LaneForm, Lobes, Mixture, Model, TransportMode,
+};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
-/// The BSDF of one point of a [`World`](crate::scene::World). Textures are looked up when it is
-/// asked.
+/// The BSDF of one point of a [`World`](crate::scene::World): references to what is the same
+/// everywhere, and the colour that a texture has at the point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfaceBsdf<'a> {
-    finish: &'a Finish,
-    uv: DVec2,
+pub struct SurfaceBsdf<'a>(Seen<'a>);
+
+/// Pairs are what the front shows and what the back shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Seen<'a> {
+    /// Lambertian reflection on the sides that are not black.
+    Lambert {
+        lambert: Lambert,
+        sides: [bool; 2],
+    },
+    Models {
+        sides: &'a [Model; 2],
+        lobes: Lobes,
+    },
+    Mixtures {
+        sides: &'a [Mixture<Model, 2>; 2],
+        lobes: Lobes,
+    },
+    /// Layers with the colour of the only texture.
+    Coloured {
+        layers: &'a Layers,
+        colour: Rgb,
+        lobes: Lobes,
+    },
+    /// Layers of several textures, which are looked up at each question.
+    Layered {
+        layers: &'a Layers,
+        uv: DVec2,
+        lobes: Lobes,
+    },
+    Custom(&'a CustomBsdf),
 }
 
 impl<'a> SurfaceBsdf<'a> {
+    /// The BSDF that absorbs everything.
+    pub(crate) const BLACK: Self =
+        Self(Seen::Models { sides: &[Model::Black; 2], lobes: Lobes::NONE });
+
+    #[inline]
     pub(crate) fn new(finish: &'a Finish, uv: DVec2) -> Self {
-        Self { finish, uv }
+        Self(match finish {
+            Finish::Lambert { lambert, sides } => {
+                Seen::Lambert { lambert: *lambert, sides: *sides }
+            }
+            Finish::Models { sides, lobes } => Seen::Models { sides, lobes: *lobes },
+            Finish::Mixtures { sides, lobes } => Seen::Mixtures { sides, lobes: *lobes },
+            Finish::TexturedLambert { albedo, sides } => {
+                let albedo = albedo.iter().fold(Rgb::WHITE, |product, tint| product * tint.at(uv));
+                Seen::Lambert { lambert: Lambert::of_valid(albedo), sides: *sides }
+            }
+            Finish::Layers(layers) => match &layers.only {
+                Some(texture) => {
+                    Seen::Coloured { layers, colour: texture.at(uv), lobes: layers.lobes }
+                }
+                None => Seen::Layered { layers, uv, lobes: layers.lobes },
+            },
+            Finish::Custom(bsdf) => Seen::Custom(bsdf),
+        })
     }
 
     /// The models at this point, seen from the front or from the back, and how they are mixed (one
     /// alone has the weight 1); `None` for a BSDF of a user's own.
     #[must_use]
     pub fn mixture(&self, front: bool) -> Option<Mixture<Model, 2>> {
-        self.finish.mixture(self.uv, front)
+        let side = usize::from(!front);
+        let alone = |model| {
+            let weights = [Rgb::WHITE, Rgb::BLACK];
+            Mixture::of_valid([model, Model::Black], weights, [1.0, 0.0])
+        };
+        match self.0 {
+            Seen::Lambert { lambert, sides } if sides[side] => Some(alone(lambert.into())),
+            Seen::Lambert { .. } => Some(alone(Model::Black)),
+            Seen::Models { sides, .. } => Some(alone(sides[side])),
+            Seen::Mixtures { sides, .. } => Some(sides[side]),
+            Seen::Coloured { layers, colour, .. } => Some(layers.coloured(side, colour)),
+            Seen::Layered { layers, uv, .. } => {
+                Some(layers.mixture(side, |texture| texture.at(uv)))
+            }
+            Seen::Custom(_) => None,
+        }
     }
 }
 
-/// The mixture of the layers on a direction's side.
-fn layered(sides: &[[Layer; 2]; 2], direction: DVec3, uv: DVec2) -> Mixture<Model, 2> {
-    mixed(&sides[usize::from(direction.z < 0.0)], uv)
+/// The side that a direction is on, as an index.
+#[inline]
+fn side(direction: DVec3) -> usize {
+    usize::from(direction.z < 0.0)
 }
 
-/// Asks what there is on a direction's side.
+/// Asks what there is on a direction's side; black sides get the other expression.
 macro_rules! ask {
-    ($self:ident, $direction:ident, $bsdf:ident => $question:expr) => {
-        match $self.finish {
-            Finish::Model($bsdf) => $question,
-            Finish::Mixture($bsdf) => $question,
-            Finish::Layers { sides, .. } => {
-                let $bsdf = &layered(sides, $direction, $self.uv);
+    ($self:ident, $direction:ident, $bsdf:ident => $question:expr, black => $absorbed:expr) => {
+        match &$self.0 {
+            Seen::Lambert { lambert: $bsdf, sides } if sides[side($direction)] => $question,
+            Seen::Lambert { .. } => $absorbed,
+            Seen::Models { sides, .. } => {
+                let $bsdf = &sides[side($direction)];
                 $question
             }
-            Finish::Custom($bsdf) => $question,
+            Seen::Mixtures { sides, .. } => {
+                let $bsdf = &sides[side($direction)];
+                $question
+            }
+            Seen::Custom($bsdf) => $question,
+            Seen::Coloured { .. } | Seen::Layered { .. } => {
+                match $self.mixture(side($direction) == 0) {
+                    Some($bsdf) => $question,
+                    None => $absorbed,
+                }
+            }
         }
     };
 }
@@ -50,37 +129,57 @@ macro_rules! ask {
 impl Bsdf for SurfaceBsdf<'_> {
     #[inline]
     fn lobes(&self) -> Lobes {
-        self.finish.lobes()
+        match self.0 {
+            Seen::Lambert { .. } => Lobes::DIFFUSE_REFLECTION,
+            Seen::Models { lobes, .. }
+            | Seen::Mixtures { lobes, .. }
+            | Seen::Coloured { lobes, .. }
+            | Seen::Layered { lobes, .. } => lobes,
+            Seen::Custom(bsdf) => bsdf.lobes(),
+        }
     }
 
     #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
-        ask!(self, to_camera, bsdf => bsdf.eval(to_light, to_camera))
+        ask!(self, to_camera, bsdf => bsdf.eval(to_light, to_camera), black => Rgb::BLACK)
     }
 
     #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
-        ask!(self, fixed, bsdf => bsdf.pdf(fixed, next, mode))
+        ask!(self, fixed, bsdf => bsdf.pdf(fixed, next, mode), black => PerProjected::ZERO)
     }
 
     #[inline]
     fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
-        ask!(self, fixed, bsdf => bsdf.sample(fixed, mode, u1, u2))
+        ask!(self, fixed, bsdf => bsdf.sample(fixed, mode, u1, u2), black => None)
     }
 
     fn dirac_images(&self, fixed: DVec3, mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
-        ask!(self, fixed, bsdf => bsdf.dirac_images(fixed, mode, image));
+        ask!(self, fixed, bsdf => bsdf.dirac_images(fixed, mode, image), black => {});
     }
 
     fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
-        ask!(self, to_camera, bsdf => bsdf.eval_dirac(to_light, to_camera))
+        let nothing = DiracValue::default();
+        ask!(self, to_camera, bsdf => bsdf.eval_dirac(to_light, to_camera), black => nothing)
     }
 
     #[inline]
     fn is_anisotropic(&self) -> bool {
-        match self.finish {
-            Finish::Custom(bsdf) => bsdf.is_anisotropic(),
+        match self.0 {
+            Seen::Custom(bsdf) => bsdf.is_anisotropic(),
             _ => self.lobes().intersects(Lobes::GLOSSY),
+        }
+    }
+
+    #[inline]
+    fn lane_form(&self, front: bool) -> Option<LaneForm> {
+        let side = usize::from(!front);
+        match self.0 {
+            Seen::Lambert { lambert, sides } if sides[side] => Some(LaneForm::Lambert(lambert)),
+            Seen::Lambert { .. } => Some(LaneForm::Black),
+            Seen::Models { sides, .. } => sides[side].lane_form(front),
+            Seen::Custom(bsdf) => bsdf.lane_form(front),
+            Seen::Mixtures { .. } | Seen::Coloured { .. } | Seen::Layered { .. } => None,
         }
     }
 }

@@ -88,8 +88,8 @@ fn colours_are_those_of_the_place_and_the_side() {
         Material::Blend { components: Box::new([lambert(0.2), lambert(0.6)]), amount: half };
     near(f(&blend, PLACES[0], 1.0), Rgb::splat(0.75 * 0.2 + 0.25 * 0.6));
     assert!(
-        matches!(blend.finish(), Ok(Finish::Mixture(_)))
-            && matches!(tinted.finish(), Ok(Finish::Layers { .. }))
+        matches!(blend.finish(), Ok(Finish::Mixtures { .. }))
+            && matches!(tinted.finish(), Ok(Finish::Layers(_)))
     );
 }
 
@@ -146,7 +146,7 @@ fn a_material_mixed_with_black_keeps_its_weight() {
         components: Box::new([lambert(0.8), Material::Black]),
         weights,
     };
-    assert!(matches!(mixture([1.0, 0.0]).finish(), Ok(Finish::Model(_))));
+    assert!(matches!(mixture([1.0, 0.0]).finish(), Ok(Finish::Lambert { .. })));
     for (weights, albedo) in [([0.5, 0.0], 0.4), ([0.5, 0.5], 0.4), ([1.0, 0.0], 0.8)] {
         let finish = mixture(weights).finish().expect("valid");
         let value = SurfaceBsdf::new(&finish, DVec2::ZERO).eval(DVec3::Z, DVec3::Z) * PI;

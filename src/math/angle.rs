@@ -13,7 +13,7 @@ pub(crate) fn sin_cos_of_octant<L: Lane>(angle: L) -> (L, L) {
     const COSINE: [f64; 8] = inverse_factorials(2);
     let y = -angle * angle;
     let series = |coefficients: &[f64; 8]| {
-        coefficients.iter().rev().fold(angle.splat(0.0), |sum, c| sum * y + *c)
+        coefficients.iter().rev().fold(angle.constant(0.0), |sum, c| sum * y + *c)
     };
     (angle * series(&SINE), y * series(&COSINE) + 1.0)
 }

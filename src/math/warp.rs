@@ -19,11 +19,11 @@ fn disk<L: Lane>(u: [L; 2]) -> [L; 2] {
     let [x, y] = u.map(|u| u * 2.0 - 1.0);
     // The angle to the nearer axis.
     let is_near_x = x.abs().more(y.abs());
-    let (r, across) = (is_near_x.select(x, y), is_near_x.select(y, x));
-    let is_center = r.equals(r.splat(0.0));
+    let (r, across) = (is_near_x.choose(x, y), is_near_x.choose(y, x));
+    let is_center = r.equals(r.constant(0.0));
     let (sin, cos) = sin_cos_of_octant(across / r * FRAC_PI_4);
     [(cos, sin), (sin, cos)].map(|(near_x, near_y)| {
-        is_center.select(r.splat(0.0), r * is_near_x.select(near_x, near_y))
+        is_center.choose(r.constant(0.0), r * is_near_x.choose(near_x, near_y))
     })
 }
 
@@ -40,7 +40,7 @@ pub fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {
 pub(crate) fn cosine_hemisphere<L: Lane>(u: [L; 2]) -> Vector<L> {
     let [x, y] = disk(u);
     let height_squared = -(x * x + y * y) + 1.0;
-    Vector::new(x, y, height_squared.greater(x.splat(0.0)).sqrt())
+    Vector::new(x, y, height_squared.greater(x.constant(0.0)).sqrt())
 }
 
 /// Uniform on the unit sphere, density `1/(4π)` per solid angle.
@@ -56,12 +56,16 @@ pub fn square_to_sphere(u: DVec2) -> DVec3 {
 /// it is measure preserving.
 #[must_use]
 pub fn square_to_triangle(u: DVec2) -> DVec2 {
+    triangle(u.to_array()).into()
+}
+
+/// [`square_to_triangle`] in lanes.
+#[inline(always)]
+pub(crate) fn triangle<L: Lane>([x, y]: [L; 2]) -> [L; 2] {
     // Heitz 2019, "A Low-Distortion Map Between Triangle and Square".
-    if u.y > u.x {
-        DVec2::new(0.5 * u.x, u.y - 0.5 * u.x)
-    } else {
-        DVec2::new(u.x - 0.5 * u.y, 0.5 * u.y)
-    }
+    let is_above = y.more(x);
+    let (half_x, half_y) = (x * 0.5, y * 0.5);
+    [is_above.choose(half_x, x - half_y), is_above.choose(y - half_x, half_y)]
 }
 
 /// A point of [0, 1] whose density is linear, in proportion to `start` at 0 and to `end` at 1,

@@ -6,8 +6,8 @@
 
 use super::connect::lens_numbers;
 use super::{Counters, Edge, Roulette, Scattered, Stage, StartDensity, Vertex};
-use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
+use crate::bsdf::{BsdfSample, TransportMode};
 use crate::endpoint::{Camera, Endpoint, Light, LightId};
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::{PerProjected, Rgb};
@@ -228,17 +228,44 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         counters: &mut Counters,
     ) -> Scattered {
         let Some(bsdf) = &vertex.bsdf else { return Scattered::ENDED };
+        let Some((u1, u2)) = self.begin_scattering(sampler, counters) else {
+            return Scattered::ENDED;
+        };
+        let sample = bsdf.sample(-self.direction, self.mode, u1, u2);
+        self.follow(vertex, sample.as_ref(), roulette, sampler, counters)
+    }
+
+    /// Counts a scattering event and draws its numbers; `None` if it is one too many.
+    #[inline(always)]
+    pub(super) fn begin_scattering<P: Sampler>(
+        &self,
+        sampler: &mut P,
+        counters: &mut Counters,
+    ) -> Option<(f64, DVec2)> {
         if self.bounces >= MAX_BOUNCES {
             self.truncate(counters);
-            return Scattered::ENDED;
+            return None;
         }
-        self.bounces += 1;
         sampler.stream(match self.mode {
-            TransportMode::Radiance => Stream::CameraVertex(self.bounces),
-            TransportMode::Importance => Stream::LightVertex(self.bounces),
+            TransportMode::Radiance => Stream::CameraVertex(self.bounces + 1),
+            TransportMode::Importance => Stream::LightVertex(self.bounces + 1),
         });
         counters.scattered += 1;
-        let sample = bsdf.sample(-self.direction, self.mode, sampler.next_1d(), sampler.next_2d());
+        Some((sampler.next_1d(), sampler.next_2d()))
+    }
+
+    /// Follows a direction that was sampled at the vertex, records it there, and plays Russian
+    /// roulette.
+    #[inline(always)]
+    pub(super) fn follow<P: Sampler>(
+        &mut self,
+        vertex: &mut Vertex<S::Bsdf<'s>>,
+        sample: Option<&BsdfSample>,
+        roulette: &Roulette,
+        sampler: &mut P,
+        counters: &mut Counters,
+    ) -> Scattered {
+        self.bounces += 1;
         let before = self.throughput;
         let Some(sample) = sample else {
             if self.mode == TransportMode::Importance {

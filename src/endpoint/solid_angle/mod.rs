@@ -31,6 +31,39 @@ const NEAR: f64 = 1.0;
 /// 12 digits. A near shape has one only if the receiver sees it edge-on or if it is a sliver.
 const LEAST_SOLID_ANGLE: f64 = 1e-4;
 
+/// The region of the receivers that are near a flat shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Near {
+    pub center: DVec3,
+    /// The square of the distance from the centre below which a receiver is near.
+    pub distance_squared: f64,
+}
+
+impl Near {
+    /// `None` if the shape has no such region.
+    pub(super) fn of(shape: &Shape) -> Option<Self> {
+        let (center, size_squared) = match shape {
+            Shape::Quad(quad) => (
+                quad.origin + 0.5 * (quad.edge_u + quad.edge_v),
+                quad.edge_u.length_squared() + quad.edge_v.length_squared(),
+            ),
+            Shape::Triangle(Triangle { vertices: [a, b, c] }) => {
+                let edges = [*b - *a, *c - *b, *a - *c];
+                // The sum of the squares of the edges is twice that of the size.
+                let sum = edges.map(DVec3::length_squared).iter().sum::<f64>();
+                ((*a + *b + *c) / 3.0, 0.5 * sum)
+            }
+            Shape::Disk(_) | Shape::Sphere(_) => return None,
+        };
+        Some(Self { center, distance_squared: NEAR * size_squared })
+    }
+
+    #[inline]
+    pub(super) fn holds(&self, receiver: DVec3) -> bool {
+        (self.center - receiver).length_squared() < self.distance_squared
+    }
+}
+
 /// A shape as a receiver sees it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Subtended {
@@ -55,20 +88,7 @@ impl Subtended {
     pub(super) fn new(shape: &Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
         let is_near = match shape {
             Shape::Sphere(_) => true,
-            Shape::Quad(quad) => {
-                let center = quad.origin + 0.5 * (quad.edge_u + quad.edge_v) - receiver.position;
-                let size = quad.edge_u.length_squared() + quad.edge_v.length_squared();
-                center.length_squared() < NEAR * size
-            }
-            Shape::Triangle(triangle) => {
-                let corners = triangle.vertices.map(|vertex| vertex - receiver.position);
-                // 9 times the square of the distance, and the sum of the squares of the edges, which
-                // is twice that of the size.
-                let center = corners.iter().sum::<DVec3>().length_squared();
-                let edges = 3.0 * corners.map(DVec3::length_squared).iter().sum::<f64>() - center;
-                center / 9.0 < NEAR * (edges / 2.0)
-            }
-            Shape::Disk(_) => false,
+            _ => Near::of(shape).is_some_and(|near| near.holds(receiver.position)),
         };
         if is_near { Self::of_near(shape, receiver, two_sided) } else { None }
     }

@@ -136,6 +136,7 @@ impl World {
     }
 
     /// The material of the surface that a point lies on, and how it scatters there.
+    #[inline]
     #[must_use]
     pub fn material_at(&self, x: &SurfacePoint) -> Option<(MaterialId, SurfaceBsdf<'_>)> {
         let id = self.surfaces.get(x.surface as usize)?.material;

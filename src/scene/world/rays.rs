@@ -4,7 +4,7 @@ use super::World;
 use crate::endpoint::{Light, LightId, LightKind};
 use crate::geometry::{Ray, SurfacePoint, Triangle};
 use crate::light_tree::LightTree;
-use crate::material::{Finish, SurfaceBsdf};
+use crate::material::SurfaceBsdf;
 use crate::scene::mesh::Shading;
 use crate::scene::{Needs, Scene, SurfaceArea};
 use crate::tree::{Hit, Query, Segment};
@@ -140,7 +140,7 @@ impl Scene for World {
 
     #[inline]
     fn bsdf(&self, x: &SurfacePoint) -> SurfaceBsdf<'_> {
-        self.material_at(x).map_or(SurfaceBsdf::new(&Finish::BLACK, DVec2::ZERO), |(_, bsdf)| bsdf)
+        self.material_at(x).map_or(SurfaceBsdf::BLACK, |(_, bsdf)| bsdf)
     }
 
     #[inline]

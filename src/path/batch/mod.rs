@@ -1,0 +1,171 @@
+//! Walks that advance together, from vertex to vertex, so that a scene gets many rays at a time and
+//! arithmetic goes in lanes (Laine, Karras and Aila 2013).
+
+mod next_event;
+mod scattering;
+
+pub(super) use next_event::FlatConnections;
+pub(super) use scattering::Reflections;
+
+use super::scratch::Advancing;
+use super::steps::Drawn;
+use super::{End, Out, Plan, Scratch, Site, Steps, Subpaths, Vertex, Visit};
+use crate::film::{Sample, Sink};
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use std::ops::ControlFlow;
+
+/// Draws one walk for each sample and lets all of them advance together until the steps end them or
+/// no ray meets anything. Contributions go to the sink with the numbers of their samples.
+#[inline]
+pub fn advance<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
+    plan: &Plan<'s, S>,
+    steps: &W,
+    samples: &mut [Sample<P>],
+    sink: &mut dyn Sink,
+    scratch: &mut Scratch<'s, S>,
+) {
+    begin(plan, steps, samples, sink, scratch);
+    let mut batch = Batch { plan, samples, sink, scratch };
+    while !batch.scratch.walks.is_empty() {
+        batch.trace(W::KEEPS);
+        batch.arrive(steps);
+        if W::CONNECTS {
+            batch.connect(steps);
+        }
+        batch.test_shadow_rays();
+        batch.scatter(steps);
+    }
+}
+
+/// Shows `visit` each sample with its subpaths, and tests the shadow rays of all of them.
+#[inline]
+pub fn join<'s, S: Scene + ?Sized, P: Sampler>(
+    plan: &Plan<'s, S>,
+    samples: &mut [Sample<P>],
+    sink: &mut dyn Sink,
+    scratch: &mut Scratch<'s, S>,
+    mut visit: impl FnMut(&mut Site<'_, 's, S, P>),
+) {
+    let Scratch { counters, subpaths, connections, .. } = scratch;
+    subpaths.resize_with(subpaths.len().max(samples.len()), Subpaths::default);
+    for (number, (sample, subpaths)) in samples.iter_mut().zip(&mut *subpaths).enumerate() {
+        let out = Out { sample: number, sink: &mut *sink, connections };
+        visit(&mut Site { plan, sample, subpaths, out, counters });
+    }
+    connections.test(plan.stage.scene, subpaths, sink);
+}
+
+/// Begins the walk of each sample.
+#[inline]
+fn begin<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
+    plan: &Plan<'s, S>,
+    steps: &W,
+    samples: &mut [Sample<P>],
+    sink: &mut dyn Sink,
+    scratch: &mut Scratch<'s, S>,
+) {
+    let mut walks = std::mem::take(&mut scratch.walks);
+    walks.clear();
+    let mut sample = 0;
+    join(plan, samples, sink, scratch, |site| {
+        if let Some(walk) = steps.begin(site) {
+            let next = if W::KEEPS { site.subpaths.of(walk.mode()).len() as u32 } else { 0 };
+            walks.push(Advancing { sample, walk, next });
+        }
+        sample += 1;
+    });
+    scratch.walks = walks;
+}
+
+/// The walks of samples that advance together.
+struct Batch<'b, 's, S: Scene + ?Sized + 's, P> {
+    plan: &'b Plan<'s, S>,
+    samples: &'b mut [Sample<P>],
+    sink: &'b mut dyn Sink,
+    scratch: &'b mut Scratch<'s, S>,
+}
+
+impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
+    /// Traces the next ray of each walk and enters what it meets in its subpath.
+    #[inline]
+    fn trace(&mut self, keeps: bool) {
+        let Scratch { counters, subpaths, walks, has_ended, drawn, .. } = &mut *self.scratch;
+        counters.closest_rays += walks.len() as u64;
+        has_ended.clear();
+        has_ended.resize(walks.len(), true);
+        drawn.resize(drawn.len().max(walks.len()), Drawn::Nothing);
+        let rays = walks.iter().map(|path| path.walk.ray());
+        self.plan.stage.scene.intersect_many(rays, |i, point| {
+            let Advancing { sample, walk, next } = &walks[i];
+            let vertices = subpaths[*sample].of(walk.mode());
+            if keeps {
+                vertices.extend(walk.meet(point));
+                has_ended[i] = vertices.len() <= *next as usize;
+                return;
+            }
+            // Written where the one before was, because a vertex is large.
+            if vertices.is_empty() {
+                vertices.push(Vertex::blank());
+            }
+            if let Some(vertex) = walk.meet(point) {
+                vertices[0] = vertex;
+                has_ended[i] = false;
+            }
+        });
+    }
+
+    /// Visits the walks that have not ended, each with its number; a break ends it.
+    #[inline(always)]
+    fn visit(&mut self, mut visit: impl FnMut(usize, &mut Visit<'_, 's, S, P>) -> ControlFlow<()>) {
+        let (plan, samples, sink) = (self.plan, &mut *self.samples, &mut *self.sink);
+        let Scratch { counters, subpaths, walks, has_ended, drawn, connections, .. } =
+            &mut *self.scratch;
+        let paths = walks.iter_mut().zip(has_ended).zip(drawn).enumerate();
+        for (i, ((path, has_ended), drawn)) in paths {
+            if *has_ended {
+                continue;
+            }
+            let Advancing { sample: number, walk, next } = path;
+            let (mode, sample) = (walk.mode(), &mut samples[*number]);
+            let vertex = &mut subpaths[*number].of(mode)[*next as usize];
+            let out = Out { sample: *number, sink: &mut *sink, connections };
+            let end = End::of(mode, *next);
+            let visited = &mut Visit { plan, walk, vertex, end, sample, out, counters, drawn };
+            *has_ended = visit(i, visited).is_break();
+        }
+    }
+
+    /// Shows the steps where each walk has arrived.
+    #[inline]
+    fn arrive(&mut self, steps: &impl Steps<'s, S>) {
+        let Scratch { counters, subpaths, walks, has_ended, .. } = &mut *self.scratch;
+        for (Advancing { sample, walk, next }, has_ended) in walks.iter().zip(&*has_ended) {
+            let vertices = subpaths[*sample].of(walk.mode());
+            walk.count_vertex(vertices.get(*next as usize).filter(|_| !has_ended), counters);
+        }
+        self.visit(|_, visit| steps.arrive(visit));
+    }
+
+    #[inline]
+    fn test_shadow_rays(&mut self) {
+        let Scratch { connections, subpaths, .. } = &mut *self.scratch;
+        connections.test(self.plan.stage.scene, subpaths, self.sink);
+    }
+
+    /// Lets the walks go on that have not ended.
+    #[inline]
+    fn scatter<W: Steps<'s, S>>(&mut self, steps: &W) {
+        self.visit(|_, visit| steps.leave(visit));
+        self.sample_directions();
+        self.visit(|_, visit| steps.scatter(visit));
+        let Scratch { walks, has_ended, .. } = &mut *self.scratch;
+        for i in (0..walks.len()).rev() {
+            if has_ended[i] {
+                walks.swap_remove(i);
+            } else if W::KEEPS {
+                walks[i].next += 1;
+            }
+        }
+    }
+}
