@@ -110,13 +110,13 @@ impl Met<f64> {
 #[inline(always)]
 pub(crate) fn largest_axis<L: Lane>(direction: Vector<L>) -> [L::Mask; 2] {
     let Vector { x, y, z } = direction.abs();
-    [x.more(y) & x.more(z), x.at_most(y) & y.more(z)]
+    [x.more(y) & x.more(z), !x.more(y) & y.more(z)]
 }
 
 /// The shear that makes a direction the z axis, given with its largest component last.
 #[inline(always)]
 pub(crate) fn shear_along<L: Lane>(direction: Vector<L>) -> Vector<L> {
-    let scale = direction.z.splat(1.0) / direction.z;
+    let scale = direction.z.constant(1.0) / direction.z;
     Vector::new(direction.x * scale, direction.y * scale, scale)
 }
 
@@ -216,20 +216,27 @@ impl<L: Lane> Met<L> {
         let determinant = u + v + w;
         let t = (u * a.z + v * b.z + w * c.z) / determinant;
         // Also no hit for a triangle seen edge-on, where t is not a number or infinite.
-        let hit = !outside & t.is_positive() & t.less(t.splat(f64::INFINITY));
+        let hit = !outside & t.is_positive() & t.less(t.constant(f64::INFINITY));
         Self { hit, t, u: v / determinant, v: w / determinant }
     }
 
     /// That with a parallelogram, from that with the triangle of its first three corners.
     #[inline(always)]
     pub fn first_half(self) -> Self {
-        Self { u: (self.u + self.v).lesser(self.u.splat(1.0)), ..self }
+        Self { u: self.sum(), ..self }
     }
 
     /// That with a parallelogram, from that with the triangle of its first corner and the last two.
     #[inline(always)]
     pub fn second_half(self) -> Self {
-        Self { v: (self.u + self.v).lesser(self.u.splat(1.0)), ..self }
+        Self { v: self.sum(), ..self }
+    }
+
+    /// The sum of the parameters, which rounding does not take beyond 1.
+    #[inline(always)]
+    fn sum(self) -> L {
+        let (sum, one) = (self.u + self.v, self.u.constant(1.0));
+        one.less(sum).choose(one, sum)
     }
 
     /// This one where it is a hit, else the other one.
@@ -237,9 +244,9 @@ impl<L: Lane> Met<L> {
     pub fn or(self, other: Self) -> Self {
         Self {
             hit: self.hit | other.hit,
-            t: self.hit.select(self.t, other.t),
-            u: self.hit.select(self.u, other.u),
-            v: self.hit.select(self.v, other.v),
+            t: self.hit.choose(self.t, other.t),
+            u: self.hit.choose(self.u, other.u),
+            v: self.hit.choose(self.v, other.v),
         }
     }
 }

@@ -182,5 +182,5 @@ pub(super) fn unit(direction: DVec3) -> Option<DVec3> {
 #[inline(always)]
 pub(super) fn is_about_unit<L: Lane>(direction: Vector<L>) -> L::Mask {
     let excess = direction.length_squared() - 1.0;
-    excess.abs().at_most(excess.splat(1e-9))
+    excess.abs().less(excess.constant(1e-9))
 }

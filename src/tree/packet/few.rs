@@ -5,7 +5,7 @@ use super::RAYS;
 use super::plane::Facet;
 use super::rays::{BoxRays, Rays, eight, limited};
 use crate::geometry::{Intersection, Met, Shape, largest_axis, shear_along, sheared};
-use crate::lanes::{LANES, Lane, Vector};
+use crate::lanes::{LANES, Lane, Mask, Vector};
 use crate::tree::bvh::Bvh;
 use crate::tree::layout::FEW;
 use crate::tree::query::{Hit, Query, Segment};
@@ -225,8 +225,11 @@ impl Few {
 /// second axis last where the second is.
 #[inline(always)]
 fn rotated<L: Lane>(v: Vector<L>, [x, y]: [L::Mask; 2]) -> Vector<L> {
-    let by_y = Vector::select(y, Vector::new(v.z, v.x, v.y), v);
-    Vector::select(x, Vector::new(v.y, v.z, v.x), by_y)
+    Vector::new(
+        x.choose(v.y, y.choose(v.z, v.x)),
+        x.choose(v.z, y.choose(v.x, v.y)),
+        x.choose(v.x, y.choose(v.y, v.z)),
+    )
 }
 
 #[inline(always)]

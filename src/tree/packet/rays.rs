@@ -92,8 +92,8 @@ impl Rays {
         let mut ready = 0;
         for half in 0..2 {
             let (origin, direction) = self.half(simd, half);
-            let scale = origin.x.splat(bvh.inverse_extent);
-            let place = (origin - Vector::splat(scale, bvh.center())) * scale;
+            let scale = origin.x.constant(bvh.inverse_extent);
+            let place = (origin - same(simd, bvh.center())) * scale;
             let Vector { x, y, z } = place.abs();
             let inside = x.simd_le(CLIP) & y.simd_le(CLIP) & z.simd_le(CLIP);
             ready |= (inside & is_about_unit(direction)).to_bitmask() << (half * LANES);
@@ -111,8 +111,8 @@ impl Rays {
         }
         let ((low, low_direction), (high, high_direction)) =
             (self.half(simd, 0), self.half(simd, 1));
-        let scale = low.x.splat(bvh.space.inverse_extent);
-        let center = Vector::splat(scale, bvh.space.center);
+        let scale = low.x.constant(bvh.space.inverse_extent);
+        let center = same(simd, bvh.space.center);
         let origin = narrow((low - center) * scale, (high - center) * scale);
         (entered, BoxRays { origin, direction: narrow(low_direction, high_direction) })
     }
@@ -131,6 +131,12 @@ fn vector<S: Simd>(simd: S, rows: &[[f64; RAYS]; 3], half: usize) -> Vector<f64x
         eight(simd, &rows[1], half),
         eight(simd, &rows[2], half),
     )
+}
+
+/// A vector in all lanes.
+#[inline(always)]
+fn same<S: Simd>(simd: S, v: DVec3) -> Vector<f64x8<S>> {
+    Vector::new(f64x8::splat(simd, v.x), f64x8::splat(simd, v.y), f64x8::splat(simd, v.z))
 }
 
 /// The limits of rays that are there; no number for others, which hit nothing.
