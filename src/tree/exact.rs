@@ -82,8 +82,8 @@ impl Bvh {
     /// The triangle that was hit; `None` if it is another shape.
     #[inline(always)]
     pub fn triangle_of(&self, hit: &Hit<'_>) -> Option<Triangle> {
-        if hit.candidate.is_exact() {
-            return Some(Triangle { vertices: self.corners(hit.candidate, [0, 1, 2]) });
+        if let Some(candidate) = hit.candidate.filter(|candidate| candidate.is_exact()) {
+            return Some(Triangle { vertices: self.corners(candidate, [0, 1, 2]) });
         }
         self.shapes[hit.primitive as usize].as_triangle()
     }

@@ -3,6 +3,7 @@
 
 use super::layout::Candidate;
 use crate::geometry::{Intersection, Place, Ray, SurfacePoint, gamma};
+use crate::lanes::{Lane, Vector};
 use glam::DVec3;
 
 /// The ends of a ray: the primitives that they lie on, `SurfacePoint::NONE` for none.
@@ -112,8 +113,8 @@ impl Segment {
 pub(crate) struct Hit<'a> {
     /// The primitive that was hit.
     pub primitive: u32,
-    /// The place in the tree.
-    pub(super) candidate: Candidate<'a>,
+    /// The place in the tree, if it was found there.
+    pub(super) candidate: Option<Candidate<'a>>,
     /// The start of the ray that the intersection refers to, which may be further on than that of
     /// the one that was asked for.
     pub origin: DVec3,
@@ -145,7 +146,7 @@ impl<'a> Found<'a> {
         let Found { candidate, intersection } = self;
         Hit {
             primitive: candidate.primitive(),
-            candidate,
+            candidate: Some(candidate),
             origin: ray.origin,
             direction: ray.direction,
             moved,
@@ -174,6 +175,12 @@ fn contact(x: &SurfacePoint) -> u32 {
 /// anything else is made unit length. `None` if it has no length.
 #[inline(always)]
 pub(super) fn unit(direction: DVec3) -> Option<DVec3> {
-    let length_squared = direction.length_squared();
-    if (length_squared - 1.0).abs() <= 1e-9 { Some(direction) } else { direction.try_normalize() }
+    if is_about_unit(direction.into()) { Some(direction) } else { direction.try_normalize() }
+}
+
+/// True for a length that is off by no more than that.
+#[inline(always)]
+pub(super) fn is_about_unit<L: Lane>(direction: Vector<L>) -> L::Mask {
+    let excess = direction.length_squared() - 1.0;
+    excess.abs().less(excess.constant(1e-9))
 }
