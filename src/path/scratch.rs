@@ -1,6 +1,6 @@
 //! Memory that integrators reuse from sample to sample.
 
-use super::batch::{FlatConnections, PinholeConnections, Reflections};
+use super::batch::Rooms;
 use super::shadow_rays::Connections;
 use super::steps::Drawn;
 use super::{Counters, RandomWalk, Subpaths};
@@ -19,9 +19,7 @@ pub struct Scratch<'s, S: Scene + ?Sized + 's> {
     /// True of walks that go on no further.
     pub(super) has_ended: Vec<bool>,
     pub(super) drawn: Vec<Drawn>,
-    pub(super) flat_connections: FlatConnections<'s>,
-    pub(super) pinhole_connections: PinholeConnections,
-    pub(super) reflections: Reflections,
+    pub(super) rooms: Rooms<'s>,
     pub(super) level: Level,
     pub(super) connections: Connections,
 }
@@ -35,9 +33,7 @@ impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
             walks: Vec::new(),
             has_ended: Vec::new(),
             drawn: Vec::new(),
-            flat_connections: FlatConnections::default(),
-            pinhole_connections: PinholeConnections::default(),
-            reflections: Reflections::default(),
+            rooms: Rooms::default(),
             level: Level::new(),
             connections: Connections::default(),
         }

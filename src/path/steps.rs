@@ -10,7 +10,7 @@ use super::{
     Counters, End, LensConnection, NextEvent, Out, Plan, RandomWalk, Roulette, Scattered, Subpaths,
     Vertex,
 };
-use crate::bsdf::BsdfSample;
+use crate::bsdf::{BsdfSample, TransportMode};
 use crate::endpoint::LightId;
 use crate::film::{Contribution, Sample, Technique};
 use crate::math::Rgb;
@@ -135,6 +135,18 @@ impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
     #[inline(always)]
     pub fn lens_connection(&self) -> Option<LensConnection> {
         if let Drawn::LensConnection(found) = *self.drawn { Some(found) } else { None }
+    }
+
+    /// True if a point is sampled that the vertex can be connected to, as far as the plan and the
+    /// vertex decide it.
+    #[inline(always)]
+    pub(super) fn is_connected(&self) -> bool {
+        let Plan { techniques, depth, .. } = self.plan;
+        let is_drawn = match self.walk.mode() {
+            TransportMode::Radiance => techniques.next_event,
+            TransportMode::Importance => techniques.lens_sampling,
+        };
+        is_drawn && depth.contains(self.walk.bounces() + 1) && self.vertex.is_connectible()
     }
 
     /// The light that the vertex belongs to, and the estimate `T Le` of hitting it, if paths of this

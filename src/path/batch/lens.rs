@@ -11,13 +11,15 @@ use crate::path::{LensConnection, SampledEndpoint, Vertex, Visit, edge};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
 use fearless_simd::{Level, Simd, dispatch, f64x8};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
 
 /// Connections of Lambertian vertices to a pinhole.
 #[derive(Debug, Default)]
-pub(in crate::path) struct PinholeConnections {
+pub(super) struct PinholeConnections {
     walks: Vec<u32>,
+    /// How many were handed out.
+    taken: usize,
     /// Position, normal, direction to the previous vertex, throughput, albedo.
     given: Rows<15>,
     /// Place on the film, estimate, state.
@@ -35,37 +37,28 @@ impl PinholeConnections {
     pub(super) fn clear(&mut self) {
         self.walks.clear();
         self.given.clear();
-    }
-
-    /// The walk of the connection number `k`.
-    #[inline]
-    pub(super) fn walk(&self, k: usize) -> Option<usize> {
-        self.walks.get(k).map(|walk| *walk as usize)
+        self.taken = 0;
     }
 
     /// Accepts a vertex that lanes can connect, with the numbers that its connection takes. Returns
     /// true if it is one.
     #[inline(always)]
-    pub(super) fn offer<B: Bsdf, P: Sampler>(
+    pub(super) fn accept<B: Bsdf, P: Sampler>(
         &mut self,
         walk: usize,
         vertex: &Vertex<B>,
         sampler: &mut P,
         bounces: u32,
     ) -> bool {
-        let w = vertex.to_previous;
-        let Some(LaneForm::Lambert(lambert)) =
-            vertex.bsdf.as_ref().and_then(|bsdf| bsdf.lane_form(w))
-        else {
-            return false;
-        };
+        let Some(LaneForm::Lambert(lambert)) = vertex.lane_form() else { return false };
         sampler.stream(Stream::LensSampling(bounces));
         sampler.skip_1d();
         sampler.skip_2d();
-        let (x, n) = (vertex.point.position, vertex.point.geometric_normal);
-        let ([t0, t1, t2], [a0, a1, a2]) = (vertex.throughput.0, lambert.albedo().0);
+        let (x, colours) = (&vertex.point, [vertex.throughput, lambert.albedo()]);
+        let [throughput, albedo] = colours.map(|colour| DVec3::from_array(colour.0));
+        let vectors = [x.position, x.geometric_normal, vertex.to_previous, throughput, albedo];
         self.walks.push(walk as u32);
-        self.given.push([x.x, x.y, x.z, n.x, n.y, n.z, w.x, w.y, w.z, t0, t1, t2, a0, a1, a2]);
+        self.given.push(vectors, []);
         true
     }
 
@@ -76,9 +69,21 @@ impl PinholeConnections {
         dispatch!(level, simd => connect(simd, view, &self.given, &mut self.found));
     }
 
-    /// A connection that was evaluated.
+    /// The connection of a walk, if it is the next one that was accepted.
     #[inline(always)]
-    pub(super) fn connection<'s, S: Scene + ?Sized + 's, P>(
+    pub(super) fn take<'s, S: Scene + ?Sized + 's, P>(
+        &mut self,
+        walk: usize,
+        visit: &mut Visit<'_, 's, S, P>,
+    ) -> Option<Option<LensConnection>> {
+        let k = self.taken;
+        self.walks.get(k).filter(|next| **next as usize == walk)?;
+        self.taken += 1;
+        Some(self.connection(k, visit))
+    }
+
+    #[inline(always)]
+    fn connection<'s, S: Scene + ?Sized + 's, P>(
         &self,
         k: usize,
         visit: &mut Visit<'_, 's, S, P>,
