@@ -327,7 +327,7 @@ impl Endpoint for AreaLight {
         let shape = &self.shapes[index];
         let seen = Subtended::new(shape, receiver, self.two_sided);
         let point = match &seen {
-            Some(seen) => self.as_reported(index, seen.sample(u2)),
+            Some(seen) => self.as_reported(index, seen.sample(u2, self.constant.is_none())),
             None => self.point_on(index, u2),
         };
         let pdf = self.density(shape, seen.as_ref(), &point, pmf);
