@@ -62,10 +62,10 @@ impl<B: Bsdf> ShadedBsdf<B> {
     /// the shading normal is not the geometric one.
     #[inline(always)]
     pub(crate) fn lane_form(&self, fixed: DVec3) -> Option<LaneForm> {
-        match self.geometric_normal {
-            None => self.bsdf.lane_form(self.frame.z.dot(fixed) >= 0.0),
-            Some(_) => None,
+        if !self.is_flat() {
+            return None;
         }
+        self.bsdf.lane_form(self.frame.z.dot(fixed) >= 0.0)
     }
 
     /// `f'(to_light, to_camera)` in 1/sr, without Dirac lobes.

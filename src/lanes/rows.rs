@@ -76,22 +76,32 @@ impl<const N: usize> Rows<N> {
     }
 }
 
+// Loops, since what arrays are mapped by does not get inlined with an instruction set.
+
 /// The numbers of a group, as vectors.
 #[inline(always)]
 pub(crate) fn load<S: Simd, const N: usize>(simd: S, group: &Group<N>) -> [f64x8<S>; N] {
-    std::array::from_fn(|row| f64x8::load_array_ref(simd, &group[row]))
+    let mut numbers = [f64x8::splat(simd, 0.0); N];
+    for row in 0..N {
+        numbers[row] = f64x8::load_array_ref(simd, &group[row]);
+    }
+    numbers
 }
 
-/// A number in all lanes.
+/// Numbers that are the same in all lanes.
 #[inline(always)]
-pub(crate) fn splat<S: Simd>(simd: S, x: f64) -> f64x8<S> {
-    f64x8::splat(simd, x)
+pub(crate) fn splat<S: Simd, const N: usize>(simd: S, numbers: &[f64; N]) -> [f64x8<S>; N] {
+    let mut all = [f64x8::splat(simd, 0.0); N];
+    for row in 0..N {
+        all[row] = f64x8::splat(simd, numbers[row]);
+    }
+    all
 }
 
 /// Fills a group with vectors.
 #[inline(always)]
 pub(crate) fn store<S: Simd, const N: usize>(group: &mut Group<N>, numbers: [f64x8<S>; N]) {
-    for (row, numbers) in group.iter_mut().zip(numbers) {
-        *row = numbers.into();
+    for row in 0..N {
+        group[row] = numbers[row].into();
     }
 }

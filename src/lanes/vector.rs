@@ -96,6 +96,15 @@ impl<L: Lane> Mul<L> for Vector<L> {
     }
 }
 
+/// Component by component, as for colours.
+impl<L: Lane> Mul for Vector<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
+    }
+}
+
 impl<L: Lane> Div<L> for Vector<L> {
     type Output = Self;
     #[inline(always)]

@@ -6,6 +6,7 @@
 //! time. The contributions of a sample do not depend on which others it advances with.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
+use super::pairs::Pairs;
 use super::{
     Counters, End, LensConnection, NextEvent, Out, Plan, RandomWalk, Roulette, Scattered, Subpaths,
     Vertex,
@@ -16,6 +17,7 @@ use crate::film::{Contribution, Sample, Technique};
 use crate::math::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
+use fearless_simd::Level;
 use std::ops::ControlFlow;
 
 /// A sample before its walk begins, or after its subpaths are complete.
@@ -31,6 +33,8 @@ pub struct Site<'v, 's, S: Scene + ?Sized + 's, P> {
     pub out: Out<'v>,
     /// Counts of what is done.
     pub counters: &'v mut Counters,
+    pub(super) pairs: &'v mut Pairs,
+    pub(super) level: Level,
 }
 
 /// A walk at a vertex.

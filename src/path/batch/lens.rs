@@ -117,7 +117,7 @@ impl PinholeConnections {
 /// [`lens_connection_at`] in lanes.
 #[inline(always)]
 fn connect<S: Simd>(simd: S, view: &View, given: &Rows<15>, found: &mut Rows<6>) {
-    let [cx, cy, cz] = view.position.to_array().map(|x| splat(simd, x));
+    let [cx, cy, cz] = splat(simd, &view.position.to_array());
     for (given, found) in given.groups().iter().zip(found.groups_mut()) {
         let [px, py, pz, nx, ny, nz, wx, wy, wz, t0, t1, t2, a0, a1, a2] = load(simd, given);
         let (x, normal) = (Vector::new(px, py, pz), Vector::new(nx, ny, nz));

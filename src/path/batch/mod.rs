@@ -47,11 +47,13 @@ pub fn join<'s, S: Scene + ?Sized, P: Sampler>(
     scratch: &mut Scratch<'s, S>,
     mut visit: impl FnMut(&mut Site<'_, 's, S, P>),
 ) {
-    let Scratch { counters, subpaths, connections, .. } = scratch;
+    let Scratch { counters, subpaths, connections, pairs, level, .. } = scratch;
     subpaths.resize_with(subpaths.len().max(samples.len()), Subpaths::default);
     for (number, (sample, subpaths)) in samples.iter_mut().zip(&mut *subpaths).enumerate() {
         let out = Out { sample: number, sink: &mut *sink, connections };
-        visit(&mut Site { plan, sample, subpaths, out, counters });
+        pairs.clear();
+        let level = *level;
+        visit(&mut Site { plan, sample, subpaths, out, counters, pairs, level });
     }
     connections.test(plan.stage.scene, subpaths, sink);
 }

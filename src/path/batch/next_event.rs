@@ -127,7 +127,7 @@ fn connect<S: Simd>(simd: S, FlatConnections { list, given, found, .. }: &mut Fl
     for ((list, given), found) in groups {
         let first = list[0].flat;
         let light = if list.iter().all(|connection| std::ptr::eq(connection.flat, first)) {
-            first.numbers().map(|number| splat(simd, number))
+            splat(simd, &first.numbers())
         } else {
             let mut numbers = [[0.0; LANES]; FLAT];
             for (lane, connection) in list.iter().enumerate() {
