@@ -128,7 +128,7 @@ fn in_order<T>(count: usize, ask: impl FnOnce(&mut dyn FnMut(usize, T))) -> Vec<
 
 fn closest_many(bvh: &Bvh, queries: &[Query]) -> Vec<Option<(f64, u32)>> {
     in_order(queries.len(), |answer| {
-        bvh.closest_many(queries.iter().copied(), |index, hit| {
+        bvh.closest_many(queries.iter().copied(), |index, _, hit| {
             answer(index, hit.map(|hit| (hit.intersection.t, hit.primitive)))
         });
     })

@@ -114,8 +114,9 @@ fn closest_of_packet<'a, S: Simd>(
     let mut limit = limited(simd, entered, f32x16::splat(simd, FAR));
     let start = u32x16::load_array_ref(simd, &rays.start);
     let (mut held, mut held_near) = (u32x16::splat(simd, NONE), f32x16::splat(simd, f32::INFINITY));
-    // Hits that could not wait for their exact test.
-    let mut early: [Option<(u32, Intersection)>; RAYS] = [const { None }; RAYS];
+    // A bit for each ray that may hit a facet but not certainly nearest. Their turn comes later:
+    // nothing is called in this loop, so that its numbers stay in registers.
+    let (mut unclear, mut any_unclear) = ([0; FEW], 0);
     for (number, (facet, primitive)) in (0..).zip(few.facets.iter().zip(&few.primitives)) {
         let seen = facet.meet(simd, &origin, &direction);
         // What is flat is not met again from where it is left.
@@ -124,22 +125,13 @@ fn closest_of_packet<'a, S: Simd>(
         held = nearer.select(u32x16::splat(simd, number), held);
         held_near = nearer.select(seen.near, held_near);
         limit = nearer.select(limit.min(seen.far), limit);
-        let mut unclear = (hits & !nearer).to_bitmask();
-        if unclear != 0 {
-            let mut limits = limit.to_array();
-            while unclear != 0 {
-                let lane = take(&mut unclear) % RAYS;
-                let found = bvh.shapes[*primitive as usize].intersect(&rays.ray(lane));
-                // Of equally near ones the first stays, whose number is the lowest.
-                if let Some(found) = found
-                    && early[lane].is_none_or(|(_, nearest)| found.t < nearest.t)
-                {
-                    early[lane] = Some((number, found));
-                    limits[lane] = limits[lane].min(bvh.round_up(found.t));
-                }
-            }
-            limit = f32x16::load_array(simd, limits);
-        }
+        let bits = (hits & !nearer).to_bitmask();
+        unclear[number as usize % FEW] = bits;
+        any_unclear |= bits;
+    }
+    let mut early: [Option<(u32, Intersection)>; RAYS] = [const { None }; RAYS];
+    if any_unclear != 0 {
+        few.test_unclear(bvh, rays, &unclear, &mut early);
     }
     let held = held.to_array();
     for (half, hits) in hits.chunks_mut(LANES).enumerate() {
@@ -157,16 +149,11 @@ fn closest_of_packet<'a, S: Simd>(
                 }
                 (late, early) => late.or(early),
             };
-            *hit = found.map(|(number, intersection)| {
-                let ray = rays.ray(lane);
-                Hit {
-                    primitive: few.primitives[number as usize],
-                    candidate: None,
-                    origin: ray.origin,
-                    direction: ray.direction,
-                    moved: rays.moved[lane],
-                    intersection,
-                }
+            *hit = found.map(|(number, intersection)| Hit {
+                primitive: few.primitives[number as usize],
+                candidate: None,
+                moved: rays.moved[lane],
+                intersection,
             });
         }
     }
@@ -182,6 +169,29 @@ struct Decided {
 }
 
 impl Few {
+    /// The nearest hits of rays and facets, given by a bit for each ray. Rare.
+    #[inline(never)]
+    fn test_unclear(
+        &self,
+        bvh: &Bvh,
+        rays: &Rays,
+        unclear: &[u64; FEW],
+        nearest: &mut [Option<(u32, Intersection)>; RAYS],
+    ) {
+        for ((number, primitive), mut lanes) in (0..).zip(&self.primitives).zip(*unclear) {
+            while lanes != 0 {
+                let lane = take(&mut lanes) % RAYS;
+                let found = bvh.shapes[*primitive as usize].intersect(&rays.ray(lane));
+                // Of equally near ones the first stays, whose number is the lowest.
+                if let Some(found) = found
+                    && nearest[lane].is_none_or(|(_, nearest)| found.t < nearest.t)
+                {
+                    nearest[lane] = Some((number, found));
+                }
+            }
+        }
+    }
+
     /// The exact tests of eight rays, each with the facet that is held for it.
     #[inline(always)]
     fn decide<S: Simd>(&self, simd: S, rays: &Rays, half: usize, held: &[u32; RAYS]) -> Decided {
@@ -190,7 +200,7 @@ impl Few {
         let (origin, direction) = (rotated(origin, [x, y]), rotated(direction, [x, y]));
         let shear = shear_along(direction);
         let (x, y) = (x.to_bitmask(), y.to_bitmask());
-        let mut corners = [[[0.0; LANES]; 3]; 4];
+        let mut corners = [[[0.0; 4]; LANES]; 3];
         let (mut there, mut triangles) = (0u64, 0u64);
         for lane in 0..LANES {
             let number = held[half * LANES + lane];
@@ -199,15 +209,15 @@ impl Few {
             triangles |= u64::from(facet.is_triangle) << lane;
             let rotation = (x >> lane & 1 | (y >> lane & 1) << 1) as usize % 3;
             for axis in 0..3 {
-                for (corner, x) in corners.iter_mut().zip(facet.rows[rotation + axis]) {
-                    corner[axis][lane] = x;
-                }
+                corners[axis][lane] = facet.rows[rotation + axis];
             }
         }
-        let a = sheared(shear, loaded(simd, &corners[0]) - origin);
-        let b = sheared(shear, loaded(simd, &corners[1]) - origin);
-        let c = sheared(shear, loaded(simd, &corners[2]) - origin);
-        let d = sheared(shear, loaded(simd, &corners[3]) - origin);
+        let [x, y, z] = &corners;
+        let (x, y, z) = (transposed(simd, x), transposed(simd, y), transposed(simd, z));
+        let a = sheared(shear, Vector::new(x[0], y[0], z[0]) - origin);
+        let b = sheared(shear, Vector::new(x[1], y[1], z[1]) - origin);
+        let c = sheared(shear, Vector::new(x[2], y[2], z[2]) - origin);
+        let d = sheared(shear, Vector::new(x[3], y[3], z[3]) - origin);
         let is_triangle = mask64x8::from_bitmask(simd, triangles);
         let triangle = Met::triangle(a, b, c);
         let quad = triangle.first_half().or(Met::triangle(a, c, d).second_half());
@@ -232,13 +242,20 @@ fn rotated<L: Lane>(v: Vector<L>, [x, y]: [L::Mask; 2]) -> Vector<L> {
     )
 }
 
+/// Numbers of four corners in each of eight lanes, as vectors of each corner.
 #[inline(always)]
-fn loaded<S: Simd>(simd: S, [x, y, z]: &[[f64; LANES]; 3]) -> Vector<f64x8<S>> {
-    Vector::new(
-        f64x8::load_array_ref(simd, x),
-        f64x8::load_array_ref(simd, y),
-        f64x8::load_array_ref(simd, z),
-    )
+fn transposed<S: Simd>(simd: S, corners: &[[f64; 4]; LANES]) -> [f64x8<S>; 4] {
+    let [p, q, r, s] = corners.as_flattened().as_chunks().0 else { unreachable!() };
+    let (p, q) = (f64x8::load_array_ref(simd, p), f64x8::load_array_ref(simd, q));
+    let (r, s) = (f64x8::load_array_ref(simd, r), f64x8::load_array_ref(simd, s));
+    let (even, odd) = (p.unzip_low(q), p.unzip_high(q));
+    let (even_last, odd_last) = (r.unzip_low(s), r.unzip_high(s));
+    [
+        even.unzip_low(even_last),
+        odd.unzip_low(odd_last),
+        even.unzip_high(even_last),
+        odd.unzip_high(odd_last),
+    ]
 }
 
 /// The answers of [`Bvh::is_free`] for many segments in a scene of few facets; false for another
@@ -302,23 +319,45 @@ impl Few {
         let limit = limited(simd, inside, limit);
         let start = u32x16::load_array_ref(simd, &rays.start);
         let end = u32x16::load_array_ref(simd, &rays.end);
-        let mut blocked = 0;
-        for (facet, primitive) in self.facets.iter().zip(&self.primitives) {
+        let (mut unclear, mut any_unclear, mut blocked) = ([0; FEW], 0, 0);
+        for (i, (facet, primitive)) in self.facets.iter().zip(&self.primitives).enumerate() {
             let seen = facet.meet(simd, &origin, &direction);
             let number = u32x16::splat(simd, *primitive);
             // A segment meets what is flat at one of its ends nowhere else.
             let hits = seen.hits(limit) & !(number.simd_eq(start) | number.simd_eq(end));
             let certain = hits & seen.certain() & seen.far.simd_lt(limit);
             blocked |= certain.to_bitmask();
-            let mut unclear = hits.to_bitmask() & !blocked;
-            while unclear != 0 {
-                let lane = take(&mut unclear) % RAYS;
+            let bits = (hits & !certain).to_bitmask();
+            unclear[i % FEW] = bits;
+            any_unclear |= bits;
+            if blocked & inside == inside {
+                return blocked;
+            }
+        }
+        if any_unclear & !blocked != 0 {
+            blocked = self.test_unclear_ways(bvh, rays, length, &unclear, blocked);
+        }
+        blocked
+    }
+
+    /// The segments that are blocked by now, and those of others that facets block, given by a bit
+    /// for each segment. Rare.
+    #[inline(never)]
+    fn test_unclear_ways(
+        &self,
+        bvh: &Bvh,
+        rays: &Rays,
+        length: &[f64; RAYS],
+        unclear: &[u64; FEW],
+        mut blocked: u64,
+    ) -> u64 {
+        for (primitive, lanes) in self.primitives.iter().zip(unclear) {
+            let mut lanes = lanes & !blocked;
+            while lanes != 0 {
+                let lane = take(&mut lanes) % RAYS;
                 let hit = bvh.shapes[*primitive as usize].intersect(&rays.ray(lane));
                 let length = length[lane] - rays.moved[lane];
                 blocked |= u64::from(hit.is_some_and(|hit| hit.t < length)) << lane;
-            }
-            if blocked & inside == inside {
-                break;
             }
         }
         blocked
