@@ -1,10 +1,11 @@
-//! Scenes of few facets, all flat: each ray is tested against all of them, sixteen rays at a time,
-//! without a tree.
+//! Scenes of few primitives, which are flat or spheres: each ray is tested against all of them,
+//! sixteen rays at a time, without a tree.
 
 use super::RAYS;
+use super::ball::Ball;
 use super::plane::Facet;
 use super::rays::{BoxRays, Rays, eight, limited};
-use crate::geometry::{Intersection, Met, Shape, largest_axis, shear_along, sheared};
+use crate::geometry::{Intersection, Met, Shape, Sphere, largest_axis, shear_along, sheared};
 use crate::lanes::{LANES, Lane, Mask, Vector};
 use crate::tree::bvh::Bvh;
 use crate::tree::layout::FEW;
@@ -15,12 +16,14 @@ use crate::tree::stack::take;
 use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask64x8, prelude::*, u32x16};
 use glam::DVec3;
 
-/// All facets of a scene that has few, one for each primitive, in the primitives' order.
-#[derive(Debug)]
+/// All primitives of a scene that has few.
+#[derive(Debug, Default)]
 pub(in crate::tree) struct Few {
+    /// What is flat, in the order of the primitives' numbers.
     facets: Vec<Facet>,
     corners: Vec<Corners>,
     primitives: Vec<u32>,
+    spheres: Vec<(u32, Ball, Sphere)>,
 }
 
 /// Coordinates x, y, z, x, y of four corners, so that three rows in succession have any axis last.
@@ -39,14 +42,18 @@ impl Corners {
 }
 
 impl Few {
-    /// The facets of some primitives, which are numbers of shapes; `None` if they are too many, or
-    /// not all flat.
-    pub fn new(shapes: &[Shape], primitives: Vec<u32>, space: &Space) -> Option<Self> {
-        if primitives.is_empty() || primitives.len() > FEW {
+    /// Some primitives, which are numbers of shapes in their order; `None` if they are too many, or
+    /// if one is a disk.
+    pub fn new(
+        shapes: &[Shape],
+        primitives: impl ExactSizeIterator<Item = u32>,
+        space: &Space,
+    ) -> Option<Self> {
+        if primitives.len() == 0 || primitives.len() > FEW {
             return None;
         }
-        let (mut facets, mut corners) = (Vec::new(), Vec::new());
-        for &primitive in &primitives {
+        let mut few = Self::default();
+        for primitive in primitives {
             let (outline, third, is_triangle) = match &shapes[primitive as usize] {
                 Shape::Triangle(t) => {
                     let [a, b, c] = t.vertices;
@@ -56,13 +63,18 @@ impl Few {
                     let outline = q.corners();
                     (outline, outline[3], false)
                 }
-                Shape::Sphere(_) | Shape::Disk(_) => return None,
+                Shape::Sphere(sphere) => {
+                    few.spheres.push((primitive, Ball::new(sphere, space), *sphere));
+                    continue;
+                }
+                Shape::Disk(_) => return None,
             };
             let [a, b, c] = [outline[0], outline[1], third].map(|corner| space.place(corner));
-            facets.push(Facet::new(a, [b - a, c - a], is_triangle));
-            corners.push(Corners::new(outline, is_triangle));
+            few.facets.push(Facet::new(a, [b - a, c - a], is_triangle));
+            few.corners.push(Corners::new(outline, is_triangle));
+            few.primitives.push(primitive);
         }
-        Some(Self { facets, corners, primitives })
+        Some(few)
     }
 
     /// The memory that they take, bytes.
@@ -70,6 +82,7 @@ impl Few {
         size_of_val(&self.facets[..])
             + size_of_val(&self.corners[..])
             + size_of_val(&self.primitives[..])
+            + size_of_val(&self.spheres[..])
     }
 }
 
@@ -133,6 +146,26 @@ fn closest_of_packet<'a, S: Simd>(
     if any_unclear != 0 {
         few.test_unclear(bvh, rays, &unclear, &mut early);
     }
+    for (primitive, ball, sphere) in &few.spheres {
+        let may = ball.may_be_hit(&origin, &direction, limit).to_bitmask();
+        if may == 0 {
+            continue;
+        }
+        let mut limits = limit.to_array();
+        for half in 0..2 {
+            let (hits, t) = meet_sphere(simd, *primitive, sphere, rays, half, None);
+            let (mut hits, t) = (hits & may >> (half * LANES), t.to_array());
+            while hits != 0 {
+                let k = take(&mut hits) % LANES;
+                let (lane, t) = (half * LANES + k, t[k]);
+                if early[lane].is_none_or(|(other, found)| (t, *primitive) < (found.t, other)) {
+                    early[lane] = Some((*primitive, Intersection { t, u: 0.0, v: 0.0 }));
+                    limits[lane] = limits[lane].min(bvh.round_up(t));
+                }
+            }
+        }
+        limit = f32x16::load_array(simd, limits);
+    }
     let held = held.to_array();
     for (half, hits) in hits.chunks_mut(LANES).enumerate() {
         let decided = few.decide(simd, rays, half, &held);
@@ -141,7 +174,7 @@ fn closest_of_packet<'a, S: Simd>(
             let late = (decided.hits >> k & 1 != 0).then(|| {
                 let intersection =
                     Intersection { t: decided.t[k], u: decided.u[k], v: decided.v[k] };
-                (held[lane], intersection)
+                (few.primitives[held[lane] as usize], intersection)
             });
             let found = match (late, early[lane]) {
                 (Some(late), Some(early)) if (early.1.t, early.0) < (late.1.t, late.0) => {
@@ -149,8 +182,8 @@ fn closest_of_packet<'a, S: Simd>(
                 }
                 (late, early) => late.or(early),
             };
-            *hit = found.map(|(number, intersection)| Hit {
-                primitive: few.primitives[number as usize],
+            *hit = found.map(|(primitive, intersection)| Hit {
+                primitive,
                 candidate: None,
                 moved: rays.moved[lane],
                 intersection,
@@ -178,7 +211,7 @@ impl Few {
         unclear: &[u64; FEW],
         nearest: &mut [Option<(u32, Intersection)>; RAYS],
     ) {
-        for ((number, primitive), mut lanes) in (0..).zip(&self.primitives).zip(*unclear) {
+        for (primitive, mut lanes) in self.primitives.iter().zip(*unclear) {
             while lanes != 0 {
                 let lane = take(&mut lanes) % RAYS;
                 let found = bvh.shapes[*primitive as usize].intersect(&rays.ray(lane));
@@ -186,7 +219,7 @@ impl Few {
                 if let Some(found) = found
                     && nearest[lane].is_none_or(|(_, nearest)| found.t < nearest.t)
                 {
-                    nearest[lane] = Some((number, found));
+                    nearest[lane] = Some((*primitive, found));
                 }
             }
         }
@@ -240,6 +273,47 @@ fn rotated<L: Lane>(v: Vector<L>, [x, y]: [L::Mask; 2]) -> Vector<L> {
         x.choose(v.z, y.choose(v.x, v.y)),
         x.choose(v.x, y.choose(v.y, v.z)),
     )
+}
+
+/// The exact tests of eight rays and a sphere, on which they may start, or end at their lengths: a
+/// bit for each hit, and where.
+#[inline(always)]
+fn meet_sphere<S: Simd>(
+    simd: S,
+    primitive: u32,
+    sphere: &Sphere,
+    rays: &Rays,
+    half: usize,
+    length: Option<f64x8<S>>,
+) -> (u64, f64x8<S>) {
+    let (origin, direction) = rays.half(simd, half);
+    let center = sphere.center;
+    let from = Vector::new(origin.x - center.x, origin.y - center.y, origin.z - center.z);
+    let (hits, mut t) = sphere.meet(from, direction);
+    let mut hits = hits.to_bitmask();
+    let start = touching(primitive, &rays.start, half);
+    if start != 0 {
+        let (again, chord) = sphere.meet_again(from, direction);
+        hits = hits & !start | again.to_bitmask() & start;
+        t = mask64x8::from_bitmask(simd, start).select(chord, t);
+    }
+    if let Some(length) = length {
+        let end = touching(primitive, &rays.end, half);
+        if end != 0 {
+            let (before, chord) = sphere.meet_before(from, direction, length);
+            hits = hits & !end | before.to_bitmask() & end & !start;
+            t = mask64x8::from_bitmask(simd, end).select(chord, t);
+        }
+        hits &= t.simd_lt(length).to_bitmask();
+    }
+    (hits, t)
+}
+
+/// A bit for each of eight ends that lies on a primitive.
+#[inline(always)]
+fn touching(primitive: u32, ends: &[u32; RAYS], half: usize) -> u64 {
+    let ends = ends[half * LANES..][..LANES].iter().enumerate();
+    ends.fold(0, |bits, (k, end)| bits | u64::from(*end == primitive) << k)
 }
 
 /// Numbers of four corners in each of eight lanes, as vectors of each corner.
@@ -336,6 +410,15 @@ impl Few {
         }
         if any_unclear & !blocked != 0 {
             blocked = self.test_unclear_ways(bvh, rays, length, &unclear, blocked);
+        }
+        for (primitive, ball, sphere) in &self.spheres {
+            let may = ball.may_be_hit(&origin, &direction, limit).to_bitmask();
+            if may & !blocked == 0 {
+                continue;
+            }
+            let (low, _) = meet_sphere(simd, *primitive, sphere, rays, 0, Some(low));
+            let (high, _) = meet_sphere(simd, *primitive, sphere, rays, 1, Some(high));
+            blocked |= may & (low | high << LANES);
         }
         blocked
     }
