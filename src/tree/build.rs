@@ -58,7 +58,7 @@ impl Bvh {
                 references.push(primitive as u32 | SECOND_HALF);
             }
         }
-        let few = Few::new(&shapes, (0..shapes.len() as u32).collect(), &space);
+        let few = Few::new(&shapes, 0..shapes.len() as u32, &space);
         let mut boxes: Vec<Aabb> = references
             .iter()
             .map(|&reference| {

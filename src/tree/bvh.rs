@@ -73,6 +73,11 @@ impl Bvh {
         self.center
     }
 
+    /// All primitives, by their number.
+    pub fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+
     /// The shape of a primitive.
     pub fn shape(&self, primitive: u32) -> Option<&Shape> {
         self.shapes.get(primitive as usize)
@@ -105,7 +110,7 @@ impl Bvh {
         ) != Step::Done
         {}
         let found = self.decide(walk.held, early, &ray, query.origin_primitive)?;
-        Some(found.hit(&ray, moved))
+        Some(found.hit(moved))
     }
 
     /// The point at which a ray enters the scene, its direction with unit length, and the distance

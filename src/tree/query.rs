@@ -115,15 +115,21 @@ pub(crate) struct Hit<'a> {
     pub primitive: u32,
     /// The place in the tree, if it was found there.
     pub(super) candidate: Option<Candidate<'a>>,
-    /// The start of the ray that the intersection refers to, which may be further on than that of
-    /// the one that was asked for.
-    pub origin: DVec3,
-    /// The direction, of unit length.
-    pub direction: DVec3,
-    /// The distance between the two starts.
+    /// How much further on than the start of the ray that was asked for the one starts that the
+    /// intersection refers to.
     pub moved: f64,
     /// The intersection.
     pub intersection: Intersection,
+}
+
+impl Hit<'_> {
+    /// The ray that the intersection refers to, from the one that was asked for.
+    pub fn ray_of(&self, query: &Query) -> Option<Ray> {
+        let direction = unit(query.direction)?;
+        let is_moved = self.moved > 0.0;
+        let origin = if is_moved { query.origin + direction * self.moved } else { query.origin };
+        Some(Ray::new(origin, direction))
+    }
 }
 
 /// The answer of the exact test.
@@ -142,16 +148,9 @@ impl<'a> Found<'a> {
 
     /// The hit of a ray that was moved by so much.
     #[inline(always)]
-    pub fn hit(self, ray: &Ray, moved: f64) -> Hit<'a> {
+    pub fn hit(self, moved: f64) -> Hit<'a> {
         let Found { candidate, intersection } = self;
-        Hit {
-            primitive: candidate.primitive(),
-            candidate: Some(candidate),
-            origin: ray.origin,
-            direction: ray.direction,
-            moved,
-            intersection,
-        }
+        Hit { primitive: candidate.primitive(), candidate: Some(candidate), moved, intersection }
     }
 }
 

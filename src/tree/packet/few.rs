@@ -1,10 +1,11 @@
-//! Scenes of few facets, all flat: each ray is tested against all of them, sixteen rays at a time,
-//! without a tree.
+//! Scenes of few primitives, which are flat or spheres: each ray is tested against all of them,
+//! sixteen rays at a time, without a tree.
 
 use super::RAYS;
+use super::ball::Ball;
 use super::plane::Facet;
 use super::rays::{BoxRays, Rays, eight, limited};
-use crate::geometry::{Intersection, Met, Shape, largest_axis, shear_along, sheared};
+use crate::geometry::{Intersection, Met, Shape, Sphere, largest_axis, shear_along, sheared};
 use crate::lanes::{LANES, Lane, Mask, Vector};
 use crate::tree::bvh::Bvh;
 use crate::tree::layout::FEW;
@@ -15,12 +16,14 @@ use crate::tree::stack::take;
 use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask64x8, prelude::*, u32x16};
 use glam::DVec3;
 
-/// All facets of a scene that has few, one for each primitive, in the primitives' order.
-#[derive(Debug)]
+/// All primitives of a scene that has few.
+#[derive(Debug, Default)]
 pub(in crate::tree) struct Few {
+    /// What is flat, in the order of the primitives' numbers.
     facets: Vec<Facet>,
     corners: Vec<Corners>,
     primitives: Vec<u32>,
+    spheres: Vec<(u32, Ball, Sphere)>,
 }
 
 /// Coordinates x, y, z, x, y of four corners, so that three rows in succession have any axis last.
@@ -39,14 +42,18 @@ impl Corners {
 }
 
 impl Few {
-    /// The facets of some primitives, which are numbers of shapes; `None` if they are too many, or
-    /// not all flat.
-    pub fn new(shapes: &[Shape], primitives: Vec<u32>, space: &Space) -> Option<Self> {
-        if primitives.is_empty() || primitives.len() > FEW {
+    /// Some primitives, which are numbers of shapes in their order; `None` if they are too many, or
+    /// if one is a disk.
+    pub fn new(
+        shapes: &[Shape],
+        primitives: impl ExactSizeIterator<Item = u32>,
+        space: &Space,
+    ) -> Option<Self> {
+        if primitives.len() == 0 || primitives.len() > FEW {
             return None;
         }
-        let (mut facets, mut corners) = (Vec::new(), Vec::new());
-        for &primitive in &primitives {
+        let mut few = Self::default();
+        for primitive in primitives {
             let (outline, third, is_triangle) = match &shapes[primitive as usize] {
                 Shape::Triangle(t) => {
                     let [a, b, c] = t.vertices;
@@ -56,13 +63,18 @@ impl Few {
                     let outline = q.corners();
                     (outline, outline[3], false)
                 }
-                Shape::Sphere(_) | Shape::Disk(_) => return None,
+                Shape::Sphere(sphere) => {
+                    few.spheres.push((primitive, Ball::new(sphere, space), *sphere));
+                    continue;
+                }
+                Shape::Disk(_) => return None,
             };
             let [a, b, c] = [outline[0], outline[1], third].map(|corner| space.place(corner));
-            facets.push(Facet::new(a, [b - a, c - a], is_triangle));
-            corners.push(Corners::new(outline, is_triangle));
+            few.facets.push(Facet::new(a, [b - a, c - a], is_triangle));
+            few.corners.push(Corners::new(outline, is_triangle));
+            few.primitives.push(primitive);
         }
-        Some(Self { facets, corners, primitives })
+        Some(few)
     }
 
     /// The memory that they take, bytes.
@@ -70,6 +82,7 @@ impl Few {
         size_of_val(&self.facets[..])
             + size_of_val(&self.corners[..])
             + size_of_val(&self.primitives[..])
+            + size_of_val(&self.spheres[..])
     }
 }
 
@@ -114,8 +127,9 @@ fn closest_of_packet<'a, S: Simd>(
     let mut limit = limited(simd, entered, f32x16::splat(simd, FAR));
     let start = u32x16::load_array_ref(simd, &rays.start);
     let (mut held, mut held_near) = (u32x16::splat(simd, NONE), f32x16::splat(simd, f32::INFINITY));
-    // Hits that could not wait for their exact test.
-    let mut early: [Option<(u32, Intersection)>; RAYS] = [const { None }; RAYS];
+    // A bit for each ray that may hit a facet but not certainly nearest. Their turn comes later:
+    // nothing is called in this loop, so that its numbers stay in registers.
+    let (mut unclear, mut any_unclear) = ([0; FEW], 0);
     for (number, (facet, primitive)) in (0..).zip(few.facets.iter().zip(&few.primitives)) {
         let seen = facet.meet(simd, &origin, &direction);
         // What is flat is not met again from where it is left.
@@ -124,22 +138,33 @@ fn closest_of_packet<'a, S: Simd>(
         held = nearer.select(u32x16::splat(simd, number), held);
         held_near = nearer.select(seen.near, held_near);
         limit = nearer.select(limit.min(seen.far), limit);
-        let mut unclear = (hits & !nearer).to_bitmask();
-        if unclear != 0 {
-            let mut limits = limit.to_array();
-            while unclear != 0 {
-                let lane = take(&mut unclear) % RAYS;
-                let found = bvh.shapes[*primitive as usize].intersect(&rays.ray(lane));
-                // Of equally near ones the first stays, whose number is the lowest.
-                if let Some(found) = found
-                    && early[lane].is_none_or(|(_, nearest)| found.t < nearest.t)
-                {
-                    early[lane] = Some((number, found));
-                    limits[lane] = limits[lane].min(bvh.round_up(found.t));
+        let bits = (hits & !nearer).to_bitmask();
+        unclear[number as usize % FEW] = bits;
+        any_unclear |= bits;
+    }
+    let mut early: [Option<(u32, Intersection)>; RAYS] = [const { None }; RAYS];
+    if any_unclear != 0 {
+        few.test_unclear(bvh, rays, &unclear, &mut early);
+    }
+    for (primitive, ball, sphere) in &few.spheres {
+        let may = ball.may_be_hit(&origin, &direction, limit).to_bitmask();
+        if may == 0 {
+            continue;
+        }
+        let mut limits = limit.to_array();
+        for half in 0..2 {
+            let (hits, t) = meet_sphere(simd, *primitive, sphere, rays, half, None);
+            let (mut hits, t) = (hits & may >> (half * LANES), t.to_array());
+            while hits != 0 {
+                let k = take(&mut hits) % LANES;
+                let (lane, t) = (half * LANES + k, t[k]);
+                if early[lane].is_none_or(|(other, found)| (t, *primitive) < (found.t, other)) {
+                    early[lane] = Some((*primitive, Intersection { t, u: 0.0, v: 0.0 }));
+                    limits[lane] = limits[lane].min(bvh.round_up(t));
                 }
             }
-            limit = f32x16::load_array(simd, limits);
         }
+        limit = f32x16::load_array(simd, limits);
     }
     let held = held.to_array();
     for (half, hits) in hits.chunks_mut(LANES).enumerate() {
@@ -149,7 +174,7 @@ fn closest_of_packet<'a, S: Simd>(
             let late = (decided.hits >> k & 1 != 0).then(|| {
                 let intersection =
                     Intersection { t: decided.t[k], u: decided.u[k], v: decided.v[k] };
-                (held[lane], intersection)
+                (few.primitives[held[lane] as usize], intersection)
             });
             let found = match (late, early[lane]) {
                 (Some(late), Some(early)) if (early.1.t, early.0) < (late.1.t, late.0) => {
@@ -157,16 +182,11 @@ fn closest_of_packet<'a, S: Simd>(
                 }
                 (late, early) => late.or(early),
             };
-            *hit = found.map(|(number, intersection)| {
-                let ray = rays.ray(lane);
-                Hit {
-                    primitive: few.primitives[number as usize],
-                    candidate: None,
-                    origin: ray.origin,
-                    direction: ray.direction,
-                    moved: rays.moved[lane],
-                    intersection,
-                }
+            *hit = found.map(|(primitive, intersection)| Hit {
+                primitive,
+                candidate: None,
+                moved: rays.moved[lane],
+                intersection,
             });
         }
     }
@@ -182,6 +202,29 @@ struct Decided {
 }
 
 impl Few {
+    /// The nearest hits of rays and facets, given by a bit for each ray. Rare.
+    #[inline(never)]
+    fn test_unclear(
+        &self,
+        bvh: &Bvh,
+        rays: &Rays,
+        unclear: &[u64; FEW],
+        nearest: &mut [Option<(u32, Intersection)>; RAYS],
+    ) {
+        for (primitive, mut lanes) in self.primitives.iter().zip(*unclear) {
+            while lanes != 0 {
+                let lane = take(&mut lanes) % RAYS;
+                let found = bvh.shapes[*primitive as usize].intersect(&rays.ray(lane));
+                // Of equally near ones the first stays, whose number is the lowest.
+                if let Some(found) = found
+                    && nearest[lane].is_none_or(|(_, nearest)| found.t < nearest.t)
+                {
+                    nearest[lane] = Some((*primitive, found));
+                }
+            }
+        }
+    }
+
     /// The exact tests of eight rays, each with the facet that is held for it.
     #[inline(always)]
     fn decide<S: Simd>(&self, simd: S, rays: &Rays, half: usize, held: &[u32; RAYS]) -> Decided {
@@ -190,7 +233,7 @@ impl Few {
         let (origin, direction) = (rotated(origin, [x, y]), rotated(direction, [x, y]));
         let shear = shear_along(direction);
         let (x, y) = (x.to_bitmask(), y.to_bitmask());
-        let mut corners = [[[0.0; LANES]; 3]; 4];
+        let mut corners = [[[0.0; 4]; LANES]; 3];
         let (mut there, mut triangles) = (0u64, 0u64);
         for lane in 0..LANES {
             let number = held[half * LANES + lane];
@@ -199,15 +242,15 @@ impl Few {
             triangles |= u64::from(facet.is_triangle) << lane;
             let rotation = (x >> lane & 1 | (y >> lane & 1) << 1) as usize % 3;
             for axis in 0..3 {
-                for (corner, x) in corners.iter_mut().zip(facet.rows[rotation + axis]) {
-                    corner[axis][lane] = x;
-                }
+                corners[axis][lane] = facet.rows[rotation + axis];
             }
         }
-        let a = sheared(shear, loaded(simd, &corners[0]) - origin);
-        let b = sheared(shear, loaded(simd, &corners[1]) - origin);
-        let c = sheared(shear, loaded(simd, &corners[2]) - origin);
-        let d = sheared(shear, loaded(simd, &corners[3]) - origin);
+        let [x, y, z] = &corners;
+        let (x, y, z) = (transposed(simd, x), transposed(simd, y), transposed(simd, z));
+        let a = sheared(shear, Vector::new(x[0], y[0], z[0]) - origin);
+        let b = sheared(shear, Vector::new(x[1], y[1], z[1]) - origin);
+        let c = sheared(shear, Vector::new(x[2], y[2], z[2]) - origin);
+        let d = sheared(shear, Vector::new(x[3], y[3], z[3]) - origin);
         let is_triangle = mask64x8::from_bitmask(simd, triangles);
         let triangle = Met::triangle(a, b, c);
         let quad = triangle.first_half().or(Met::triangle(a, c, d).second_half());
@@ -232,13 +275,61 @@ fn rotated<L: Lane>(v: Vector<L>, [x, y]: [L::Mask; 2]) -> Vector<L> {
     )
 }
 
+/// The exact tests of eight rays and a sphere, on which they may start, or end at their lengths: a
+/// bit for each hit, and where.
 #[inline(always)]
-fn loaded<S: Simd>(simd: S, [x, y, z]: &[[f64; LANES]; 3]) -> Vector<f64x8<S>> {
-    Vector::new(
-        f64x8::load_array_ref(simd, x),
-        f64x8::load_array_ref(simd, y),
-        f64x8::load_array_ref(simd, z),
-    )
+fn meet_sphere<S: Simd>(
+    simd: S,
+    primitive: u32,
+    sphere: &Sphere,
+    rays: &Rays,
+    half: usize,
+    length: Option<f64x8<S>>,
+) -> (u64, f64x8<S>) {
+    let (origin, direction) = rays.half(simd, half);
+    let center = sphere.center;
+    let from = Vector::new(origin.x - center.x, origin.y - center.y, origin.z - center.z);
+    let (hits, mut t) = sphere.meet(from, direction);
+    let mut hits = hits.to_bitmask();
+    let start = touching(primitive, &rays.start, half);
+    if start != 0 {
+        let (again, chord) = sphere.meet_again(from, direction);
+        hits = hits & !start | again.to_bitmask() & start;
+        t = mask64x8::from_bitmask(simd, start).select(chord, t);
+    }
+    if let Some(length) = length {
+        let end = touching(primitive, &rays.end, half);
+        if end != 0 {
+            let (before, chord) = sphere.meet_before(from, direction, length);
+            hits = hits & !end | before.to_bitmask() & end & !start;
+            t = mask64x8::from_bitmask(simd, end).select(chord, t);
+        }
+        hits &= t.simd_lt(length).to_bitmask();
+    }
+    (hits, t)
+}
+
+/// A bit for each of eight ends that lies on a primitive.
+#[inline(always)]
+fn touching(primitive: u32, ends: &[u32; RAYS], half: usize) -> u64 {
+    let ends = ends[half * LANES..][..LANES].iter().enumerate();
+    ends.fold(0, |bits, (k, end)| bits | u64::from(*end == primitive) << k)
+}
+
+/// Numbers of four corners in each of eight lanes, as vectors of each corner.
+#[inline(always)]
+fn transposed<S: Simd>(simd: S, corners: &[[f64; 4]; LANES]) -> [f64x8<S>; 4] {
+    let [p, q, r, s] = corners.as_flattened().as_chunks().0 else { unreachable!() };
+    let (p, q) = (f64x8::load_array_ref(simd, p), f64x8::load_array_ref(simd, q));
+    let (r, s) = (f64x8::load_array_ref(simd, r), f64x8::load_array_ref(simd, s));
+    let (even, odd) = (p.unzip_low(q), p.unzip_high(q));
+    let (even_last, odd_last) = (r.unzip_low(s), r.unzip_high(s));
+    [
+        even.unzip_low(even_last),
+        odd.unzip_low(odd_last),
+        even.unzip_high(even_last),
+        odd.unzip_high(odd_last),
+    ]
 }
 
 /// The answers of [`Bvh::is_free`] for many segments in a scene of few facets; false for another
@@ -302,23 +393,54 @@ impl Few {
         let limit = limited(simd, inside, limit);
         let start = u32x16::load_array_ref(simd, &rays.start);
         let end = u32x16::load_array_ref(simd, &rays.end);
-        let mut blocked = 0;
-        for (facet, primitive) in self.facets.iter().zip(&self.primitives) {
+        let (mut unclear, mut any_unclear, mut blocked) = ([0; FEW], 0, 0);
+        for (i, (facet, primitive)) in self.facets.iter().zip(&self.primitives).enumerate() {
             let seen = facet.meet(simd, &origin, &direction);
             let number = u32x16::splat(simd, *primitive);
             // A segment meets what is flat at one of its ends nowhere else.
             let hits = seen.hits(limit) & !(number.simd_eq(start) | number.simd_eq(end));
             let certain = hits & seen.certain() & seen.far.simd_lt(limit);
             blocked |= certain.to_bitmask();
-            let mut unclear = hits.to_bitmask() & !blocked;
-            while unclear != 0 {
-                let lane = take(&mut unclear) % RAYS;
+            let bits = (hits & !certain).to_bitmask();
+            unclear[i % FEW] = bits;
+            any_unclear |= bits;
+            if blocked & inside == inside {
+                return blocked;
+            }
+        }
+        if any_unclear & !blocked != 0 {
+            blocked = self.test_unclear_ways(bvh, rays, length, &unclear, blocked);
+        }
+        for (primitive, ball, sphere) in &self.spheres {
+            let may = ball.may_be_hit(&origin, &direction, limit).to_bitmask();
+            if may & !blocked == 0 {
+                continue;
+            }
+            let (low, _) = meet_sphere(simd, *primitive, sphere, rays, 0, Some(low));
+            let (high, _) = meet_sphere(simd, *primitive, sphere, rays, 1, Some(high));
+            blocked |= may & (low | high << LANES);
+        }
+        blocked
+    }
+
+    /// The segments that are blocked by now, and those of others that facets block, given by a bit
+    /// for each segment. Rare.
+    #[inline(never)]
+    fn test_unclear_ways(
+        &self,
+        bvh: &Bvh,
+        rays: &Rays,
+        length: &[f64; RAYS],
+        unclear: &[u64; FEW],
+        mut blocked: u64,
+    ) -> u64 {
+        for (primitive, lanes) in self.primitives.iter().zip(unclear) {
+            let mut lanes = lanes & !blocked;
+            while lanes != 0 {
+                let lane = take(&mut lanes) % RAYS;
                 let hit = bvh.shapes[*primitive as usize].intersect(&rays.ray(lane));
                 let length = length[lane] - rays.moved[lane];
                 blocked |= u64::from(hit.is_some_and(|hit| hit.t < length)) << lane;
-            }
-            if blocked & inside == inside {
-                break;
             }
         }
         blocked

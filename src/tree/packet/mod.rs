@@ -9,6 +9,7 @@
 //! Nothing is missed that the exact test hits, hits are held back as in the walk through the tree,
 //! and the exact tests are the same, eight at a time or alone. So the answers are, too.
 
+mod ball;
 mod few;
 mod plane;
 mod rays;

@@ -87,7 +87,8 @@ impl Facet {
         let v = along(simd, &self.v, &p, self.v0);
         let least = u.min(v);
         let most = least.mul_add(self.is_triangle, u.max(v));
-        Seen { near: t - error, far: t + error, least, most, margin: error * self.scale }
+        let inside = least.min(f32x16::splat(simd, 1.0) - most);
+        Seen { near: t - error, far: t + error, inside, margin: error * self.scale }
     }
 }
 
@@ -104,9 +105,8 @@ pub(super) struct Seen<S: Simd> {
     /// Bounds on the distance that the exact test finds if it finds any.
     pub near: f32x16<S>,
     pub far: f32x16<S>,
-    /// What is 0 at least, and what is 1 at most, on the facet; both up to the margin.
-    least: f32x16<S>,
-    most: f32x16<S>,
+    /// What is not negative on the facet, but for the margin.
+    inside: f32x16<S>,
     margin: f32x16<S>,
 }
 
@@ -114,17 +114,12 @@ impl<S: Simd> Seen<S> {
     /// The rays that may hit before the limit; none if it is not a number.
     #[inline(always)]
     pub fn hits(&self, limit: f32x16<S>) -> <f32x16<S> as SimdBase<S>>::Mask {
-        self.near.simd_le(limit)
-            & self.far.simd_ge(0.0)
-            & self.least.simd_ge(-self.margin)
-            & (self.most - self.margin).simd_le(1.0)
+        self.near.simd_le(limit) & self.far.simd_ge(0.0) & self.inside.simd_ge(-self.margin)
     }
 
     /// The rays that certainly hit somewhere.
     #[inline(always)]
     pub fn certain(&self) -> <f32x16<S> as SimdBase<S>>::Mask {
-        self.near.simd_gt(0.0)
-            & self.least.simd_gt(self.margin)
-            & (self.most + self.margin).simd_lt(1.0)
+        self.near.simd_gt(0.0) & self.inside.simd_gt(self.margin)
     }
 }

@@ -246,7 +246,7 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
         for (lane, hit) in hits.iter_mut().enumerate().take(RAYS) {
             let (ray, start) = (self.rays.ray(lane), self.rays.start[lane]);
             let found = self.bvh.decide(self.held[lane], self.early[lane].take(), &ray, start);
-            *hit = found.map(|found| found.hit(&ray, self.rays.moved[lane]));
+            *hit = found.map(|found| found.hit(self.rays.moved[lane]));
         }
     }
 }
