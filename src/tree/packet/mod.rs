@@ -10,6 +10,7 @@
 //! and the exact tests are the same, eight at a time or alone. So the answers are, too.
 
 mod ball;
+mod eight;
 mod few;
 mod plane;
 mod rays;
@@ -17,6 +18,7 @@ mod rays;
 mod tests;
 mod together;
 
+pub(super) use eight::Corners;
 pub(super) use few::{Few, are_free, closest};
 pub(super) use together::closest_together;
 
