@@ -2,7 +2,7 @@
 //! few facets that takes no tree.
 //!
 //! Rays of a camera, which visit mostly the same, walk through the tree sixteen at a time in larger
-//! scenes on a processor with vectors of sixteen numbers: each node's boxes are tested one after
+//! scenes on a processor with vectors of eight numbers or more: each node's boxes are tested one after
 //! the other, and what any ray enters is visited. Each ray passes what it would pass alone, by the
 //! same numbers.
 //!

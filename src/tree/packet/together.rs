@@ -42,11 +42,11 @@ fn closest_together_with<'a, S: Simd>(
     true
 }
 
-/// True for an instruction set with which that is faster than rays that take turns: one of 16
-/// lanes.
+/// True for an instruction set with which that is faster than rays that take turns: one of eight
+/// lanes or more.
 #[inline(always)]
 fn pays<S: Simd>(_: S) -> bool {
-    S::f32s::LEN == RAYS
+    S::f32s::LEN >= EIGHT
 }
 
 /// A part of the tree that a packet has yet to visit, and the distances at which its rays enter it.
