@@ -27,9 +27,9 @@ use glam::{DVec2, DVec3};
 #[derive(Clone, Copy, Debug)]
 pub struct ShadedBsdf<B> {
     bsdf: B,
+    /// Around the shading normal.
     frame: Frame,
-    /// `None` where the shading normal is the geometric one.
-    geometric_normal: Option<DVec3>,
+    geometric_normal: DVec3,
 }
 
 impl<B: Bsdf> ShadedBsdf<B> {
@@ -42,7 +42,7 @@ impl<B: Bsdf> ShadedBsdf<B> {
         } else {
             Frame::from_normal_and_tangent(point.shading_normal, point.tangent)
         };
-        Self { bsdf, frame, geometric_normal: (!point.is_flat()).then_some(point.geometric_normal) }
+        Self { bsdf, frame, geometric_normal: point.geometric_normal }
     }
 
     /// The BSDF as its model defines it, in the local frame.
@@ -62,10 +62,10 @@ impl<B: Bsdf> ShadedBsdf<B> {
     /// the shading normal is not the geometric one.
     #[inline(always)]
     pub(crate) fn lane_form(&self, fixed: DVec3) -> Option<LaneForm> {
-        match self.geometric_normal {
-            None => self.bsdf.lane_form(self.frame.z.dot(fixed) >= 0.0),
-            Some(_) => None,
+        if !self.is_flat() {
+            return None;
         }
+        self.bsdf.lane_form(self.frame.z.dot(fixed) >= 0.0)
     }
 
     /// `f'(to_light, to_camera)` in 1/sr, without Dirac lobes.
@@ -142,7 +142,7 @@ impl<B: Bsdf> ShadedBsdf<B> {
         } else {
             renormalized::<f64>(self.frame.to_world(local_next).into()).into()
         };
-        if self.geometric_normal.is_some() {
+        if !self.is_flat() {
             let ratio_next = self.ratio(sample.next, local_next)?;
             let (ratio_light, ratio_camera) = match mode {
                 TransportMode::Radiance => (ratio_next, ratio_fixed),
@@ -187,13 +187,17 @@ impl<B: Bsdf> ShadedBsdf<B> {
     /// `|ω · n_s| / |ω · n_g|`, or `None` if the two normals see ω on different sides.
     #[inline]
     fn ratio(&self, direction: DVec3, local: DVec3) -> Option<f64> {
-        match self.geometric_normal {
-            None => Some(1.0),
-            Some(normal) => {
-                let geometric = normal.dot(direction);
-                (local.z * geometric > 0.0).then(|| local.z / geometric)
-            }
+        if self.is_flat() {
+            return Some(1.0);
         }
+        let geometric = self.geometric_normal.dot(direction);
+        (local.z * geometric > 0.0).then(|| local.z / geometric)
+    }
+
+    /// True if the shading normal is the geometric one.
+    #[inline]
+    fn is_flat(&self) -> bool {
+        self.frame.z == self.geometric_normal
     }
 }
 

@@ -1,7 +1,9 @@
 //! Lambertian emission from surfaces.
 
 use super::solid_angle::Subtended;
-use super::{DirectionSample, Endpoint, EndpointError, FlatLight, Light, PointSample, check};
+use super::{
+    AnyLight, DirectionSample, Endpoint, EndpointError, FlatLight, Light, PointSample, check,
+};
 use crate::geometry::{Bounds, Disk, Frame, Shape, Sphere, SurfacePoint, interpolated};
 use crate::light_tree::{LightBounds, LightTree};
 use crate::material::Texture;
@@ -325,7 +327,7 @@ impl Endpoint for AreaLight {
         let shape = &self.shapes[index];
         let seen = Subtended::new(shape, receiver, self.two_sided);
         let point = match &seen {
-            Some(seen) => self.as_reported(index, seen.sample(u2)),
+            Some(seen) => self.as_reported(index, seen.sample(u2, self.constant.is_none())),
             None => self.point_on(index, u2),
         };
         let pdf = self.density(shape, seen.as_ref(), &point, pmf);
@@ -382,6 +384,10 @@ impl Light for AreaLight {
         };
         !bounds.is_empty() && (self.two_sided || self.shapes.iter().any(is_in_front))
     }
+
+    fn into_any(self) -> AnyLight {
+        AnyLight::Area(Box::new(self))
+    }
 }
 
 #[cfg(test)]
@@ -426,6 +432,45 @@ mod tests {
             (sum[0] / power[0] - 1.0).abs() < 0.005 && (sum[2] / power[2] - 1.0).abs() < 0.005,
             "{sum:?}"
         );
+    }
+
+    /// A light that is one flat shape is sampled as one that is not known to be, to the bit.
+    #[test]
+    fn flat_lights_are_sampled_as_any_other() {
+        let quad = Quad {
+            origin: DVec3::new(0.3, -1.0, 0.2),
+            edge_u: DVec3::new(2.0, 0.1, 0.0),
+            edge_v: DVec3::new(0.3, 1.0, -0.7),
+        };
+        let triangle = Triangle { vertices: [DVec3::ZERO, DVec3::X * 2.0, DVec3::ONE] };
+        let radiance = Rgb::new(1.0, 2.0, 3.0);
+        let mut rng = random(8);
+        for shape in [Shape::Quad(quad), Shape::Triangle(triangle)] {
+            let light = |two_sided| AreaLight::new(vec![shape], 7, 5, radiance, two_sided);
+            let (light, general) = (light(false).expect("valid"), light(true).expect("valid"));
+            let flat = light.as_flat().expect("one flat shape");
+            assert!(general.as_flat().is_none());
+            let mut by_area = 0;
+            for _ in 0..1000 {
+                let position = DVec3::from_array([(); 3].map(|()| 10.0 * rng() - 5.0));
+                let receiver = SurfacePoint::on_surface(position, 0.0, DVec3::Z);
+                let (u1, u2) = (rng(), DVec2::new(rng(), rng()));
+                let sample = light.sample_from(&receiver, u1, u2).expect("a point");
+                let to_receiver = position - sample.point.position;
+                if flat.normal.dot(to_receiver) > 0.0 || !flat.is_near(position) {
+                    assert_eq!(Some(sample), general.sample_from(&receiver, u1, u2));
+                }
+                assert_eq!(sample.pdf, light.pdf_from(&receiver, &sample.point));
+                let emitted = light.emit(&sample.point, to_receiver);
+                let shines = flat.normal.dot(to_receiver) > 0.0;
+                assert_eq!(emitted, if shines { flat.radiance } else { Rgb::BLACK });
+                if !flat.is_near(position) {
+                    by_area += 1;
+                    assert_eq!((sample.point, sample.pdf), (flat.point_at(u2), flat.pdf));
+                }
+            }
+            assert!((500..1000).contains(&by_area), "{by_area}");
+        }
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! A directional light: parallel rays from infinitely far away.
 
-use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, SceneExtent, check};
+use super::{
+    AnyLight, DirectionSample, Endpoint, EndpointError, Light, PointSample, SceneExtent, check,
+};
 use crate::geometry::SurfacePoint;
 use crate::math::{PerArea, PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -82,5 +84,9 @@ impl Light for DirectionalLight {
 
     fn set_scene_extent(&mut self, extent: &SceneExtent) {
         self.extent = extent.clone();
+    }
+
+    fn into_any(self) -> AnyLight {
+        AnyLight::Directional(self)
     }
 }

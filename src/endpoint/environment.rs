@@ -1,6 +1,8 @@
 //! An environment of constant radiance.
 
-use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, SceneExtent, check};
+use super::{
+    AnyLight, DirectionSample, Endpoint, EndpointError, Light, PointSample, SceneExtent, check,
+};
 use crate::geometry::SurfacePoint;
 use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_sphere};
 use glam::{DVec2, DVec3};
@@ -69,5 +71,9 @@ impl Light for ConstantEnvironment {
 
     fn set_scene_extent(&mut self, extent: &SceneExtent) {
         self.extent = extent.clone();
+    }
+
+    fn into_any(self) -> AnyLight {
+        AnyLight::Constant(self)
     }
 }

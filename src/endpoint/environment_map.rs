@@ -1,6 +1,6 @@
 //! An environment given by a latitude-longitude image.
 
-use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, SceneExtent};
+use super::{AnyLight, DirectionSample, Endpoint, EndpointError, Light, PointSample, SceneExtent};
 use crate::geometry::SurfacePoint;
 use crate::math::angle;
 use crate::math::distribution::{GridSample, PiecewiseConstant2d};
@@ -319,5 +319,9 @@ impl Light for EnvironmentMap {
 
     fn set_scene_extent(&mut self, extent: &SceneExtent) {
         self.extent = extent.clone();
+    }
+
+    fn into_any(self) -> AnyLight {
+        AnyLight::Map(Box::new(self))
     }
 }

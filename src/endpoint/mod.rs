@@ -15,12 +15,13 @@
 //! case.
 //!
 //! Lights: [`AreaLight`], [`PointLight`], [`SpotLight`], [`DirectionalLight`],
-//! [`ConstantEnvironment`], [`EnvironmentMap`]. Cameras: [`PinholeCamera`], [`ThinLensCamera`],
+//! [`ConstantEnvironment`], [`EnvironmentMap`]; any of them, [`AnyLight`]. Cameras: [`PinholeCamera`], [`ThinLensCamera`],
 //! [`OrthographicCamera`]. Importance is normalised over the film, so all integrators normalise
 //! alike.
 //!
 //! Source: Veach 1997, chapter 4, for importance as the dual of radiance.
 
+mod any_light;
 mod area;
 mod check;
 mod cover;
@@ -38,6 +39,7 @@ mod spot;
 mod thin_lens;
 mod view;
 
+pub use any_light::AnyLight;
 pub use area::AreaLight;
 pub use directional::DirectionalLight;
 pub use environment::ConstantEnvironment;
@@ -202,6 +204,15 @@ pub trait Light: Endpoint {
     /// Tells lights at infinity the extent of the scene that they must illuminate. Called by a
     /// scene once, before rendering.
     fn set_scene_extent(&mut self, _extent: &SceneExtent) {}
+
+    /// This light as one of any kind, as which a [`World`](crate::scene::World) keeps it. Provided
+    /// for all lights but those of this crate.
+    fn into_any(self) -> AnyLight
+    where
+        Self: Sized + Send + 'static,
+    {
+        AnyLight::Custom(Box::new(self))
+    }
 }
 
 /// An endpoint that emits importance, normalised such that its integral over the film's window, all

@@ -1,6 +1,6 @@
 //! A point light.
 
-use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check};
+use super::{AnyLight, DirectionSample, Endpoint, EndpointError, Light, PointSample, check};
 use crate::geometry::{Bounds, SurfacePoint};
 use crate::light_tree::LightBounds;
 use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_sphere};
@@ -67,5 +67,9 @@ impl Light for PointLight {
 
     fn is_black(&self) -> bool {
         self.intensity.is_black()
+    }
+
+    fn into_any(self) -> AnyLight {
+        AnyLight::Point(self)
     }
 }

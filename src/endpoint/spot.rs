@@ -1,6 +1,6 @@
 //! A spot light: a point light that shines into a cone.
 
-use super::{DirectionSample, Endpoint, EndpointError, Light, PointSample, check};
+use super::{AnyLight, DirectionSample, Endpoint, EndpointError, Light, PointSample, check};
 use crate::geometry::{Bounds, Frame, SurfacePoint};
 use crate::light_tree::LightBounds;
 use crate::math::warp::{direction_from_one_minus_cosine, square_to_smoothstep};
@@ -246,5 +246,9 @@ impl Light for SpotLight {
 
     fn is_black(&self) -> bool {
         self.intensity.is_black()
+    }
+
+    fn into_any(self) -> AnyLight {
+        AnyLight::Spot(Box::new(self))
     }
 }

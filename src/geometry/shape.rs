@@ -147,19 +147,21 @@ impl Sphere {
     /// bound; uv = (longitude / 2π, angle from the axis / π).
     #[must_use]
     pub fn point_at(&self, outward: DVec3) -> SurfacePoint {
-        let position = self.center + outward * self.radius;
-        let error = gamma(6) * (self.center.abs() + DVec3::splat(self.radius)).max_element();
-        let normal = if self.inward { -outward } else { outward };
         let local = super::Frame::from_normal(self.axis).to_local(outward);
         let uv = DVec2::new(
             angle::turn(local.y, local.x),
             angle::atan2(local.truncate().length(), local.z) / PI,
         );
-        SurfacePoint {
-            uv,
-            tangent: self.axis.cross(outward),
-            ..SurfacePoint::on_surface(position, error, normal)
-        }
+        SurfacePoint { uv, tangent: self.axis.cross(outward), ..self.bare_point_at(outward) }
+    }
+
+    /// The same point, but with uv and tangent zero, which cost more than all the rest.
+    #[inline]
+    pub(crate) fn bare_point_at(&self, outward: DVec3) -> SurfacePoint {
+        let position = self.center + outward * self.radius;
+        let error = gamma(6) * (self.center.abs() + DVec3::splat(self.radius)).max_element();
+        let normal = if self.inward { -outward } else { outward };
+        SurfacePoint::on_surface(position, error, normal)
     }
 }
 

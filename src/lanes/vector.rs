@@ -28,6 +28,12 @@ impl<L: Lane> Vector<L> {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
+    /// The dot product with one vector.
+    #[inline(always)]
+    pub fn dot_with(self, other: DVec3) -> L {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
     #[inline(always)]
     pub fn length_squared(self) -> L {
         self.dot(self)
@@ -87,6 +93,15 @@ impl<L: Lane> Mul<L> for Vector<L> {
     #[inline(always)]
     fn mul(self, scale: L) -> Self {
         Self::new(self.x * scale, self.y * scale, self.z * scale)
+    }
+}
+
+/// Component by component, as for colours.
+impl<L: Lane> Mul for Vector<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
     }
 }
 

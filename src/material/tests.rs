@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::bsdf::check::check;
-use crate::bsdf::{Bsdf, TransportMode};
-use crate::sampler::{Independent, SampleSource};
+use crate::bsdf::{Bsdf, Lambert, LaneForm, Model, TransportMode};
+use crate::sampler::{Independent, SampleSource, Sampler};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -137,6 +137,75 @@ fn custom_materials_are_equal_to_their_clones_alone() {
     let (one, other) = (Material::custom(crate::bsdf::Null), Material::custom(crate::bsdf::Null));
     assert!(one == one.clone() && one != other);
     assert_eq!(format!("{one:?}"), "Custom(CustomBsdf(Lobes(32)))");
+}
+
+/// Each side of a point answers to the bit as the mixture that it shows, and as the form in which
+/// lanes shade it.
+#[test]
+fn sides_answer_as_what_they_show() {
+    let white = || lambert(1.0).tinted(board());
+    let rough = Material::RoughMirror { reflectance: Rgb::splat(0.9), alpha: DVec2::new(0.3, 0.4) };
+    let sided = |front: &Material, back: &Material| Material::Sided {
+        front: Box::new(front.clone()),
+        back: Box::new(back.clone()),
+    };
+    let blend =
+        Material::Blend { components: Box::new([lambert(0.2), rough.clone()]), amount: board() };
+    let two = lambert(1.0)
+        .tinted(board())
+        .tinted(Texture::checkerboard(Rgb::new(0.7, 0.1, 0.6), Rgb::splat(0.3)));
+    // The sides that lanes can shade.
+    let materials = [
+        (Material::Black, [true; 2]),
+        (lambert(0.7), [true; 2]),
+        (lambert(0.7).one_sided(), [true; 2]),
+        (sided(&lambert(0.7), &lambert(0.2)), [true; 2]),
+        (white(), [true; 2]),
+        (sided(&Material::Black, &white()), [true; 2]),
+        (two, [true; 2]),
+        (sided(&lambert(0.7), &rough), [true, false]),
+        (sided(&white(), &lambert(0.7)), [false; 2]),
+        (lambert(0.7).tinted(board()), [false; 2]),
+        (rough.clone().tinted(board()), [false; 2]),
+        (rough.clone().tinted(Rgb::splat(0.3)).one_sided(), [false; 2]),
+        (blend, [false; 2]),
+    ];
+    let mut sampler = Independent { seed: 3 }.sampler(0, 0);
+    for ((material, lanes), uv) in materials.iter().flat_map(|m| PLACES.map(|uv| (m, uv))) {
+        let finish = material.finish().expect("valid");
+        let bsdf = SurfaceBsdf::new(&finish, uv);
+        for (front, has_lanes) in [(true, lanes[0]), (false, lanes[1])] {
+            let form = bsdf.lane_form(front).map(|form| match form {
+                LaneForm::Black => Model::Black,
+                LaneForm::Lambert(lambert) => lambert.into(),
+            });
+            assert_eq!(form.is_some(), has_lanes, "{material:?}");
+            let mixture = bsdf.mixture(front).expect("no custom one");
+            let mut same = |shown: &dyn Bsdf| {
+                let mut direction =
+                    || crate::math::warp::square_to_sphere(sampler.next_2d()).normalize();
+                let (fixed, next) = (direction(), direction());
+                let fixed = fixed.with_z(if front { fixed.z.abs() } else { -fixed.z.abs() });
+                let (u1, u2) = (sampler.next_1d(), sampler.next_2d());
+                let mode = TransportMode::Radiance;
+                assert_eq!(bsdf.eval(next, fixed), shown.eval(next, fixed), "{material:?}");
+                assert_eq!(bsdf.pdf(fixed, next, mode), shown.pdf(fixed, next, mode));
+                let sample = bsdf.sample(fixed, mode, u1, u2);
+                assert_eq!(sample, shown.sample(fixed, mode, u1, u2), "{material:?}");
+            };
+            for _ in 0..100 {
+                same(&mixture);
+                form.iter().for_each(|form| same(form));
+            }
+        }
+    }
+    // The albedo is that by which a white reflector would be multiplied.
+    let finish = white().finish().expect("valid");
+    for uv in PLACES {
+        let albedo = Lambert::new(board().at(uv)).expect("valid");
+        let form = SurfaceBsdf::new(&finish, uv).lane_form(true);
+        assert_eq!(form, Some(LaneForm::Lambert(albedo)));
+    }
 }
 
 /// Nothing is lost of a weight that stands beside nothing.

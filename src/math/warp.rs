@@ -16,15 +16,17 @@ pub fn square_to_disk(u: DVec2) -> DVec2 {
 /// [`square_to_disk`] in lanes.
 #[inline(always)]
 fn disk<L: Lane>(u: [L; 2]) -> [L; 2] {
-    let [x, y] = u.map(|u| u * 2.0 - 1.0);
+    let [x, y] = [u[0] * 2.0 - 1.0, u[1] * 2.0 - 1.0];
     // The angle to the nearer axis.
     let is_near_x = x.abs().more(y.abs());
     let (r, across) = (is_near_x.choose(x, y), is_near_x.choose(y, x));
     let is_center = r.equals(r.constant(0.0));
     let (sin, cos) = sin_cos_of_octant(across / r * FRAC_PI_4);
-    [(cos, sin), (sin, cos)].map(|(near_x, near_y)| {
-        is_center.choose(r.constant(0.0), r * is_near_x.choose(near_x, near_y))
-    })
+    let zero = r.constant(0.0);
+    [
+        is_center.choose(zero, r * is_near_x.choose(cos, sin)),
+        is_center.choose(zero, r * is_near_x.choose(sin, cos)),
+    ]
 }
 
 /// A direction in the upper hemisphere with density `cos θ / π` per solid angle, that is `1/π` per

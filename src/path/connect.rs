@@ -4,7 +4,7 @@
 use super::{Counters, Edge, End, Out, Plan, Stage, StartDensity, Vertex};
 use crate::bsdf::TransportMode;
 use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
-use crate::film::{Contribution, Sample, Technique};
+use crate::film::{Contribution, FilmSample, Sample, Technique};
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::{PerArea, Rgb};
 use crate::sampler::{Sampler, Stream};
@@ -176,7 +176,7 @@ pub struct LensConnection {
 /// of a walk has none, because its place can depend on the lens.
 #[inline(always)]
 pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
-    &Stage { scene, camera, .. }: &Stage<'_, S>,
+    stage: &Stage<'_, S>,
     (vertex, end): (&Vertex<S::Bsdf<'_>>, Option<End>),
     bounces: u32,
     Sample { film, sampler }: &mut Sample<P>,
@@ -184,7 +184,21 @@ pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
     counters: &mut Counters,
 ) -> Option<LensConnection> {
     sampler.stream(Stream::LensSampling(bounces));
-    let lens = sample_lens(camera, &vertex.point, sampler)?;
+    let lens = sample_lens(stage.camera, &vertex.point, sampler)?;
+    lens_connection_at(stage, (vertex, end), bounces, film, &lens, out, counters)
+}
+
+/// [`sample_lens_connection`] with a point on the lens that was sampled.
+#[inline(always)]
+pub(super) fn lens_connection_at<S: Scene + ?Sized>(
+    &Stage { scene, camera, .. }: &Stage<'_, S>,
+    (vertex, end): (&Vertex<S::Bsdf<'_>>, Option<End>),
+    bounces: u32,
+    film: &FilmSample,
+    lens: &SampledEndpoint,
+    out: &mut Out<'_>,
+    counters: &mut Counters,
+) -> Option<LensConnection> {
     let edge = Edge::between(&lens.point, &vertex.point)?;
     let raster = camera.raster(&lens.point, edge.direction)? - film.offset;
     camera.film().pixel_index(raster)?;

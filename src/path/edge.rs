@@ -93,16 +93,17 @@ fn is_safe<L: Lane>(square: L) -> L::Mask {
     square.more(square.constant(LEAST_SQUARE)) & square.less(square.constant(f64::INFINITY))
 }
 
-/// [`Edge::between`] surfaces, in lanes: directions and geometry terms, and where they are exact.
+/// [`Edge::between`] points that are not at infinity, in lanes, given their cosines for the
+/// directions: directions and geometry terms, and where they are exact.
 #[inline(always)]
-pub(super) fn between_surfaces<L: Lane>(
-    (a, normal_a): (Vector<L>, Vector<L>),
-    (b, normal_b): (Vector<L>, Vector<L>),
+pub(super) fn between<L: Lane>(
+    a: Vector<L>,
+    b: Vector<L>,
+    cosines: impl FnOnce(Vector<L>) -> L,
 ) -> (Vector<L>, L, L::Mask) {
     let difference = b - a;
     let (direction, is_unit) = unit(difference);
-    let cosines = normal_a.dot(direction).abs() * normal_b.dot(direction).abs();
-    let (geometry, is_exact) = over_square(cosines, difference.dot(direction));
+    let (geometry, is_exact) = over_square(cosines(direction), difference.dot(direction));
     (direction, geometry, is_unit & is_exact)
 }
 

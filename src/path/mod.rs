@@ -42,6 +42,7 @@ mod left_out;
 mod light_subpaths;
 mod merged;
 mod mis;
+mod pairs;
 mod path_class;
 mod path_record;
 pub mod roulette;

@@ -1,6 +1,7 @@
 //! Memory that integrators reuse from sample to sample.
 
-use super::batch::{FlatConnections, Reflections};
+use super::batch::Rooms;
+use super::pairs::Pairs;
 use super::shadow_rays::Connections;
 use super::steps::Drawn;
 use super::{Counters, RandomWalk, Subpaths};
@@ -19,8 +20,8 @@ pub struct Scratch<'s, S: Scene + ?Sized + 's> {
     /// True of walks that go on no further.
     pub(super) has_ended: Vec<bool>,
     pub(super) drawn: Vec<Drawn>,
-    pub(super) flat_connections: FlatConnections<'s>,
-    pub(super) reflections: Reflections,
+    pub(super) rooms: Rooms<'s>,
+    pub(super) pairs: Pairs,
     pub(super) level: Level,
     pub(super) connections: Connections,
 }
@@ -34,8 +35,8 @@ impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
             walks: Vec::new(),
             has_ended: Vec::new(),
             drawn: Vec::new(),
-            flat_connections: FlatConnections::default(),
-            reflections: Reflections::default(),
+            rooms: Rooms::default(),
+            pairs: Pairs::default(),
             level: Level::new(),
             connections: Connections::default(),
         }

@@ -6,16 +6,18 @@
 //! time. The contributions of a sample do not depend on which others it advances with.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
+use super::pairs::Pairs;
 use super::{
     Counters, End, LensConnection, NextEvent, Out, Plan, RandomWalk, Roulette, Scattered, Subpaths,
     Vertex,
 };
-use crate::bsdf::BsdfSample;
+use crate::bsdf::{BsdfSample, TransportMode};
 use crate::endpoint::LightId;
 use crate::film::{Contribution, Sample, Technique};
 use crate::math::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
+use fearless_simd::Level;
 use std::ops::ControlFlow;
 
 /// A sample before its walk begins, or after its subpaths are complete.
@@ -31,6 +33,8 @@ pub struct Site<'v, 's, S: Scene + ?Sized + 's, P> {
     pub out: Out<'v>,
     /// Counts of what is done.
     pub counters: &'v mut Counters,
+    pub(super) pairs: &'v mut Pairs,
+    pub(super) level: Level,
 }
 
 /// A walk at a vertex.
@@ -135,6 +139,18 @@ impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
     #[inline(always)]
     pub fn lens_connection(&self) -> Option<LensConnection> {
         if let Drawn::LensConnection(found) = *self.drawn { Some(found) } else { None }
+    }
+
+    /// True if a point is sampled that the vertex can be connected to, as far as the plan and the
+    /// vertex decide it.
+    #[inline(always)]
+    pub(super) fn is_connected(&self) -> bool {
+        let Plan { techniques, depth, .. } = self.plan;
+        let is_drawn = match self.walk.mode() {
+            TransportMode::Radiance => techniques.next_event,
+            TransportMode::Importance => techniques.lens_sampling,
+        };
+        is_drawn && depth.contains(self.walk.bounces() + 1) && self.vertex.is_connectible()
     }
 
     /// The light that the vertex belongs to, and the estimate `T Le` of hitting it, if paths of this

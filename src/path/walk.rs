@@ -179,16 +179,10 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         Some(self.vertex(point, None, Some(light)))
     }
 
-    /// Records that nothing was met, if so.
-    #[inline(always)]
-    pub(super) fn count_vertex(
-        &self,
-        vertex: Option<&Vertex<S::Bsdf<'s>>>,
-        counters: &mut Counters,
-    ) {
-        if vertex.is_none_or(|vertex| vertex.bsdf.is_none())
-            && self.mode == TransportMode::Importance
-        {
+    /// Records that nothing was met.
+    #[inline]
+    pub(super) fn count_escape(&self, counters: &mut Counters) {
+        if self.mode == TransportMode::Importance {
             counters.ledger.escaped += self.throughput;
         }
     }

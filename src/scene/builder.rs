@@ -1,12 +1,12 @@
 //! Puts a [`World`] together and refuses what cannot be rendered.
 
 use super::error::{SceneError, check, check_point, check_radiance};
-use super::lights::{self, BoxedLight};
+use super::lights;
 use super::mesh::{Attributes, Mesh};
 use super::surface::{Emission, MaterialId, Surface, SurfaceId};
 use super::warning::Warning;
 use super::world::World;
-use crate::endpoint::{AreaLight, Light, LightId, SceneExtent};
+use crate::endpoint::{AnyLight, AreaLight, Light, LightId, SceneExtent};
 use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
 use crate::material::{Finish, Material, Texture};
 use crate::tree::Bvh;
@@ -41,7 +41,7 @@ pub struct WorldBuilder {
     names: HashSet<String>,
     surfaces: Vec<Surface>,
     shapes: Vec<Shape>,
-    lights: Vec<(String, BoxedLight)>,
+    lights: Vec<(String, AnyLight)>,
     /// Index in `lights`.
     environment: Option<usize>,
     warnings: Vec<Warning>,
@@ -223,7 +223,7 @@ impl WorldBuilder {
     ) -> Result<(), SceneError> {
         let name = self.check_name(name.into())?;
         self.names.insert(name.clone());
-        self.lights.push((name, Box::new(light)));
+        self.lights.push((name, light.into_any()));
         Ok(())
     }
 
@@ -257,7 +257,7 @@ impl WorldBuilder {
         if self.shapes.is_empty() && self.lights.is_empty() {
             return Err(SceneError::Empty);
         }
-        let mut lights: Vec<(String, BoxedLight)> = Vec::new();
+        let mut lights: Vec<(String, AnyLight)> = Vec::new();
         for (id, surface) in self.surfaces.iter_mut().enumerate() {
             let Some((radiance, two_sided)) = surface.emission.clone() else { continue };
             let shapes = surface.range(&self.shapes).to_vec();
@@ -276,7 +276,7 @@ impl WorldBuilder {
                 two_sided,
             )
             .map_err(|reason| SceneError::Light { name: surface.name.clone(), reason })?;
-            lights.push((surface.name.clone(), Box::new(light)));
+            lights.push((surface.name.clone(), light.into_any()));
         }
         let environment = self.environment.map(|index| LightId((lights.len() + index) as u32));
         lights.append(&mut self.lights);

@@ -1,7 +1,7 @@
 //! The lights of a world and the choice among them.
 
 use super::error::{SceneError, check, check_point};
-use crate::endpoint::{Light, SceneExtent};
+use crate::endpoint::{AnyLight, Light, SceneExtent};
 use crate::geometry::Bounds;
 use crate::light_tree::{LightBounds, LightTree, with_floor};
 use crate::math::distribution::{AliasTable, relative};
@@ -10,15 +10,12 @@ use std::f64::consts::PI;
 /// The part that counts of the power of lights that can be seen, but illuminate nothing.
 const SEEN_DIRECTLY: f64 = 1e-3;
 
-/// A light that a world can own.
-pub(crate) type BoxedLight = Box<dyn Light + Send>;
-
 /// Tells all lights how large the scene is and builds the tree to choose among them.
 ///
 /// Without a receiver, where light walks start, lights are chosen by the flux that they can send
 /// into the scene, and a little by number.
 pub(crate) fn prepare(
-    lights: &mut [(String, BoxedLight)],
+    lights: &mut [(String, AnyLight)],
     extent: &SceneExtent,
 ) -> Result<LightTree, SceneError> {
     let mut all = Vec::with_capacity(lights.len());

@@ -4,6 +4,7 @@ use crate::files::{SQUARE, altered, load, load_text, render, single};
 use approx::assert_relative_eq;
 use glam::DVec3;
 use pathspace::bsdf::{Bsdf, MetallicRoughness};
+use pathspace::endpoint::{Endpoint, Light};
 use pathspace::geometry::SurfacePoint;
 use pathspace::import::Options;
 use pathspace::integrator::{Depth, PathTracer};

@@ -4,6 +4,7 @@ use crate::files::{SQUARE, data, seen};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3, UVec2};
 use pathspace::bsdf::{Bsdf, MetallicRoughness, Mixture, Model};
+use pathspace::endpoint::Endpoint;
 use pathspace::import::{Options, gltf};
 use pathspace::math::Rgb;
 use pathspace::scene::{Material, Scene};

@@ -3,6 +3,7 @@
 use crate::files::{SQUARE, data, load_text, seen};
 use approx::assert_relative_eq;
 use glam::{DAffine3, DQuat, DVec2, DVec3, UVec2};
+use pathspace::endpoint::Endpoint;
 use pathspace::geometry::Shape;
 use pathspace::import::{Options, gltf};
 use pathspace::math::Rgb;

@@ -1,6 +1,7 @@
 //! The files of `tests/data/mitsuba`, and scenes that are written for a test.
 
 use glam::DVec3;
+use pathspace::endpoint::Endpoint;
 use pathspace::geometry::SurfacePoint;
 use pathspace::import::{Error, Import, Options, mitsuba};
 use pathspace::math::Rgb;

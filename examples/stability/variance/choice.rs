@@ -1,6 +1,6 @@
 //! A world whose lights are chosen otherwise.
 
-use pathspace::endpoint::LightId;
+use pathspace::endpoint::{Light, LightId};
 use pathspace::geometry::SurfacePoint;
 use pathspace::glam::DVec3;
 use pathspace::math::distribution::AliasTable;

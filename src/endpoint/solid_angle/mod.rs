@@ -66,26 +66,26 @@ impl Near {
 
 /// A shape as a receiver sees it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Subtended {
+pub(super) struct Subtended<'s> {
     receiver: DVec3,
     solid_angle: f64,
-    outline: Outline,
+    outline: Outline<'s>,
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Outline {
-    Circle(SphereCone),
-    Rectangle(SphericalRectangle),
-    Triangle(Triangle, SphericalTriangle),
+enum Outline<'s> {
+    Circle(SphereCone<'s>),
+    Rectangle(SphericalRectangle<'s>),
+    Triangle(&'s Triangle, SphericalTriangle),
     /// The two halves of a parallelogram, the first one without its last corner.
-    Parallelogram(Quad, [SphericalTriangle; 2]),
+    Parallelogram(&'s Quad, [SphericalTriangle; 2]),
 }
 
-impl Subtended {
+impl<'s> Subtended<'s> {
     /// `None` where points are uniform on the area instead: on disks, on what is far away in units
     /// of its size, seen edge-on or from behind.
     #[inline(never)]
-    pub(super) fn new(shape: &Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
+    pub(super) fn new(shape: &'s Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
         let is_near = match shape {
             Shape::Sphere(_) => true,
             _ => Near::of(shape).is_some_and(|near| near.holds(receiver.position)),
@@ -93,11 +93,11 @@ impl Subtended {
         if is_near { Self::of_near(shape, receiver, two_sided) } else { None }
     }
 
-    fn of_near(shape: &Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
+    fn of_near(shape: &'s Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
         match shape {
             _ if receiver.place == Place::Infinite => None,
             Shape::Sphere(sphere) => {
-                let cone = SphereCone::new(*sphere, receiver)?;
+                let cone = SphereCone::new(sphere, receiver)?;
                 let outline = Outline::Circle(cone);
                 Some(Self { receiver: receiver.position, solid_angle: cone.solid_angle(), outline })
             }
@@ -107,7 +107,7 @@ impl Subtended {
         }
     }
 
-    fn of_quad(quad: &Quad, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
+    fn of_quad(quad: &'s Quad, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
         let origin = quad.origin - receiver.position;
         let (u, v, cross) = (quad.edge_u, quad.edge_v, quad.cross());
         let size = u.abs().max(v.abs()).max_element();
@@ -119,28 +119,32 @@ impl Subtended {
         let half = |corners| SphericalTriangle::new(corners, volume);
         let halves = [half([origin, b, c])?, half([origin, c, d])?];
         let solid_angle = halves.iter().map(SphericalTriangle::solid_angle).sum();
-        Self::of_flat(receiver, solid_angle, Outline::Parallelogram(*quad, halves))
+        Self::of_flat(receiver, solid_angle, Outline::Parallelogram(quad, halves))
     }
 
-    fn of_triangle(triangle: &Triangle, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
+    fn of_triangle(
+        triangle: &'s Triangle,
+        receiver: &SurfacePoint,
+        two_sided: bool,
+    ) -> Option<Self> {
         let [a, b, c] = triangle.vertices.map(|vertex| vertex - receiver.position);
         let cross = triangle.cross();
         let size = (b - a).abs().max((c - a).abs()).max_element();
         let volume = visible_volume(a.dot(cross), cross, size, receiver, two_sided)?;
         let seen = SphericalTriangle::new([a, b, c], volume)?;
-        Self::of_flat(receiver, seen.solid_angle(), Outline::Triangle(*triangle, seen))
+        Self::of_flat(receiver, seen.solid_angle(), Outline::Triangle(triangle, seen))
     }
 
-    fn of_flat(receiver: &SurfacePoint, solid_angle: f64, outline: Outline) -> Option<Self> {
+    fn of_flat(receiver: &SurfacePoint, solid_angle: f64, outline: Outline<'s>) -> Option<Self> {
         let receiver = receiver.position;
         (solid_angle > LEAST_SOLID_ANGLE).then_some(Self { receiver, solid_angle, outline })
     }
 
     /// The point that the unit square's `u` maps to; primitive and surface ids are left to the
-    /// caller.
-    pub(super) fn sample(&self, u: DVec2) -> SurfacePoint {
+    /// caller, and on a sphere uv and tangent too, unless they are asked for.
+    pub(super) fn sample(&self, u: DVec2, with_uv: bool) -> SurfacePoint {
         match &self.outline {
-            Outline::Circle(cone) => cone.sample(u),
+            Outline::Circle(cone) => cone.sample(u, with_uv),
             Outline::Rectangle(rectangle) => rectangle.sample(u),
             Outline::Triangle(triangle, seen) => {
                 let [_, b, c] = seen.sample(u);

@@ -32,8 +32,8 @@ const PERPENDICULAR: f64 = 8.0 * f64::EPSILON;
 
 /// See the module's documentation.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SphericalRectangle {
-    quad: Quad,
+pub(super) struct SphericalRectangle<'s> {
+    quad: &'s Quad,
     /// Lower bounds of x and y.
     start: DVec2,
     /// Lengths of the edges.
@@ -45,10 +45,10 @@ pub(super) struct SphericalRectangle {
     solid_angle: f64,
 }
 
-impl SphericalRectangle {
+impl<'s> SphericalRectangle<'s> {
     /// A quad whose origin is at this offset from the receiver; `None` unless its edges are
     /// perpendicular.
-    pub(super) fn new(quad: &Quad, origin: DVec3) -> Option<Self> {
+    pub(super) fn new(quad: &'s Quad, origin: DVec3) -> Option<Self> {
         let size = DVec2::new(quad.edge_u.length(), quad.edge_v.length());
         let (x_axis, y_axis) = (quad.edge_u / size.x, quad.edge_v / size.y);
         if x_axis.dot(y_axis).abs() > PERPENDICULAR {
@@ -65,7 +65,7 @@ impl SphericalRectangle {
         };
         let first = turn(start.x);
         let solid_angle = turn(start.x + size.x) - first;
-        Some(Self { quad: *quad, start, size, height, first, solid_angle })
+        Some(Self { quad, start, size, height, first, solid_angle })
     }
 
     /// The solid angle.

@@ -12,8 +12,8 @@ use std::f64::consts::PI;
 
 /// See the module's documentation.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SphereCone {
-    sphere: Sphere,
+pub(super) struct SphereCone<'s> {
+    sphere: &'s Sphere,
     /// Unit vector from the centre to the receiver.
     to_receiver: DVec3,
     /// r / d.
@@ -22,11 +22,11 @@ pub(super) struct SphereCone {
     one_minus_cosine_max: f64,
 }
 
-impl SphereCone {
+impl<'s> SphereCone<'s> {
     /// `None` unless the sphere is whole, emits outwards, and the receiver is outside by more than
     /// the rounding of both positions: a point on the sphere itself sees nothing of it, and its
     /// "cone" would be noise.
-    pub(super) fn new(sphere: Sphere, receiver: &SurfacePoint) -> Option<Self> {
+    pub(super) fn new(sphere: &'s Sphere, receiver: &SurfacePoint) -> Option<Self> {
         let offset = receiver.position - sphere.center;
         let distance = offset.length();
         let tolerance = receiver.error + 8.0 * f64::EPSILON * sphere.radius;
@@ -49,8 +49,9 @@ impl SphereCone {
         })
     }
 
-    /// The point of the sphere seen in a direction uniform in the cone.
-    pub(super) fn sample(&self, u: DVec2) -> SurfacePoint {
+    /// The point of the sphere seen in a direction uniform in the cone; uv and tangent only if they
+    /// are asked for.
+    pub(super) fn sample(&self, u: DVec2, with_uv: bool) -> SurfacePoint {
         // θ at the receiver, φ between the sphere's normal and the direction to the receiver, α = φ
         // - θ at the centre.
         let v = u.x * self.one_minus_cosine_max;
@@ -62,7 +63,8 @@ impl SphereCone {
         let sin_alpha = sin_phi * (cos_theta - self.sine * cos_phi).max(0.0);
         let (sin_turn, cos_turn) = sin_cos_of_turn(u.y);
         let local = DVec3::new(sin_alpha * cos_turn, sin_alpha * sin_turn, cos_alpha);
-        self.sphere.point_at(Frame::from_normal(self.to_receiver).to_world(local).normalize())
+        let outward = Frame::from_normal(self.to_receiver).to_world(local).normalize();
+        if with_uv { self.sphere.point_at(outward) } else { self.sphere.bare_point_at(outward) }
     }
 
     /// The solid angle of the cone.

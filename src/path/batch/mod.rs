@@ -1,15 +1,17 @@
 //! Walks that advance together, from vertex to vertex, so that a scene gets many rays at a time and
 //! arithmetic goes in lanes (Laine, Karras and Aila 2013).
 
+mod lens;
 mod next_event;
+mod rooms;
 mod scattering;
 
-pub(super) use next_event::FlatConnections;
-pub(super) use scattering::Reflections;
+pub(super) use rooms::Rooms;
 
 use super::scratch::Advancing;
 use super::steps::Drawn;
 use super::{End, Out, Plan, Scratch, Site, Steps, Subpaths, Vertex, Visit};
+use crate::bsdf::TransportMode;
 use crate::film::{Sample, Sink};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -30,9 +32,7 @@ pub fn advance<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
     while !batch.scratch.walks.is_empty() {
         batch.trace(W::KEEPS);
         batch.arrive(steps);
-        if W::CONNECTS {
-            batch.connect(steps);
-        }
+        batch.leave(steps);
         batch.test_shadow_rays();
         batch.scatter(steps);
     }
@@ -47,11 +47,13 @@ pub fn join<'s, S: Scene + ?Sized, P: Sampler>(
     scratch: &mut Scratch<'s, S>,
     mut visit: impl FnMut(&mut Site<'_, 's, S, P>),
 ) {
-    let Scratch { counters, subpaths, connections, .. } = scratch;
+    let Scratch { counters, subpaths, connections, pairs, level, .. } = scratch;
     subpaths.resize_with(subpaths.len().max(samples.len()), Subpaths::default);
     for (number, (sample, subpaths)) in samples.iter_mut().zip(&mut *subpaths).enumerate() {
         let out = Out { sample: number, sink: &mut *sink, connections };
-        visit(&mut Site { plan, sample, subpaths, out, counters });
+        pairs.clear();
+        let level = *level;
+        visit(&mut Site { plan, sample, subpaths, out, counters, pairs, level });
     }
     connections.test(plan.stage.scene, subpaths, sink);
 }
@@ -113,6 +115,9 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
                 has_ended[i] = false;
             }
         });
+        for (path, _) in walks.iter().zip(has_ended).filter(|(_, has_ended)| **has_ended) {
+            path.walk.count_escape(counters);
+        }
     }
 
     /// Visits the walks that have not ended, each with its number; a break ends it.
@@ -136,15 +141,42 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
         }
     }
 
-    /// Shows the steps where each walk has arrived.
+    /// Shows the steps where each walk has arrived, and samples the point that the vertex is
+    /// connected to.
     #[inline]
-    fn arrive(&mut self, steps: &impl Steps<'s, S>) {
-        let Scratch { counters, subpaths, walks, has_ended, .. } = &mut *self.scratch;
-        for (Advancing { sample, walk, next }, has_ended) in walks.iter().zip(&*has_ended) {
-            let vertices = subpaths[*sample].of(walk.mode());
-            walk.count_vertex(vertices.get(*next as usize).filter(|_| !has_ended), counters);
-        }
-        self.visit(|_, visit| steps.arrive(visit));
+    fn arrive<W: Steps<'s, S>>(&mut self, steps: &W) {
+        let mut rooms = std::mem::take(&mut self.scratch.rooms);
+        rooms.clear();
+        let plan = self.plan;
+        self.visit(|i, visit| {
+            *visit.drawn = Drawn::Nothing;
+            steps.arrive(visit)?;
+            if W::CONNECTS && visit.is_connected() && steps.samples_point(visit) {
+                match visit.walk.mode() {
+                    TransportMode::Radiance => rooms.next_event(plan, i, visit),
+                    TransportMode::Importance => rooms.lens_connection(plan, i, visit),
+                }
+            }
+            ControlFlow::Continue(())
+        });
+        rooms.connect(self.scratch.level, plan.stage.camera.as_pinhole());
+        self.scratch.rooms = rooms;
+    }
+
+    /// Connects the vertices to the points that were sampled, and samples where the walks go on.
+    #[inline]
+    fn leave<W: Steps<'s, S>>(&mut self, steps: &W) {
+        let mut rooms = std::mem::take(&mut self.scratch.rooms);
+        self.visit(|i, visit| {
+            if W::CONNECTS {
+                rooms.connection(i, visit);
+                steps.connect(visit);
+            }
+            steps.leave(visit)?;
+            rooms.direction(i, visit)
+        });
+        rooms.sample_directions(self.scratch.level, &mut self.scratch.drawn);
+        self.scratch.rooms = rooms;
     }
 
     #[inline]
@@ -153,11 +185,9 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
         connections.test(self.plan.stage.scene, subpaths, self.sink);
     }
 
-    /// Lets the walks go on that have not ended.
+    /// Shows the steps where the walks go on, and keeps those that do.
     #[inline]
     fn scatter<W: Steps<'s, S>>(&mut self, steps: &W) {
-        self.visit(|_, visit| steps.leave(visit));
-        self.sample_directions();
         self.visit(|_, visit| steps.scatter(visit));
         let Scratch { walks, has_ended, .. } = &mut *self.scratch;
         for i in (0..walks.len()).rev() {

@@ -1,25 +1,23 @@
-//! The points that vertices are connected to: on lights, and on the lens.
+//! Next event estimation from Lambertian surfaces to flat lights.
 
-use super::Batch;
-use crate::bsdf::{LaneForm, TransportMode, on_same_side};
-use crate::endpoint::{FLAT, FlatLanes, FlatLight, Light, LightId};
-use crate::lanes::{Group, LANES, Lane, Mask, Rows, Vector, load, store};
+use crate::bsdf::{Bsdf, LaneForm, on_same_side};
+use crate::endpoint::{FLAT, FlatLanes, FlatLight, LightId};
+use crate::lanes::{Group, LANES, Lane, Mask, Rows, Vector, load, splat, store};
 use crate::math::{PerArea, Rgb};
-use crate::path::connect::{emitter_at, next_event_at};
+use crate::path::connect::next_event_at;
 use crate::path::edge::{self, Edge};
-use crate::path::steps::Drawn;
-use crate::path::{NextEvent, Plan, SampledEndpoint, Steps, Visit, sample_lens_connection};
-use crate::sampler::{Sampler, Stream};
+use crate::path::{NextEvent, SampledEndpoint, Vertex, Visit};
 use crate::scene::Scene;
-use fearless_simd::{Level, Simd, dispatch, f64x8, prelude::*};
+use fearless_simd::{Level, Simd, dispatch, f64x8};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
-use std::ops::ControlFlow;
 
 /// Connections of Lambertian vertices to flat lights.
 #[derive(Debug, Default)]
-pub(in crate::path) struct FlatConnections<'s> {
+pub(super) struct FlatConnections<'s> {
     list: Vec<FlatConnection<'s>>,
+    /// How many were handed out.
+    taken: usize,
     /// Position, normal, direction to the previous vertex, throughput, albedo; two random numbers
     /// and the density of the point.
     given: Rows<18>,
@@ -41,108 +39,58 @@ const BLACK: f64 = 0.0;
 /// The state where the edge is too short or too long for the formula of lanes.
 const INEXACT: f64 = 2.0;
 
-impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
-    /// Samples a point on a light for each vertex of a camera walk, and one on the lens for each of
-    /// a light walk, where a connection can carry light and paths of that length count, and shows
-    /// it to the steps.
-    #[inline]
-    pub(super) fn connect(&mut self, steps: &impl Steps<'s, S>) {
-        let mut flat = std::mem::take(&mut self.scratch.flat_connections);
-        flat.list.clear();
-        flat.given.clear();
-        let plan = self.plan;
-        let Plan { stage, techniques, depth, .. } = plan;
-        self.visit(|i, visit| {
-            *visit.drawn = Drawn::Nothing;
-            let (mode, bounces) = (visit.walk.mode(), visit.walk.bounces() + 1);
-            let is_drawn = match mode {
-                TransportMode::Radiance => techniques.next_event,
-                TransportMode::Importance => techniques.lens_sampling,
-            };
-            if !(is_drawn
-                && depth.contains(bounces)
-                && visit.vertex.is_connectible()
-                && steps.samples_point(visit))
-            {
-                return ControlFlow::Continue(());
-            }
-            let (vertex, out, counters) = (&*visit.vertex, &mut visit.out, &mut *visit.counters);
-            if mode == TransportMode::Importance {
-                let from = (vertex, Some(visit.end));
-                *visit.drawn =
-                    sample_lens_connection(stage, from, bounces, visit.sample, out, counters)
-                        .map_or(Drawn::Nothing, Drawn::LensConnection);
-                return ControlFlow::Continue(());
-            }
-            let sampler = &mut visit.sample.sampler;
-            sampler.stream(Stream::NextEvent(bounces));
-            // All numbers are drawn first, so that later dimensions do not depend on the outcome.
-            let (u0, u1, u2) = (sampler.next_1d(), sampler.next_1d(), sampler.next_2d());
-            let Some((light, pmf)) = stage.pick_light_for(&vertex.point, u0) else {
-                return ControlFlow::Continue(());
-            };
-            let flat_light = stage.scene.light(light).as_flat();
-            if let Some(flat_light) = flat_light.filter(|flat| !flat.is_near(vertex.point.position))
-                && let Some(bsdf) = &vertex.bsdf
-                && let Some(LaneForm::Lambert(lambert)) = bsdf.lane_form(vertex.to_previous)
-            {
-                let (x, n, w) =
-                    (vertex.point.position, vertex.point.geometric_normal, vertex.to_previous);
-                let ([t0, t1, t2], [a0, a1, a2]) = (vertex.throughput.0, lambert.albedo().0);
-                let pdf = flat_light.pdf * pmf;
-                flat.list.push(FlatConnection { walk: i as u32, light, flat: flat_light, pdf });
-                flat.given.push([
-                    x.x,
-                    x.y,
-                    x.z,
-                    n.x,
-                    n.y,
-                    n.z,
-                    w.x,
-                    w.y,
-                    w.z,
-                    t0,
-                    t1,
-                    t2,
-                    a0,
-                    a1,
-                    a2,
-                    u2.x,
-                    u2.y,
-                    pdf.value(),
-                ]);
-                return ControlFlow::Continue(());
-            }
-            let found = emitter_at(stage, &vertex.point, (light, pmf), u1, u2)
-                .and_then(|emitter| next_event_at(plan, vertex, &emitter, out, counters));
-            *visit.drawn = found.map_or(Drawn::Nothing, Drawn::NextEvent);
-            ControlFlow::Continue(())
-        });
-        flat.connect(self.scratch.level);
-        let mut rest = flat.list.iter().enumerate().peekable();
-        self.visit(|i, visit| {
-            if let Some((k, connection)) = rest.next_if(|(_, found)| found.walk as usize == i) {
-                let found = flat.next_event(k, connection, visit);
-                *visit.drawn = found.map_or(Drawn::Nothing, Drawn::NextEvent);
-            }
-            steps.connect(visit);
-            ControlFlow::Continue(())
-        });
-        self.scratch.flat_connections = flat;
+impl<'s> FlatConnections<'s> {
+    pub(super) fn clear(&mut self) {
+        self.list.clear();
+        self.given.clear();
+        self.taken = 0;
     }
-}
 
-impl FlatConnections<'_> {
-    /// Evaluates all that is given.
+    /// Accepts a vertex that lanes can connect to a light, which was chosen with some probability.
+    /// Returns true if it is one.
+    #[inline(always)]
+    pub(super) fn accept<B: Bsdf>(
+        &mut self,
+        walk: usize,
+        vertex: &Vertex<B>,
+        (light, pmf, flat): (LightId, f64, &'s FlatLight),
+        u: DVec2,
+    ) -> bool {
+        let Some(LaneForm::Lambert(lambert)) = vertex.lane_form() else { return false };
+        let x = &vertex.point;
+        if flat.is_near(x.position) {
+            return false;
+        }
+        let (pdf, colours) = (flat.pdf * pmf, [vertex.throughput, lambert.albedo()]);
+        let [throughput, albedo] = colours.map(|colour| DVec3::from_array(colour.0));
+        let vectors = [x.position, x.geometric_normal, vertex.to_previous, throughput, albedo];
+        self.list.push(FlatConnection { walk: walk as u32, light, flat, pdf });
+        self.given.push(vectors, [u.x, u.y, pdf.value()]);
+        true
+    }
+
+    /// Evaluates all that was accepted.
     #[inline(never)]
-    fn connect(&mut self, level: Level) {
+    pub(super) fn connect(&mut self, level: Level) {
         self.found.resize(self.list.len());
         dispatch!(level, simd => connect(simd, self));
     }
 
-    /// A connection that was evaluated.
+    /// The connection of a walk, if it is the next one that was accepted.
     #[inline(always)]
-    fn next_event<'s, S: Scene + ?Sized + 's, P>(
+    pub(super) fn take<S: Scene + ?Sized + 's, P>(
+        &mut self,
+        walk: usize,
+        visit: &mut Visit<'_, 's, S, P>,
+    ) -> Option<Option<NextEvent>> {
+        let k = self.taken;
+        let connection = self.list.get(k).filter(|next| next.walk as usize == walk)?;
+        self.taken += 1;
+        Some(self.next_event(k, connection, visit))
+    }
+
+    #[inline(always)]
+    fn next_event<S: Scene + ?Sized + 's, P>(
         &self,
         k: usize,
         connection: &FlatConnection<'_>,
@@ -174,12 +122,12 @@ impl FlatConnections<'_> {
 }
 
 #[inline(always)]
-fn connect<S: Simd>(simd: S, FlatConnections { list, given, found }: &mut FlatConnections<'_>) {
+fn connect<S: Simd>(simd: S, FlatConnections { list, given, found, .. }: &mut FlatConnections<'_>) {
     let groups = list.chunks(LANES).zip(given.groups()).zip(found.groups_mut());
     for ((list, given), found) in groups {
         let first = list[0].flat;
         let light = if list.iter().all(|connection| std::ptr::eq(connection.flat, first)) {
-            first.numbers().map(|number| f64x8::splat(simd, number))
+            splat(simd, &first.numbers())
         } else {
             let mut numbers = [[0.0; LANES]; FLAT];
             for (lane, connection) in list.iter().enumerate() {
@@ -206,7 +154,8 @@ fn connect_group<S: Simd>(
     let (x, normal) = (Vector::new(px, py, pz), Vector::new(nx, ny, nz));
     let to_previous = Vector::new(wx, wy, wz);
     let (y, error, [u, v]) = light.point_at([u1, u2]);
-    let (direction, geometry, is_exact) = edge::between_surfaces((x, normal), (y, light.normal));
+    let (direction, geometry, is_exact) =
+        edge::between(x, y, |w| normal.dot(w).abs() * light.normal.dot(w).abs());
     let emits = light.normal.dot(-direction).is_positive();
     let reflects = on_same_side(normal.dot(direction), normal.dot(to_previous));
     let throughput = pdf.constant(1.0) / pdf;

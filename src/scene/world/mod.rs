@@ -10,10 +10,10 @@ mod rays;
 mod tests;
 
 use self::flat::Flat;
-use super::lights::{BoxedLight, Choice};
+use super::lights::Choice;
 use super::surface::{MaterialId, Surface, SurfaceId};
 use super::{Needs, Warning};
-use crate::endpoint::LightId;
+use crate::endpoint::{AnyLight, LightId};
 use crate::geometry::{Bounds, Shape, SurfacePoint};
 use crate::light_tree::LightTree;
 use crate::material::{Finish, SurfaceBsdf};
@@ -32,7 +32,7 @@ pub struct World {
     surface_of: Vec<u32>,
     /// The primitives of a world of few, as far as they are flat.
     flat: Vec<Option<Flat>>,
-    lights: Vec<(String, BoxedLight)>,
+    lights: Vec<(String, AnyLight)>,
     environment: Option<LightId>,
     light_tree: LightTree,
     area_choice: Choice,
@@ -48,7 +48,7 @@ impl World {
         bounds: Bounds,
         materials: Vec<Finish>,
         surfaces: Vec<Surface>,
-        lights: Vec<(String, BoxedLight)>,
+        lights: Vec<(String, AnyLight)>,
         environment: Option<LightId>,
         light_tree: LightTree,
         areas: &[f64],

@@ -1,11 +1,10 @@
 //! The needs of a world, from its materials, lights and shapes.
 
 use crate::bsdf::Lobes;
-use crate::endpoint::LightId;
+use crate::endpoint::{AnyLight, Light, LightId};
 use crate::geometry::{Bounds, Shape};
 use crate::material::Finish;
 use crate::scene::Needs;
-use crate::scene::lights::BoxedLight;
 use crate::scene::surface::Surface;
 use crate::tree::Bvh;
 
@@ -13,13 +12,13 @@ use crate::tree::Bvh;
 pub(super) fn needs(
     materials: &[Finish],
     surfaces: &[Surface],
-    lights: &[(String, BoxedLight)],
+    lights: &[(String, AnyLight)],
     environment: Option<LightId>,
     shapes: &Bvh,
     bounds: &Bounds,
 ) -> Needs {
     let when = |condition: bool, need: Needs| if condition { need } else { Needs::NONE };
-    let any_light = |is: &dyn Fn(&BoxedLight) -> bool| {
+    let any_light = |is: &dyn Fn(&AnyLight) -> bool| {
         lights.iter().any(|(_, light)| !light.is_black() && is(light))
     };
     let lobes = surfaces

@@ -1,7 +1,7 @@
 //! The answers of a world: the rays and segments of the [`Scene`] trait, and plain ones.
 
 use super::World;
-use crate::endpoint::{Light, LightId, LightKind};
+use crate::endpoint::{AnyLight, Light, LightId, LightKind};
 use crate::geometry::{Intersection, SurfacePoint, Triangle};
 use crate::light_tree::LightTree;
 use crate::material::SurfaceBsdf;
@@ -103,7 +103,7 @@ impl World {
 
 impl Scene for World {
     type Bsdf<'a> = SurfaceBsdf<'a>;
-    type Light = dyn Light;
+    type Light = AnyLight;
 
     #[inline]
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
@@ -158,8 +158,9 @@ impl Scene for World {
 
     /// # Panics
     /// The id is not one of this world.
-    fn light(&self, id: LightId) -> &Self::Light {
-        &*self.lights[id.0 as usize].1
+    #[inline]
+    fn light(&self, id: LightId) -> &AnyLight {
+        &self.lights[id.0 as usize].1
     }
 
     #[inline]
@@ -188,8 +189,8 @@ impl Scene for World {
     }
 
     fn light_names(&self, kind: LightKind) -> Option<Vec<&str>> {
-        let is_seen = |light: &dyn Light| !light.is_black() && light.kind() == kind;
-        let lights = self.lights.iter().filter(|(_, light)| is_seen(&**light));
+        let is_seen = |light: &AnyLight| !light.is_black() && light.kind() == kind;
+        let lights = self.lights.iter().filter(|(_, light)| is_seen(light));
         Some(lights.map(|(name, _)| name.as_str()).collect())
     }
 
