@@ -146,6 +146,15 @@ impl<'a> Found<'a> {
         t < other_t || (t == other_t && self.candidate.primitive() < other.candidate.primitive())
     }
 
+    /// The nearer one of two, if any.
+    #[inline(always)]
+    pub fn nearer(late: Option<Self>, early: Option<Self>) -> Option<Self> {
+        match (late, early) {
+            (Some(late), Some(early)) if early.is_nearer(&late) => Some(early),
+            (late, early) => late.or(early),
+        }
+    }
+
     /// The hit of a ray that was moved by so much.
     #[inline(always)]
     pub fn hit(self, moved: f64) -> Hit<'a> {

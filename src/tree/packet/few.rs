@@ -3,18 +3,18 @@
 
 use super::RAYS;
 use super::ball::Ball;
+use super::eight::{Corners, meet_flat, meet_sphere};
 use super::plane::Facet;
 use super::rays::{BoxRays, Rays, eight, limited};
-use crate::geometry::{Intersection, Met, Shape, Sphere, largest_axis, shear_along, sheared};
-use crate::lanes::{LANES, Lane, Mask, Vector};
+use crate::geometry::{Intersection, Shape, Sphere};
+use crate::lanes::LANES;
 use crate::tree::bvh::Bvh;
 use crate::tree::layout::FEW;
 use crate::tree::query::{Hit, Query, Segment};
 use crate::tree::rounding::{FAR, UP};
 use crate::tree::space::Space;
 use crate::tree::stack::take;
-use fearless_simd::{Simd, dispatch, f32x16, f64x8, mask64x8, prelude::*, u32x16};
-use glam::DVec3;
+use fearless_simd::{Simd, dispatch, f32x16, prelude::*, u32x16};
 
 /// All primitives of a scene that has few.
 #[derive(Debug, Default)]
@@ -24,21 +24,6 @@ pub(in crate::tree) struct Few {
     corners: Vec<Corners>,
     primitives: Vec<u32>,
     spheres: Vec<(u32, Ball, Sphere)>,
-}
-
-/// Coordinates x, y, z, x, y of four corners, so that three rows in succession have any axis last.
-/// The fourth corner of a triangle is its first.
-#[derive(Debug)]
-struct Corners {
-    rows: [[f64; 4]; 5],
-    is_triangle: bool,
-}
-
-impl Corners {
-    fn new(corners: [DVec3; 4], is_triangle: bool) -> Self {
-        let rows = [0, 1, 2, 0, 1].map(|axis| corners.map(|corner| corner[axis]));
-        Self { rows, is_triangle }
-    }
 }
 
 impl Few {
@@ -54,14 +39,12 @@ impl Few {
         }
         let mut few = Self::default();
         for primitive in primitives {
-            let (outline, third, is_triangle) = match &shapes[primitive as usize] {
-                Shape::Triangle(t) => {
-                    let [a, b, c] = t.vertices;
-                    ([a, b, c, a], c, true)
-                }
-                Shape::Quad(q) => {
-                    let outline = q.corners();
-                    (outline, outline[3], false)
+            let shape = &shapes[primitive as usize];
+            let (corners, is_triangle) = match shape {
+                Shape::Triangle(triangle) => (triangle.vertices, true),
+                Shape::Quad(quad) => {
+                    let [a, b, _, d] = quad.corners();
+                    ([a, b, d], false)
                 }
                 Shape::Sphere(sphere) => {
                     few.spheres.push((primitive, Ball::new(sphere, space), *sphere));
@@ -69,9 +52,9 @@ impl Few {
                 }
                 Shape::Disk(_) => return None,
             };
-            let [a, b, c] = [outline[0], outline[1], third].map(|corner| space.place(corner));
+            let [a, b, c] = corners.map(|corner| space.place(corner));
             few.facets.push(Facet::new(a, [b - a, c - a], is_triangle));
-            few.corners.push(Corners::new(outline, is_triangle));
+            few.corners.extend(Corners::of(shape));
             few.primitives.push(primitive);
         }
         Some(few)
@@ -168,14 +151,10 @@ fn closest_of_packet<'a, S: Simd>(
     }
     let held = held.to_array();
     for (half, hits) in hits.chunks_mut(LANES).enumerate() {
-        let decided = few.decide(simd, rays, half, &held);
+        let decided = meet_flat(simd, rays, half, |lane| few.corners.get(held[lane] as usize));
         for (k, hit) in hits.iter_mut().enumerate() {
             let lane = half * LANES + k;
-            let late = (decided.hits >> k & 1 != 0).then(|| {
-                let intersection =
-                    Intersection { t: decided.t[k], u: decided.u[k], v: decided.v[k] };
-                (few.primitives[held[lane] as usize], intersection)
-            });
+            let late = decided.hit(k).map(|hit| (few.primitives[held[lane] as usize], hit));
             let found = match (late, early[lane]) {
                 (Some(late), Some(early)) if (early.1.t, early.0) < (late.1.t, late.0) => {
                     Some(early)
@@ -190,15 +169,6 @@ fn closest_of_packet<'a, S: Simd>(
             });
         }
     }
-}
-
-/// What eight exact tests have found.
-struct Decided {
-    /// A bit for each hit.
-    hits: u64,
-    t: [f64; LANES],
-    u: [f64; LANES],
-    v: [f64; LANES],
 }
 
 impl Few {
@@ -224,112 +194,6 @@ impl Few {
             }
         }
     }
-
-    /// The exact tests of eight rays, each with the facet that is held for it.
-    #[inline(always)]
-    fn decide<S: Simd>(&self, simd: S, rays: &Rays, half: usize, held: &[u32; RAYS]) -> Decided {
-        let (origin, direction) = rays.half(simd, half);
-        let [x, y] = largest_axis(direction);
-        let (origin, direction) = (rotated(origin, [x, y]), rotated(direction, [x, y]));
-        let shear = shear_along(direction);
-        let (x, y) = (x.to_bitmask(), y.to_bitmask());
-        let mut corners = [[[0.0; 4]; LANES]; 3];
-        let (mut there, mut triangles) = (0u64, 0u64);
-        for lane in 0..LANES {
-            let number = held[half * LANES + lane];
-            let Some(facet) = self.corners.get(number as usize) else { continue };
-            there |= 1 << lane;
-            triangles |= u64::from(facet.is_triangle) << lane;
-            let rotation = (x >> lane & 1 | (y >> lane & 1) << 1) as usize % 3;
-            for axis in 0..3 {
-                corners[axis][lane] = facet.rows[rotation + axis];
-            }
-        }
-        let [x, y, z] = &corners;
-        let (x, y, z) = (transposed(simd, x), transposed(simd, y), transposed(simd, z));
-        let a = sheared(shear, Vector::new(x[0], y[0], z[0]) - origin);
-        let b = sheared(shear, Vector::new(x[1], y[1], z[1]) - origin);
-        let c = sheared(shear, Vector::new(x[2], y[2], z[2]) - origin);
-        let d = sheared(shear, Vector::new(x[3], y[3], z[3]) - origin);
-        let is_triangle = mask64x8::from_bitmask(simd, triangles);
-        let triangle = Met::triangle(a, b, c);
-        let quad = triangle.first_half().or(Met::triangle(a, c, d).second_half());
-        let (of_triangle, of_quad) = (triangle.hit.to_bitmask(), quad.hit.to_bitmask());
-        Decided {
-            hits: there & (triangles & of_triangle | !triangles & of_quad),
-            t: is_triangle.select(triangle.t, quad.t).into(),
-            u: is_triangle.select(triangle.u, quad.u).into(),
-            v: is_triangle.select(triangle.v, quad.v).into(),
-        }
-    }
-}
-
-/// The components in cyclic order with the first axis last where the first is true, and with the
-/// second axis last where the second is.
-#[inline(always)]
-fn rotated<L: Lane>(v: Vector<L>, [x, y]: [L::Mask; 2]) -> Vector<L> {
-    Vector::new(
-        x.choose(v.y, y.choose(v.z, v.x)),
-        x.choose(v.z, y.choose(v.x, v.y)),
-        x.choose(v.x, y.choose(v.y, v.z)),
-    )
-}
-
-/// The exact tests of eight rays and a sphere, on which they may start, or end at their lengths: a
-/// bit for each hit, and where.
-#[inline(always)]
-fn meet_sphere<S: Simd>(
-    simd: S,
-    primitive: u32,
-    sphere: &Sphere,
-    rays: &Rays,
-    half: usize,
-    length: Option<f64x8<S>>,
-) -> (u64, f64x8<S>) {
-    let (origin, direction) = rays.half(simd, half);
-    let center = sphere.center;
-    let from = Vector::new(origin.x - center.x, origin.y - center.y, origin.z - center.z);
-    let (hits, mut t) = sphere.meet(from, direction);
-    let mut hits = hits.to_bitmask();
-    let start = touching(primitive, &rays.start, half);
-    if start != 0 {
-        let (again, chord) = sphere.meet_again(from, direction);
-        hits = hits & !start | again.to_bitmask() & start;
-        t = mask64x8::from_bitmask(simd, start).select(chord, t);
-    }
-    if let Some(length) = length {
-        let end = touching(primitive, &rays.end, half);
-        if end != 0 {
-            let (before, chord) = sphere.meet_before(from, direction, length);
-            hits = hits & !end | before.to_bitmask() & end & !start;
-            t = mask64x8::from_bitmask(simd, end).select(chord, t);
-        }
-        hits &= t.simd_lt(length).to_bitmask();
-    }
-    (hits, t)
-}
-
-/// A bit for each of eight ends that lies on a primitive.
-#[inline(always)]
-fn touching(primitive: u32, ends: &[u32; RAYS], half: usize) -> u64 {
-    let ends = ends[half * LANES..][..LANES].iter().enumerate();
-    ends.fold(0, |bits, (k, end)| bits | u64::from(*end == primitive) << k)
-}
-
-/// Numbers of four corners in each of eight lanes, as vectors of each corner.
-#[inline(always)]
-fn transposed<S: Simd>(simd: S, corners: &[[f64; 4]; LANES]) -> [f64x8<S>; 4] {
-    let [p, q, r, s] = corners.as_flattened().as_chunks().0 else { unreachable!() };
-    let (p, q) = (f64x8::load_array_ref(simd, p), f64x8::load_array_ref(simd, q));
-    let (r, s) = (f64x8::load_array_ref(simd, r), f64x8::load_array_ref(simd, s));
-    let (even, odd) = (p.unzip_low(q), p.unzip_high(q));
-    let (even_last, odd_last) = (r.unzip_low(s), r.unzip_high(s));
-    [
-        even.unzip_low(even_last),
-        odd.unzip_low(odd_last),
-        even.unzip_high(even_last),
-        odd.unzip_high(odd_last),
-    ]
 }
 
 /// The answers of [`Bvh::is_free`] for many segments in a scene of few facets; false for another

@@ -2,7 +2,7 @@
 //! few facets that takes no tree.
 //!
 //! Rays of a camera, which visit mostly the same, walk through the tree sixteen at a time in larger
-//! scenes on a processor with vectors of sixteen numbers: each node's boxes are tested one after
+//! scenes on a processor with vectors of eight numbers or more: each node's boxes are tested one after
 //! the other, and what any ray enters is visited. Each ray passes what it would pass alone, by the
 //! same numbers.
 //!
@@ -10,6 +10,7 @@
 //! and the exact tests are the same, eight at a time or alone. So the answers are, too.
 
 mod ball;
+mod eight;
 mod few;
 mod plane;
 mod rays;
@@ -17,6 +18,7 @@ mod rays;
 mod tests;
 mod together;
 
+pub(super) use eight::Corners;
 pub(super) use few::{Few, are_free, closest};
 pub(super) use together::closest_together;
 

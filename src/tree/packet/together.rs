@@ -1,7 +1,9 @@
 //! The nearest hits of rays that walk through the tree together.
 
 use super::RAYS;
+use super::eight::meet_flat;
 use super::rays::{BoxRays, Rays, limited};
+use crate::lanes::LANES as EIGHT;
 use crate::tree::bvh::Bvh;
 use crate::tree::facets::{Facets, Tested};
 use crate::tree::layout::{Block, Candidate, Child, LANES, Node, WIDTH};
@@ -36,15 +38,15 @@ fn closest_together_with<'a, S: Simd>(
     let mut search = Search::new(simd, bvh, &mut rays);
     let Some(planes) = Planes::new(simd, &search) else { return false };
     search.walk(simd, &planes);
-    search.end(hits);
+    search.end(simd, hits);
     true
 }
 
-/// True for an instruction set with which that is faster than rays that take turns: one of 16
-/// lanes.
+/// True for an instruction set with which that is faster than rays that take turns: one of eight
+/// lanes or more.
 #[inline(always)]
 fn pays<S: Simd>(_: S) -> bool {
-    S::f32s::LEN == RAYS
+    S::f32s::LEN >= EIGHT
 }
 
 /// A part of the tree that a packet has yet to visit, and the distances at which its rays enter it.
@@ -242,11 +244,18 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
 
     /// Tells what was found.
     #[inline(always)]
-    fn end(mut self, hits: &mut [Option<Hit<'a>>]) {
-        for (lane, hit) in hits.iter_mut().enumerate().take(RAYS) {
-            let (ray, start) = (self.rays.ray(lane), self.rays.start[lane]);
-            let found = self.bvh.decide(self.held[lane], self.early[lane].take(), &ray, start);
-            *hit = found.map(|found| found.hit(self.rays.moved[lane]));
+    fn end(mut self, simd: S, hits: &mut [Option<Hit<'a>>]) {
+        for (half, hits) in hits.chunks_mut(EIGHT).enumerate() {
+            let decided = meet_flat(simd, self.rays, half, |lane| {
+                self.held[lane].and_then(|held| self.bvh.corners_of(held))
+            });
+            for (k, hit) in hits.iter_mut().enumerate() {
+                let lane = half * EIGHT + k;
+                let late = self.held[lane].zip(decided.hit(k));
+                let late = late.map(|(candidate, intersection)| Found { candidate, intersection });
+                let found = Found::nearer(late, self.early[lane].take());
+                *hit = found.map(|found| found.hit(self.rays.moved[lane]));
+            }
         }
     }
 }
