@@ -103,6 +103,7 @@ pub mod geometry;
 #[cfg(feature = "import")]
 pub mod import;
 pub mod integrator;
+mod lanes;
 pub mod light_tree;
 pub mod material;
 pub mod math;

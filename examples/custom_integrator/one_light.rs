@@ -34,16 +34,15 @@ impl<S: Scene + ?Sized> Integrator<S> for OneLight {
 }
 
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for OneLight {
+    const CONNECTS: bool = true;
+
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        visit.limit(visit.plan.depth.limit())?;
-        let found = visit.next_event();
-        if let Some(next) = found.filter(|next| next.light == self.light) {
-            visit.connect(&next, 1.0);
-        }
-        ControlFlow::Continue(())
+        visit.limit(visit.plan.depth.limit())
     }
 
-    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        visit.scatter(&Default::default()).flow()
+    fn connect<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) {
+        if let Some(next) = visit.next_event().filter(|next| next.light == self.light) {
+            visit.connect(&next, 1.0);
+        }
     }
 }

@@ -1,8 +1,9 @@
 //! The ideally diffuse reflector (Lambert 1760): `f = albedo / π`.
 
 use super::error::checked_reflectance;
-use super::{Bsdf, BsdfError, BsdfSample, LaneForm, Lobes, TransportMode, same_side};
-use crate::math::warp::square_to_cosine_hemisphere;
+use super::{Bsdf, BsdfError, BsdfSample, LaneForm, Lobes, TransportMode, on_same_side, same_side};
+use crate::lanes::{Lane, Vector};
+use crate::math::warp::cosine_hemisphere;
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
@@ -60,10 +61,9 @@ impl Bsdf for Lambert {
         _u1: f64,
         u2: DVec2,
     ) -> Option<BsdfSample> {
-        let mut next = square_to_cosine_hemisphere(u2);
-        next.z = next.z.copysign(fixed.z);
-        same_side(fixed, next).then_some(BsdfSample {
-            next,
+        let (next, is_reflected) = reflected(fixed.z, u2.to_array());
+        is_reflected.then_some(BsdfSample {
+            next: next.into(),
             weight: self.albedo,
             pdf: PerProjected(FRAC_1_PI),
             pdf_reverse: PerProjected(FRAC_1_PI),
@@ -76,4 +76,13 @@ impl Bsdf for Lambert {
     fn lane_form(&self, _front: bool) -> Option<LaneForm> {
         Some(LaneForm::Lambert(*self))
     }
+}
+
+/// Sampled directions in the local frame in lanes, given the local z of the fixed ones; and where
+/// they are any.
+#[inline(always)]
+pub(crate) fn reflected<L: Lane>(fixed_z: L, u: [L; 2]) -> (Vector<L>, L::Mask) {
+    let mut next = cosine_hemisphere(u);
+    next.z = next.z.copysign(fixed_z);
+    (next, on_same_side(fixed_z, next.z))
 }

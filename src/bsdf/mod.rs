@@ -25,6 +25,7 @@
 //! Sources: Veach 1997, chapter 5, for [transport modes](TransportMode) and non-symmetric
 //! scattering; Walter et al. 2007 for rough surfaces; each model names its own.
 
+use crate::lanes::Lane;
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -350,7 +351,13 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
 /// True if both directions lie strictly on the same side of the surface.
 #[inline]
 fn same_side(a: DVec3, b: DVec3) -> bool {
-    (a.z > 0.0 && b.z > 0.0) || (a.z < 0.0 && b.z < 0.0)
+    on_same_side(a.z, b.z)
+}
+
+/// True where both are strictly on the same side of the surface, given their local z.
+#[inline(always)]
+pub(crate) fn on_same_side<L: Lane>(a: L, b: L) -> L::Mask {
+    (a.is_positive() & b.is_positive()) | (a.is_negative() & b.is_negative())
 }
 
 /// True if the directions lie strictly on opposite sides of the surface.

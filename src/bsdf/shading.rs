@@ -17,8 +17,9 @@
 //! A direction that is on different sides of the two normals is in neither hemisphere: f' and the
 //! densities are 0 there.
 
-use super::{Bsdf, BsdfSample, DiracValue, Lobes, TransportMode};
-use crate::geometry::{Frame, SurfacePoint};
+use super::{Bsdf, BsdfSample, DiracValue, LaneForm, Lobes, TransportMode};
+use crate::geometry::{Frame, SurfacePoint, around};
+use crate::lanes::{Lane, Mask, Vector};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -55,6 +56,16 @@ impl<B: Bsdf> ShadedBsdf<B> {
     #[must_use]
     pub fn lobes(&self) -> Lobes {
         self.bsdf.lobes()
+    }
+
+    /// The form in which lanes can scatter what comes from or goes into a direction; `None` where
+    /// the shading normal is not the geometric one.
+    #[inline(always)]
+    pub(crate) fn lane_form(&self, fixed: DVec3) -> Option<LaneForm> {
+        if !self.is_flat() {
+            return None;
+        }
+        self.bsdf.lane_form(self.frame.z.dot(fixed) >= 0.0)
     }
 
     /// `f'(to_light, to_camera)` in 1/sr, without Dirac lobes.
@@ -129,7 +140,7 @@ impl<B: Bsdf> ShadedBsdf<B> {
         sample.next = if local_next == -local_fixed {
             -fixed
         } else {
-            renormalized(self.frame.to_world(local_next))
+            renormalized::<f64>(self.frame.to_world(local_next).into()).into()
         };
         if !self.is_flat() {
             let ratio_next = self.ratio(sample.next, local_next)?;
@@ -191,10 +202,22 @@ impl<B: Bsdf> ShadedBsdf<B> {
 }
 
 /// A vector of unit length up to rounding, as which a turned one is, to unit length again: one step
-/// of Newton's method for the inverse square root.
-#[inline]
-fn renormalized(v: DVec3) -> DVec3 {
-    let excess = v.length_squared() - 1.0;
-    // A model of a user's may be less exact.
-    if excess.abs() < 1e-9 { v * (1.0 - 0.5 * excess) } else { v.normalize() }
+/// of Newton's method for the inverse square root. A model of a user's may be less exact.
+#[inline(always)]
+fn renormalized<L: Lane>(v: Vector<L>) -> Vector<L> {
+    let square = v.length_squared();
+    let excess = square - 1.0;
+    let is_near = excess.abs().less(excess.constant(1e-9));
+    let mut scale = -(excess * 0.5) + 1.0;
+    if !is_near.all() {
+        scale = is_near.choose(scale, square.constant(1.0) / square.sqrt());
+    }
+    v * scale
+}
+
+/// Directions of the local frame around a normal, in world space, in lanes.
+#[inline(always)]
+pub(crate) fn to_world<L: Lane>(normal: Vector<L>, local: Vector<L>) -> Vector<L> {
+    let [x, y] = around(normal);
+    renormalized(x * local.x + y * local.y + normal * local.z)
 }

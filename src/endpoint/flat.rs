@@ -1,19 +1,21 @@
 //! The simplest area light: one flat shape, the same radiance everywhere.
 
 use super::solid_angle::Near;
-use crate::geometry::{Shape, SurfacePoint};
-use crate::math::{PerArea, Rgb, warp::square_to_triangle};
+use crate::geometry::{Place, Quad, Shape, SurfacePoint, Triangle, spanned};
+use crate::lanes::{Lane, Mask, Vector};
+use crate::math::{PerArea, Rgb, warp};
 use glam::{DVec2, DVec3};
 
-/// A rectangle or a triangle whose front emits the same radiance from all points into all
-/// directions, with everything prepared that sampling it takes.
+/// A quad or a triangle whose front emits the same radiance from all points into all directions,
+/// with everything prepared that sampling it takes.
 ///
 /// Receivers that are not near sample it uniformly by area: position, density and radiance are then
 /// a few products of these numbers, which many lanes can compute at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlatLight {
-    /// The quad or triangle.
-    pub shape: Shape,
+    /// Origin and edges of a quad, corners of a triangle.
+    spans: [DVec3; 3],
+    is_triangle: bool,
     /// Unit normal, on the side that emits.
     pub normal: DVec3,
     /// Its number as the scene's intersections report it.
@@ -31,14 +33,15 @@ impl FlatLight {
     /// `None` if the shape is neither a quad nor a triangle, or has no area.
     #[must_use]
     pub fn new(shape: &Shape, primitive: u32, surface: u32, radiance: Rgb) -> Option<Self> {
-        let cross = match shape {
-            Shape::Quad(quad) => quad.cross(),
-            Shape::Triangle(triangle) => triangle.cross(),
+        let (spans, cross) = match shape {
+            Shape::Quad(quad) => ([quad.origin, quad.edge_u, quad.edge_v], quad.cross()),
+            Shape::Triangle(triangle) => (triangle.vertices, triangle.cross()),
             Shape::Disk(_) | Shape::Sphere(_) => return None,
         };
         let (near, pdf) = (Near::of(shape)?, PerArea(1.0 / shape.area()));
         (pdf.value() > 0.0 && pdf.value().is_finite()).then_some(Self {
-            shape: *shape,
+            spans,
+            is_triangle: matches!(shape, Shape::Triangle(_)),
             normal: cross.normalize(),
             primitive,
             surface,
@@ -56,32 +59,74 @@ impl FlatLight {
         self.near.holds(receiver)
     }
 
-    /// The centre and the square of the distance from it below which a receiver is near.
-    #[inline]
-    #[must_use]
-    pub fn near_region(&self) -> (DVec3, f64) {
-        (self.near.center, self.near.distance_squared)
-    }
-
     /// The point that the unit square's `u` maps to, uniform by area.
     #[inline]
     #[must_use]
     pub fn point_at(&self, u: DVec2) -> SurfacePoint {
-        let point = match &self.shape {
-            Shape::Quad(quad) => quad.point_at(u.x, u.y),
-            Shape::Triangle(triangle) => {
-                let b = square_to_triangle(u);
-                triangle.point_at(b.x, b.y)
-            }
-            other => other.sample_area(u),
-        };
+        let light = FlatLanes::new(self.numbers());
+        let (position, error, [u, v]) = light.point_at(u.to_array());
+        self.point(position.into(), error, DVec2::new(u, v))
+    }
+
+    /// A point of it, of which lanes have found what varies.
+    #[inline(always)]
+    pub(crate) fn point(&self, position: DVec3, error: f64, uv: DVec2) -> SurfacePoint {
+        let [a, b, _] = self.spans;
         SurfacePoint {
-            // The same as before, but already known.
+            position,
+            error,
             geometric_normal: self.normal,
             shading_normal: self.normal,
+            tangent: if self.is_triangle { b - a } else { b },
+            uv,
+            place: Place::Area,
             primitive: self.primitive,
             surface: self.surface,
-            ..point
         }
+    }
+
+    /// The numbers that [`FlatLanes::new`] takes.
+    #[inline(always)]
+    pub(crate) fn numbers(&self) -> [f64; FLAT] {
+        let ([a, b, c], n, l) = (self.spans, self.normal, self.radiance.0);
+        let is_triangle = f64::from(u8::from(self.is_triangle));
+        [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, n.x, n.y, n.z, l[0], l[1], l[2], is_triangle]
+    }
+}
+
+/// Numbers of a [`FlatLight`] in lanes.
+pub(crate) const FLAT: usize = 16;
+
+/// A [`FlatLight`] in each lane.
+pub(crate) struct FlatLanes<L: Lane> {
+    spans: [Vector<L>; 3],
+    is_triangle: L::Mask,
+    pub normal: Vector<L>,
+    pub radiance: [L; 3],
+}
+
+impl<L: Lane> FlatLanes<L> {
+    #[inline(always)]
+    pub fn new(numbers: [L; FLAT]) -> Self {
+        let [ax, ay, az, bx, by, bz, cx, cy, cz, nx, ny, nz, red, green, blue, is_triangle] =
+            numbers;
+        Self {
+            spans: [Vector::new(ax, ay, az), Vector::new(bx, by, bz), Vector::new(cx, cy, cz)],
+            is_triangle: is_triangle.is_positive(),
+            normal: Vector::new(nx, ny, nz),
+            radiance: [red, green, blue],
+        }
+    }
+
+    /// Points uniform by area: positions, their error bounds, surface parameters.
+    #[inline(always)]
+    pub fn point_at(&self, u: [L; 2]) -> (Vector<L>, L, [L; 2]) {
+        let barycentric = warp::triangle(u);
+        let choose = |yes, no| self.is_triangle.choose(yes, no);
+        let [u, v] = [choose(barycentric[0], u[0]), choose(barycentric[1], u[1])];
+        let one = u.constant(1.0);
+        let (position, reach) = spanned(self.spans, [choose(one - u - v, one), u, v]);
+        let rounding = choose(u.constant(Triangle::ROUNDING), u.constant(Quad::ROUNDING));
+        (position, rounding * reach, [u, v])
     }
 }

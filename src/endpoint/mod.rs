@@ -47,6 +47,7 @@ pub use environment_map::{EnvironmentMap, Lookup};
 pub use error::EndpointError;
 pub use extent::SceneExtent;
 pub use flat::FlatLight;
+pub(crate) use flat::{FLAT, FlatLanes};
 pub use orthographic::OrthographicCamera;
 pub use pinhole::PinholeCamera;
 pub use point::PointLight;

@@ -76,11 +76,11 @@ impl Endpoint for PinholeCamera {
     }
 
     fn direction_pdf(&self, _point: &SurfacePoint, direction: DVec3) -> PerProjected {
-        PerProjected(self.view.film_density(direction, 3))
+        PerProjected(self.view.pinhole_density::<f64>(direction.into()))
     }
 
     fn emit(&self, _point: &SurfacePoint, direction: DVec3) -> Rgb {
-        Rgb::splat(self.view.film_density(direction, 3))
+        Rgb::splat(self.view.pinhole_density::<f64>(direction.into()))
     }
 }
 
@@ -94,9 +94,8 @@ impl Camera for PinholeCamera {
     }
 
     fn raster(&self, _point: &SurfacePoint, direction: DVec3) -> Option<DVec2> {
-        let cosine = self.view.forward.dot(direction);
-        let raster = self.view.raster_at(self.view.across(direction) / cosine);
-        (cosine > 0.0 && raster.is_finite()).then_some(raster)
+        let (raster, is_seen) = self.view.raster::<f64>(direction.into());
+        is_seen.then_some(raster.into())
     }
 
     fn as_pinhole(&self) -> Option<&View> {

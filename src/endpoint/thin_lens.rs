@@ -72,6 +72,13 @@ impl ThinLensCamera {
     fn on_lens(&self, point: &SurfacePoint) -> DVec2 {
         self.view.across(point.position - self.view.position)
     }
+
+    /// The density of a direction per projected solid angle.
+    #[inline]
+    fn density(&self, direction: DVec3) -> f64 {
+        let square = self.view.forward.dot(direction).powi(2);
+        self.view.film_density(self.view.forward.dot(direction), square * square)
+    }
 }
 
 impl Endpoint for ThinLensCamera {
@@ -95,11 +102,11 @@ impl Endpoint for ThinLensCamera {
     }
 
     fn direction_pdf(&self, _point: &SurfacePoint, direction: DVec3) -> PerProjected {
-        PerProjected(self.view.film_density(direction, 4))
+        PerProjected(self.density(direction))
     }
 
     fn emit(&self, point: &SurfacePoint, direction: DVec3) -> Rgb {
-        Rgb::splat(self.view.film_density(direction, 4) * self.point_pdf(point).value())
+        Rgb::splat(self.density(direction) * self.point_pdf(point).value())
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::{EndpointError, check};
 use crate::film::FilmRegion;
+use crate::lanes::{Lane, Mask, Vector};
 use glam::{DVec2, DVec3, UVec2};
 
 /// A right-handed view: x to the right, y up, looking along `forward`, all three of unit length.
@@ -122,15 +123,34 @@ impl View {
         self.right * v.x + self.up * v.y
     }
 
-    /// `1 / (A cosⁿ θ)` for directions into the film plane's half space, 0 for others. Defined
-    /// beyond the window, since pixel filters reach there.
-    #[inline]
-    #[must_use]
-    pub fn film_density(&self, direction: DVec3, power: i32) -> f64 {
-        let cosine = self.forward.dot(direction);
-        let density = 1.0 / (self.window_area() * cosine.powi(power));
+    /// `1 / (A cosⁿ θ)`, given cos θ and its power, for directions into the film plane's half space,
+    /// 0 for others; in lanes. Defined beyond the window, since pixel filters reach there.
+    #[inline(always)]
+    pub(super) fn film_density<L: Lane>(&self, cosine: L, power: L) -> L {
+        let density = cosine.constant(1.0) / (power * self.window_area());
         // Infinitely far out on the film plane no film can be.
-        if cosine > 0.0 && density.is_finite() { density } else { 0.0 }
+        let is_seen = cosine.is_positive() & density.less(cosine.constant(f64::INFINITY));
+        is_seen.choose(density, cosine.constant(0.0))
+    }
+
+    /// The density and the importance of a pinhole's directions per solid angle, in lanes.
+    #[inline(always)]
+    pub(crate) fn pinhole_density<L: Lane>(&self, direction: Vector<L>) -> L {
+        let cosine = direction.dot_with(self.forward);
+        self.film_density(cosine, cosine * (cosine * cosine))
+    }
+
+    /// The points of the full film, in pixels, at which directions from the middle of the lens are
+    /// recorded, and where they are, in lanes.
+    #[inline(always)]
+    pub(crate) fn raster<L: Lane>(&self, direction: Vector<L>) -> ([L; 2], L::Mask) {
+        let cosine = direction.dot_with(self.forward);
+        let right = direction.dot_with(self.right) / cosine;
+        let down = -(direction.dot_with(self.up) / cosine);
+        let center = self.principal_point;
+        let raster = [right / self.pitch + center.x, down / self.pitch + center.y];
+        let is_finite = |x: L| x.abs().less(x.constant(f64::INFINITY));
+        (raster, cosine.is_positive() & is_finite(raster[0]) & is_finite(raster[1]))
     }
 }
 

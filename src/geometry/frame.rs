@@ -1,5 +1,6 @@
 //! Orthonormal frames.
 
+use crate::lanes::{Lane, Vector};
 use glam::DVec3;
 
 /// A right-handed orthonormal frame: x = tangent, y = bitangent, z = normal.
@@ -19,14 +20,8 @@ impl Frame {
     #[inline]
     #[must_use]
     pub fn from_normal(normal: DVec3) -> Self {
-        let sign = 1.0f64.copysign(normal.z);
-        let a = -1.0 / (sign + normal.z);
-        let b = normal.x * normal.y * a;
-        Self {
-            x: DVec3::new(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
-            y: DVec3::new(b, sign + normal.y * normal.y * a, -normal.y),
-            z: normal,
-        }
+        let [x, y] = around(normal.into());
+        Self { x: x.into(), y: y.into(), z: normal }
     }
 
     /// The frame around a unit normal whose x axis is the given tangent, made orthogonal; some
@@ -57,4 +52,16 @@ impl Frame {
     pub fn to_world(&self, v: DVec3) -> DVec3 {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
+}
+
+/// The x and y axes of [`Frame::from_normal`], in lanes.
+#[inline(always)]
+pub(crate) fn around<L: Lane>(normal: Vector<L>) -> [Vector<L>; 2] {
+    let sign = normal.z.constant(1.0).copysign(normal.z);
+    let a = normal.z.constant(-1.0) / (sign + normal.z);
+    let b = normal.x * normal.y * a;
+    [
+        Vector::new(sign * normal.x * normal.x * a + 1.0, sign * b, -sign * normal.x),
+        Vector::new(b, sign + normal.y * normal.y * a, -normal.y),
+    ]
 }

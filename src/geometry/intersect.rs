@@ -5,6 +5,7 @@
 //! with the distance the ray has travelled.
 
 use super::{Disk, Quad, Shape, SurfacePoint, Triangle};
+use crate::lanes::{Lane, Mask, Vector};
 use glam::{DVec2, DVec3};
 
 /// A ray with the terms that the watertight triangle test needs once per ray.
@@ -52,13 +53,13 @@ impl Ray {
     #[inline]
     #[must_use]
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
-        let DVec3 { x, y, z } = direction.abs();
         // Without branches, which rays of no order would make the processor guess.
-        let largest = 2 - 2 * u8::from((x > y) & (x > z)) - u8::from((x <= y) & (y > z));
+        let [x, y] = largest_axis(direction.into());
+        let largest = 2 - 2 * u8::from(x) - u8::from(y);
         let [i, j, k] = AXES[usize::from(largest) % 3];
         let d = direction.to_array();
-        let scale = 1.0 / d[k];
-        Self { origin, direction, largest, shear: DVec3::new(d[i] * scale, d[j] * scale, scale) }
+        let shear = shear_along(Vector::new(d[i], d[j], d[k]));
+        Self { origin, direction, largest, shear: shear.into() }
     }
 
     /// The point at distance `t`.
@@ -71,13 +72,13 @@ impl Ray {
     /// A point in the coordinates in which the ray is the positive z axis. Depends on the point
     /// alone, so that triangles that share a vertex see it at the same place.
     #[inline]
-    fn sheared(&self, p: DVec3) -> DVec3 {
+    fn sheared(&self, p: DVec3) -> Vector<f64> {
         self.shear(rotated(p - self.origin, self.largest))
     }
 
     #[inline(always)]
-    fn shear(&self, p: DVec3) -> DVec3 {
-        DVec3::new(p.x - self.shear.x * p.z, p.y - self.shear.y * p.z, self.shear.z * p.z)
+    fn shear(&self, p: DVec3) -> Vector<f64> {
+        sheared(self.shear.into(), p.into())
     }
 
     /// All axes in cyclic order, that of the largest component of the direction last.
@@ -93,8 +94,36 @@ impl Ray {
         let [i, j, k] = self.axes();
         let o = self.origin.to_array();
         let o = DVec3::new(o[i], o[j], o[k]);
-        meet_sheared(self.shear(a - o), self.shear(b - o), self.shear(c - o))
+        let at = |p: DVec3| self.shear(p - o);
+        Met::triangle(at(a), at(b), at(c)).intersection()
     }
+}
+
+impl Met<f64> {
+    #[inline(always)]
+    fn intersection(self) -> Option<Intersection> {
+        self.hit.then_some(Intersection { t: self.t, u: self.u, v: self.v })
+    }
+}
+
+/// True where the first axis is that of the largest component, and where the second is.
+#[inline(always)]
+pub(crate) fn largest_axis<L: Lane>(direction: Vector<L>) -> [L::Mask; 2] {
+    let Vector { x, y, z } = direction.abs();
+    [x.more(y) & x.more(z), !x.more(y) & y.more(z)]
+}
+
+/// The shear that makes a direction the z axis, given with its largest component last.
+#[inline(always)]
+pub(crate) fn shear_along<L: Lane>(direction: Vector<L>) -> Vector<L> {
+    let scale = direction.z.constant(1.0) / direction.z;
+    Vector::new(direction.x * scale, direction.y * scale, scale)
+}
+
+/// A point seen from the ray's origin, with coordinates in the order of the shear's.
+#[inline(always)]
+pub(crate) fn sheared<L: Lane>(shear: Vector<L>, p: Vector<L>) -> Vector<L> {
+    Vector::new(p.x - shear.x * p.z, p.y - shear.y * p.z, shear.z * p.z)
 }
 
 /// All axes in cyclic order, by the last one.
@@ -157,35 +186,69 @@ impl Shape {
     }
 }
 
-/// Watertight test (Woop, Benthin and Wald 2013): triangles that share an edge or a vertex never
-/// let a ray pass between them.
-///
-/// The sign of the rounded `fl(p q) - fl(r s)` is never opposite to that of `p q - r s`, since
-/// rounding is monotone: at worst it is 0, which counts as inside for both neighbours. So no
-/// extended precision is needed where an edge function vanishes.
-#[inline(always)]
-fn intersect_corners(ray: &Ray, corners: [DVec3; 3]) -> Option<Intersection> {
-    // Not `map`, which does not get inlined here.
-    meet_sheared(ray.sheared(corners[0]), ray.sheared(corners[1]), ray.sheared(corners[2]))
+/// The intersection of a ray and a flat shape, or of several rays with one each.
+#[derive(Clone, Copy)]
+pub(crate) struct Met<L: Lane> {
+    /// True if there is one; nothing else counts otherwise.
+    pub hit: L::Mask,
+    /// The distance.
+    pub t: L,
+    /// The parameters.
+    pub u: L,
+    pub v: L,
 }
 
-/// The same for corners in the ray's coordinates.
-#[inline(always)]
-fn meet_sheared(a: DVec3, b: DVec3, c: DVec3) -> Option<Intersection> {
-    let u = c.x * b.y - c.y * b.x;
-    let v = a.x * c.y - a.y * c.x;
-    let w = b.x * a.y - b.y * a.x;
-    if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-        return None;
+impl<L: Lane> Met<L> {
+    /// That with a triangle whose corners are given in the ray's coordinates: the watertight test of
+    /// Woop, Benthin and Wald (2013). Triangles that share an edge or a vertex never let a ray pass
+    /// between them.
+    ///
+    /// The sign of the rounded `fl(p q) - fl(r s)` is never opposite to that of `p q - r s`, since
+    /// rounding is monotone: at worst it is 0, which counts as inside for both neighbours. So no
+    /// extended precision is needed where an edge function vanishes.
+    #[inline(always)]
+    pub fn triangle(a: Vector<L>, b: Vector<L>, c: Vector<L>) -> Self {
+        let u = c.x * b.y - c.y * b.x;
+        let v = a.x * c.y - a.y * c.x;
+        let w = b.x * a.y - b.y * a.x;
+        let outside = (u.is_negative() | v.is_negative() | w.is_negative())
+            & (u.is_positive() | v.is_positive() | w.is_positive());
+        let determinant = u + v + w;
+        let t = (u * a.z + v * b.z + w * c.z) / determinant;
+        // Also no hit for a triangle seen edge-on, where t is not a number or infinite.
+        let hit = !outside & t.is_positive() & t.less(t.constant(f64::INFINITY));
+        Self { hit, t, u: v / determinant, v: w / determinant }
     }
-    let determinant = u + v + w;
-    let t = (u * a.z + v * b.z + w * c.z) / determinant;
-    // Also false for a triangle seen edge-on, where t is not a number or infinite.
-    (t > 0.0 && t < f64::INFINITY).then(|| Intersection {
-        t,
-        u: v / determinant,
-        v: w / determinant,
-    })
+
+    /// That with a parallelogram, from that with the triangle of its first three corners.
+    #[inline(always)]
+    pub fn first_half(self) -> Self {
+        Self { u: self.sum(), ..self }
+    }
+
+    /// That with a parallelogram, from that with the triangle of its first corner and the last two.
+    #[inline(always)]
+    pub fn second_half(self) -> Self {
+        Self { v: self.sum(), ..self }
+    }
+
+    /// The sum of the parameters, which rounding does not take beyond 1.
+    #[inline(always)]
+    fn sum(self) -> L {
+        let (sum, one) = (self.u + self.v, self.u.constant(1.0));
+        one.less(sum).choose(one, sum)
+    }
+
+    /// This one where it is a hit, else the other one.
+    #[inline(always)]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            hit: self.hit | other.hit,
+            t: self.hit.choose(self.t, other.t),
+            u: self.hit.choose(self.u, other.u),
+            v: self.hit.choose(self.v, other.v),
+        }
+    }
 }
 
 impl Triangle {
@@ -193,7 +256,8 @@ impl Triangle {
     #[inline(always)]
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<Intersection> {
-        intersect_corners(ray, self.vertices)
+        let [a, b, c] = self.vertices;
+        Met::triangle(ray.sheared(a), ray.sheared(b), ray.sheared(c)).intersection()
     }
 }
 
@@ -204,11 +268,9 @@ impl Quad {
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<Intersection> {
         let [a, b, c, d] = self.corners();
-        if let Some(hit) = intersect_corners(ray, [a, b, c]) {
-            return Some(Intersection { u: (hit.u + hit.v).min(1.0), ..hit });
-        }
-        let hit = intersect_corners(ray, [a, c, d])?;
-        Some(Intersection { v: (hit.u + hit.v).min(1.0), ..hit })
+        let (a, c) = (ray.sheared(a), ray.sheared(c));
+        let first = Met::triangle(a, ray.sheared(b), c).first_half().intersection();
+        first.or_else(|| Met::triangle(a, c, ray.sheared(d)).second_half().intersection())
     }
 }
 

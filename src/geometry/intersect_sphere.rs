@@ -1,7 +1,7 @@
 //! Intersections of rays with spheres and zones of spheres.
 
 use super::{Contact, Intersection, Ray, Sphere};
-use glam::DVec3;
+use crate::lanes::{Lane, Mask, Vector};
 
 impl Sphere {
     /// The nearest point in front of the ray's origin that belongs to the shape, on either side.
@@ -11,59 +11,81 @@ impl Sphere {
         self.intersect_apart_from(ray, Contact::None)
     }
 
-    /// True if the mask keeps the point in direction `outward` (any length) from the centre.
-    #[inline]
-    fn keeps(&self, outward: DVec3) -> bool {
-        if self.is_whole() {
-            return true;
-        }
-        let cos = outward.dot(self.axis) / outward.length();
-        cos >= self.cos_min && cos <= self.cos_max
-    }
-
     #[inline(never)]
     pub(super) fn intersect_apart_from(&self, ray: &Ray, contact: Contact) -> Option<Intersection> {
-        let d = ray.direction;
-        let length_squared = d.length_squared();
-        let from_center = ray.origin - self.center;
-        let accept = |t: f64| {
-            let valid = t > 0.0 && t < f64::INFINITY && self.keeps(from_center + d * t);
-            valid.then_some(Intersection { t, u: 0.0, v: 0.0 })
+        let (from, d) = ((ray.origin - self.center).into(), ray.direction.into());
+        let (hit, t) = match contact {
+            Contact::None => self.meet(from, d),
+            Contact::Origin => self.meet_again(from, d),
+            Contact::End(end) => self.meet_before(from, d, end),
+            Contact::Both => return None,
         };
-        match contact {
-            Contact::None => {
-                let [near, far] = self.roots(from_center, d, length_squared)?;
-                accept(near).or_else(|| accept(far))
-            }
-            // One root is the contact itself; the chord to the other one follows from the angle
-            // there.
-            Contact::Origin => accept(-2.0 * from_center.dot(d) / length_squared),
-            Contact::End(end) => {
-                accept(end - 2.0 * (from_center + d * end).dot(d) / length_squared)
-                    .filter(|hit| hit.t < end)
-            }
-            Contact::Both => None,
-        }
+        hit.then_some(Intersection { t, u: 0.0, v: 0.0 })
     }
 
-    /// Both roots of `|f + t d|² = r²` in order.
+    /// Where the mask keeps the point in direction `outward` (any length) from the centre.
+    #[inline(always)]
+    fn keeps<L: Lane>(&self, outward: Vector<L>) -> L::Mask {
+        let Sphere { axis, cos_min, cos_max, .. } = *self;
+        let along = outward.x * axis.x + outward.y * axis.y + outward.z * axis.z;
+        let cos = along / outward.length_squared().sqrt();
+        !(cos.less(cos.constant(cos_min)) | cos.more(cos.constant(cos_max)))
+    }
+
+    /// Where the point at this distance is in front of the ray's origin and not masked; `from` leads
+    /// from the centre to the origin.
+    #[inline(always)]
+    fn accepts<L: Lane>(&self, from: Vector<L>, d: Vector<L>, t: L) -> L::Mask {
+        let valid = t.is_positive() & t.less(t.constant(f64::INFINITY));
+        if self.is_whole() { valid } else { valid & self.keeps(from + d * t) }
+    }
+
+    /// The rays, in lanes, that hit the shape, and where; `from` leads from the centre to the ray's
+    /// origin.
+    #[inline(always)]
+    pub(crate) fn meet<L: Lane>(&self, from: Vector<L>, d: Vector<L>) -> (L::Mask, L) {
+        let [near, far] = self.roots(from, d);
+        let first = self.accepts(from, d, near);
+        (first | self.accepts(from, d, far), first.choose(near, far))
+    }
+
+    /// The same for rays that start on the sphere: one root is the contact itself; the chord to the
+    /// other one follows from the angle there.
+    #[inline(always)]
+    pub(crate) fn meet_again<L: Lane>(&self, from: Vector<L>, d: Vector<L>) -> (L::Mask, L) {
+        let t = from.dot(d) * -2.0 / d.length_squared();
+        (self.accepts(from, d, t), t)
+    }
+
+    /// The same for segments that end on the sphere.
+    #[inline(always)]
+    pub(crate) fn meet_before<L: Lane>(
+        &self,
+        from: Vector<L>,
+        d: Vector<L>,
+        end: L,
+    ) -> (L::Mask, L) {
+        let t = end - (from + d * end).dot(d) * 2.0 / d.length_squared();
+        (self.accepts(from, d, t) & t.less(end), t)
+    }
+
+    /// Both roots of `|from + t d|² = r²` in order; no numbers if there are none.
     ///
     /// The discriminant is taken from the distance between centre and ray rather than from `b² -
     /// c`, and the root that would suffer from cancellation is computed as `c / q` (Haines et al.
     /// 2019, "Precision Improvements for Ray/Sphere Intersection").
-    #[inline]
-    fn roots(&self, f: DVec3, d: DVec3, length_squared: f64) -> Option<[f64; 2]> {
-        let b = -f.dot(d);
-        let closest = (f + d * (b / length_squared)).length();
-        let discriminant = (self.radius - closest) * (self.radius + closest);
-        if discriminant.is_nan() || discriminant < 0.0 {
-            return None;
-        }
-        let distance = f.length();
-        let c = (distance - self.radius) * (distance + self.radius);
+    #[inline(always)]
+    fn roots<L: Lane>(&self, from: Vector<L>, d: Vector<L>) -> [L; 2] {
+        let (b, length_squared) = (-from.dot(d), d.length_squared());
+        let radius = b.constant(self.radius);
+        let closest = (from + d * (b / length_squared)).length_squared().sqrt();
+        let discriminant = (radius - closest) * (radius + closest);
+        let distance = from.length_squared().sqrt();
+        let c = (distance - radius) * (distance + radius);
         let q = b + (length_squared * discriminant).sqrt().copysign(b);
         let (first, second) = (c / q, q / length_squared);
-        Some(if first < second { [first, second] } else { [second, first] })
+        let ordered = first.less(second);
+        [ordered.choose(first, second), ordered.choose(second, first)]
     }
 }
 
@@ -72,6 +94,7 @@ mod tests {
     use super::*;
     use crate::geometry::Shape;
     use approx::assert_relative_eq;
+    use glam::DVec3;
 
     #[test]
     fn roots_keep_their_digits() {

@@ -1,6 +1,7 @@
 //! The shapes that surfaces are made of, and uniform sampling of their area.
 
 use super::{Bounds, SurfacePoint};
+use crate::lanes::{Lane, Vector};
 use crate::math::angle;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -85,7 +86,18 @@ pub(crate) fn interpolated(corners: [DVec2; 3], barycentric: DVec2) -> DVec2 {
     a * (1.0 - barycentric.x - barycentric.y) + b * barycentric.x + c * barycentric.y
 }
 
+/// Sums of three vectors with coefficients, in lanes, and the greatest components of the sums of
+/// their absolute values, of which rounding is a multiple.
+#[inline(always)]
+pub(crate) fn spanned<L: Lane>([a, b, c]: [Vector<L>; 3], [s, t, u]: [L; 3]) -> (Vector<L>, L) {
+    let (pa, pb, pc) = (a * s, b * t, c * u);
+    (pa + pb + pc, (pa.abs() + pb.abs() + pc.abs()).max_element())
+}
+
 impl Triangle {
+    /// The rounding error of a point relative to its [reach](spanned).
+    pub(crate) const ROUNDING: f64 = gamma(7);
+
     /// Twice the area times the unit normal, from the two shortest edges: their cross product
     /// cancels least.
     #[inline]
@@ -108,14 +120,12 @@ impl Triangle {
     #[must_use]
     pub fn point_at(&self, u: f64, v: f64) -> SurfacePoint {
         let [a, b, c] = self.vertices;
-        let w = 1.0 - u - v;
-        let (pa, pb, pc) = (a * w, b * u, c * v);
-        let error = gamma(7) * (pa.abs() + pb.abs() + pc.abs()).max_element();
+        let (position, reach) = spanned([a, b, c].map(Vector::from), [1.0 - u - v, u, v]);
         let normal = self.cross().normalize();
         SurfacePoint {
             uv: DVec2::new(u, v),
             tangent: b - a,
-            ..SurfacePoint::on_surface(pa + pb + pc, error, normal)
+            ..SurfacePoint::on_surface(position.into(), Self::ROUNDING * reach, normal)
         }
     }
 }
@@ -156,6 +166,9 @@ impl Sphere {
 }
 
 impl Quad {
+    /// The rounding error of a point relative to its [reach](spanned).
+    pub(crate) const ROUNDING: f64 = gamma(5);
+
     /// Area times the unit normal.
     #[inline]
     #[must_use]
@@ -174,13 +187,13 @@ impl Quad {
     #[inline]
     #[must_use]
     pub fn point_at(&self, u: f64, v: f64) -> SurfacePoint {
-        let (pu, pv) = (self.edge_u * u, self.edge_v * v);
-        let error = gamma(5) * (self.origin.abs() + pu.abs() + pv.abs()).max_element();
+        let spans = [self.origin, self.edge_u, self.edge_v].map(Vector::from);
+        let (position, reach) = spanned(spans, [1.0, u, v]);
         let normal = self.cross().normalize();
         SurfacePoint {
             uv: DVec2::new(u, v),
             tangent: self.edge_u,
-            ..SurfacePoint::on_surface(self.origin + pu + pv, error, normal)
+            ..SurfacePoint::on_surface(position.into(), Self::ROUNDING * reach, normal)
         }
     }
 }

@@ -9,8 +9,8 @@ use crate::endpoint::{Endpoint, LightId, PointSample};
 use crate::film::{Contribution, FilmSample, Sample};
 use crate::light_tree::{Arrival, LightTree, Trials};
 use crate::path::{
-    Counters, Depth, Edge, Ledger, Plan, RandomWalk, Roulette, Scratch, Site, Steps, TechniqueSet,
-    Vertex, Visit, advance,
+    Counters, Depth, Edge, Ledger, Plan, RandomWalk, Scratch, Site, Steps, TechniqueSet, Vertex,
+    Visit, advance,
 };
 use crate::sampler::{Independent, SampleSource, Sampler, Stream};
 use crate::scene::Scene;
@@ -160,10 +160,6 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for Connections<'_> {
         }
         visit.limit(BOUNCES)
     }
-
-    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        visit.scatter(&Roulette::default()).flow()
-    }
 }
 
 /// Luminance of `T f G V Le / p` of a point sampled on a light.
@@ -187,6 +183,8 @@ struct Starts {
 }
 
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for Starts {
+    const CONNECTS: bool = true;
+
     fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
         let Site { plan, sample, counters, .. } = site;
         let found = RandomWalk::from_light(&plan.stage, &mut sample.sampler, counters);
@@ -195,8 +193,8 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for Starts {
         found?.0
     }
 
-    fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        LightTracer::default().arrive(visit)
+    fn connect<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) {
+        LightTracer::default().connect(visit);
     }
 
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {

@@ -104,10 +104,14 @@ impl<'a, S: Scene + ?Sized> Steps<'a, S> for CameraWalks<'_, 'a, S> {
     }
 
     #[inline]
-    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+    fn leave<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         // The last vertex can only be hit: a connection needs one scattering event more.
         let connected = u32::from(!visit.plan.techniques.bsdf_sampling);
-        visit.limit(visit.plan.depth.limit().saturating_sub(connected))?;
+        visit.limit(visit.plan.depth.limit().saturating_sub(connected))
+    }
+
+    #[inline]
+    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         visit.scatter(&self.0.roulette).flow()
     }
 }
@@ -159,6 +163,7 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
             advance(&self.plan, &walks, samples, sink, scratch);
             join(&self.plan, samples, sink, scratch, |site| {
                 self.weighting.complete_light_subpath(&mut site.subpaths.light, stage);
+                site.connect_subpaths(&self.weighting);
                 let (s_last, t_last) = (site.subpaths.light.len(), site.subpaths.camera.len());
                 for t in 1..=t_last.max(1) {
                     let first = if t == 1 { 1 } else { 2 };
@@ -181,9 +186,8 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
         if !(depth.contains(technique.bounces().into()) && techniques.contains(technique)) {
             return;
         }
-        site.draw_path(technique, |path, raster, out, counters| {
+        site.draw_path(technique, &self.weighting, |path, weight, raster, out, counters| {
             let value = path.value() / techniques.count(technique);
-            let weight = self.weighting.weight(path);
             offer(path, Contribution { raster, value, weight, technique }, out, counters);
         });
     }

@@ -104,17 +104,25 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for VirtualLightPasses<'a, S> {
 }
 
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for VirtualLightPasses<'a, S> {
+    const CONNECTS: bool = true;
+
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         self.path_tracer.hit(visit);
-        visit.limit(self.plan.depth.limit())?;
+        visit.limit(self.plan.depth.limit())
+    }
+
+    fn samples_point<P>(&self, visit: &Visit<'_, 'a, S, P>) -> bool {
+        self.lights.rest(visit) > 0.0
+    }
+
+    fn connect<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) {
         let before = visit.walk.weight;
         visit.walk.weight = self.lights.rest(visit);
         if visit.walk.weight > 0.0 {
-            self.path_tracer.connect(visit);
+            self.path_tracer.connect_to_light(visit);
             self.lights.connect(visit);
         }
         visit.walk.weight = before;
-        ControlFlow::Continue(())
     }
 
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {

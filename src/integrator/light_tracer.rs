@@ -55,6 +55,8 @@ impl<S: Scene + ?Sized> Integrator<S> for LightTracer {
 }
 
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for LightTracer {
+    const CONNECTS: bool = true;
+
     #[inline(always)]
     fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
         let Site { plan: Plan { stage, techniques, depth, .. }, sample, out, counters, .. } = site;
@@ -73,18 +75,10 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for LightTracer {
     }
 
     #[inline(always)]
-    fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        let Visit { plan, walk, vertex, end, sample, out, counters } = visit;
-        let bounces = walk.bounces() + 1;
-        let from = (&**vertex, Some(*end));
-        if plan.depth.contains(bounces)
-            && vertex.is_connectible()
-            && let Some(found) =
-                sample_lens_connection(&plan.stage, from, bounces, sample, out, counters)
-        {
-            out.connect(found.ends, found.contribution);
+    fn connect<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) {
+        if let Some(found) = visit.lens_connection() {
+            visit.out.connect(found.ends, found.contribution);
         }
-        ControlFlow::Continue(())
     }
 
     #[inline(always)]

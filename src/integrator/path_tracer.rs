@@ -9,7 +9,6 @@
 //! with the walk's throughput T = Π f/p⊥ (Kajiya 1986; Veach 1997, section 10.2 for the weights).
 
 use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
-use crate::bsdf::TransportMode;
 use crate::endpoint::{Endpoint, Light};
 use crate::path::{Heuristic, Plan, Roulette, Steps, TechniqueSet, Visit};
 use crate::sampler::Sampler;
@@ -79,20 +78,28 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
 }
 
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PathTracer {
+    const CONNECTS: bool = true;
+
     #[inline(always)]
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         self.hit(visit);
-        visit.limit(visit.plan.depth.limit())?;
-        self.connect(visit);
-        ControlFlow::Continue(())
+        visit.limit(visit.plan.depth.limit())
+    }
+
+    #[inline(always)]
+    fn connect<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) {
+        self.connect_to_light(visit);
+    }
+
+    #[inline(always)]
+    fn leave<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        // A vertex behind the last connection could only count by being hit.
+        let connected = u32::from(!visit.plan.techniques.bsdf_sampling);
+        visit.limit(visit.plan.depth.limit().saturating_sub(connected))
     }
 
     #[inline(always)]
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        if !visit.plan.techniques.bsdf_sampling {
-            // The last vertex could only count by being hit.
-            visit.limit(visit.plan.depth.limit().saturating_sub(1))?;
-        }
         let scattered = visit.scatter(&self.roulette);
         if !scattered.constant.is_black() {
             visit.out.add(&visit.contribution(0, scattered.constant, 1.0));
@@ -119,21 +126,12 @@ impl PathTracer {
         visit.out.add(&visit.contribution(0, value, weight));
     }
 
-    /// Adds the light of a point sampled on a light, if the vertex sees it (s = 1, next event
+    /// Adds the light of the point sampled on a light, if the vertex sees it (s = 1, next event
     /// estimation).
     #[inline(always)]
-    pub(super) fn connect<S: Scene + ?Sized, P: Sampler>(&self, visit: &mut Visit<'_, '_, S, P>) {
+    pub(super) fn connect_to_light<S: Scene + ?Sized, P>(&self, visit: &mut Visit<'_, '_, S, P>) {
         let Some(next) = visit.next_event() else { return };
-        let Plan { stage, techniques, .. } = visit.plan;
-        let vertex = &*visit.vertex;
-        let Some(bsdf) = &vertex.bsdf else { return };
-        let mut weight = 1.0;
-        if techniques.bsdf_sampling && stage.scene.light(next.light).can_be_hit() {
-            let direction =
-                bsdf.pdf(vertex.to_previous, next.edge.direction, TransportMode::Radiance);
-            let hit = direction.value() * next.edge.geometry;
-            weight = self.heuristic.weight([hit / next.pdf.value()]);
-        }
-        visit.connect(&next, weight);
+        let hit = next.pdf_of_hit.value();
+        visit.connect(&next, self.heuristic.weight([hit / next.pdf.value()]));
     }
 }

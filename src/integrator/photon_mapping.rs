@@ -106,6 +106,8 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for PhotonPasses<'a, S> {
 }
 
 impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PhotonPasses<'a, S> {
+    const CONNECTS: bool = true;
+
     fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         let raster = visit.sample.film.raster;
         if let Some((_, value)) = visit.emitted() {
@@ -115,10 +117,13 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PhotonPasses<'a, S> {
         for (technique, value) in self.maps.estimates(visit) {
             visit.out.add(&Contribution { raster, value, weight: 1.0, technique });
         }
+        ControlFlow::Continue(())
+    }
+
+    fn connect<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) {
         if let Some(next) = visit.next_event() {
             visit.connect(&next, 1.0);
         }
-        ControlFlow::Continue(())
     }
 
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {

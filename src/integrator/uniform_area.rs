@@ -72,7 +72,7 @@ impl<'a, S: SurfaceArea + ?Sized + 'a> Steps<'a, S> for UniformArea {
     }
 
     /// Draws the chain of vertices behind the first surface.
-    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+    fn leave<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         let Visit { plan, vertex, sample: Sample { film, sampler }, out, counters, .. } = visit;
         let (scene, mode) = (plan.stage.scene, TransportMode::Radiance);
         let mut add = |bounces: u32, value: Rgb| {

@@ -3,17 +3,19 @@
 //! Errors are about those of the standard library. It costs more: its functions are calls that also
 //! serve huge angles, infinities and subnormal numbers.
 
+use crate::lanes::Lane;
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 /// Sine and cosine of an angle in [-π/4, π/4] by their series, whose next terms are below 5e-17.
-#[inline]
-pub(crate) fn sin_cos_of_octant(angle: f64) -> (f64, f64) {
+#[inline(always)]
+pub(crate) fn sin_cos_of_octant<L: Lane>(angle: L) -> (L, L) {
     const SINE: [f64; 8] = inverse_factorials(1);
     const COSINE: [f64; 8] = inverse_factorials(2);
     let y = -angle * angle;
-    let series =
-        |coefficients: &[f64; 8]| coefficients.iter().rev().fold(0.0, |sum, c| sum * y + c);
-    (angle * series(&SINE), 1.0 + y * series(&COSINE))
+    let series = |coefficients: &[f64; 8]| {
+        coefficients.iter().rev().fold(angle.constant(0.0), |sum, c| sum * y + *c)
+    };
+    (angle * series(&SINE), y * series(&COSINE) + 1.0)
 }
 
 /// `1 / n!` of every other number from `first` on.

@@ -1,6 +1,7 @@
 //! Maps from the unit square to disks, hemispheres, spheres, cones and triangles.
 
 use super::angle::{sin_cos_of_octant, sin_cos_of_turn};
+use crate::lanes::{Lane, Mask, Vector};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
@@ -9,16 +10,23 @@ use std::f64::consts::FRAC_PI_4;
 #[inline]
 #[must_use]
 pub fn square_to_disk(u: DVec2) -> DVec2 {
-    let p = 2.0 * u - 1.0;
-    if p == DVec2::ZERO {
-        return p;
-    }
-    // The angle to the nearer axis. Choices between numbers, since a branch would go either way at
-    // random.
-    let is_near_x = p.x.abs() > p.y.abs();
-    let (r, across) = if is_near_x { (p.x, p.y) } else { (p.y, p.x) };
-    let (sin, cos) = sin_cos_of_octant(FRAC_PI_4 * (across / r));
-    r * if is_near_x { DVec2::new(cos, sin) } else { DVec2::new(sin, cos) }
+    disk(u.to_array()).into()
+}
+
+/// [`square_to_disk`] in lanes.
+#[inline(always)]
+fn disk<L: Lane>(u: [L; 2]) -> [L; 2] {
+    let [x, y] = [u[0] * 2.0 - 1.0, u[1] * 2.0 - 1.0];
+    // The angle to the nearer axis.
+    let is_near_x = x.abs().more(y.abs());
+    let (r, across) = (is_near_x.choose(x, y), is_near_x.choose(y, x));
+    let is_center = r.equals(r.constant(0.0));
+    let (sin, cos) = sin_cos_of_octant(across / r * FRAC_PI_4);
+    let zero = r.constant(0.0);
+    [
+        is_center.choose(zero, r * is_near_x.choose(cos, sin)),
+        is_center.choose(zero, r * is_near_x.choose(sin, cos)),
+    ]
 }
 
 /// A direction in the upper hemisphere with density `cos θ / π` per solid angle, that is `1/π` per
@@ -26,8 +34,15 @@ pub fn square_to_disk(u: DVec2) -> DVec2 {
 #[inline]
 #[must_use]
 pub fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {
-    let d = square_to_disk(u);
-    d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
+    cosine_hemisphere(u.to_array()).into()
+}
+
+/// [`square_to_cosine_hemisphere`] in lanes.
+#[inline(always)]
+pub(crate) fn cosine_hemisphere<L: Lane>(u: [L; 2]) -> Vector<L> {
+    let [x, y] = disk(u);
+    let height_squared = -(x * x + y * y) + 1.0;
+    Vector::new(x, y, height_squared.greater(x.constant(0.0)).sqrt())
 }
 
 /// Uniform on the unit sphere, density `1/(4π)` per solid angle.
@@ -43,12 +58,16 @@ pub fn square_to_sphere(u: DVec2) -> DVec3 {
 /// it is measure preserving.
 #[must_use]
 pub fn square_to_triangle(u: DVec2) -> DVec2 {
+    triangle(u.to_array()).into()
+}
+
+/// [`square_to_triangle`] in lanes.
+#[inline(always)]
+pub(crate) fn triangle<L: Lane>([x, y]: [L; 2]) -> [L; 2] {
     // Heitz 2019, "A Low-Distortion Map Between Triangle and Square".
-    if u.y > u.x {
-        DVec2::new(0.5 * u.x, u.y - 0.5 * u.x)
-    } else {
-        DVec2::new(u.x - 0.5 * u.y, 0.5 * u.y)
-    }
+    let is_above = y.more(x);
+    let (half_x, half_y) = (x * 0.5, y * 0.5);
+    [is_above.choose(half_x, x - half_y), is_above.choose(y - half_x, half_y)]
 }
 
 /// A point of [0, 1] whose density is linear, in proportion to `start` at 0 and to `end` at 1,

@@ -1,9 +1,10 @@
 //! Points sampled on an endpoint for the sake of a given vertex: next event estimation and light
 //! tracing.
 
-use super::{Counters, Edge, End, Out, Stage, StartDensity, Vertex};
+use super::{Counters, Edge, End, Out, Plan, Stage, StartDensity, Vertex};
+use crate::bsdf::TransportMode;
 use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
-use crate::film::{Contribution, Sample, Technique};
+use crate::film::{Contribution, FilmSample, Sample, Technique};
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::{PerArea, Rgb};
 use crate::sampler::{Sampler, Stream};
@@ -64,8 +65,20 @@ pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(
     sampler: &mut P,
 ) -> Option<SampledEndpoint> {
     // All numbers are drawn first, so that later dimensions do not depend on the outcome.
-    let (u0, u1, u2) = (sampler.next_1d(), sampler.next_1d(), sampler.next_2d());
-    let (id, pmf) = stage.pick_light_for(receiver, u0)?;
+    let (u0, (u1, u2)) = (sampler.next_1d(), sampler.next_1d_2d());
+    let chosen = stage.pick_light_for(receiver, u0)?;
+    emitter_at(stage, receiver, chosen, u1, u2)
+}
+
+/// The point on a light that was chosen with some probability for a receiver.
+#[inline(always)]
+pub(super) fn emitter_at<S: Scene + ?Sized>(
+    stage: &Stage<'_, S>,
+    receiver: &SurfacePoint,
+    (id, pmf): (LightId, f64),
+    u1: f64,
+    u2: DVec2,
+) -> Option<SampledEndpoint> {
     let light = stage.scene.light(id);
     if !light.can_be_connected() {
         return None;
@@ -110,23 +123,26 @@ pub struct NextEvent {
     pub edge: Edge,
     /// Unweighted estimate `T f G Le / p` if the two see each other; not black.
     pub value: Rgb,
+    /// The density with which the walk would hit the point instead; 0 if hits are not in the set of
+    /// techniques, or if no ray can meet the light.
+    pub pdf_of_hit: PerArea,
 }
 
-/// Samples a point on a light for a vertex and evaluates everything but visibility. `None` if
-/// nothing comes of it.
+/// Evaluates everything but visibility between a vertex and a point that was sampled for it on a
+/// light. `None` if nothing comes of it.
 #[inline(always)]
-pub fn sample_next_event<S: Scene + ?Sized, P: Sampler>(
-    stage: &Stage<'_, S>,
+pub(super) fn next_event_at<S: Scene + ?Sized>(
+    Plan { stage, techniques, .. }: &Plan<'_, S>,
     vertex: &Vertex<S::Bsdf<'_>>,
-    sampler: &mut P,
+    emitter: &SampledEndpoint,
     out: &mut Out<'_>,
     counters: &mut Counters,
 ) -> Option<NextEvent> {
-    let emitter = sample_emitter(stage, &vertex.point, sampler)?;
-    let (light, bsdf) = (emitter.light?, vertex.bsdf.as_ref()?);
+    let (id, bsdf) = (emitter.light?, vertex.bsdf.as_ref()?);
     let edge = Edge::between(&vertex.point, &emitter.point)?;
     counters.connections += 1;
-    let radiance = stage.scene.light(light).emit(&emitter.point, -edge.direction);
+    let light = stage.scene.light(id);
+    let radiance = light.emit(&emitter.point, -edge.direction);
     let incoming = edge.geometry * (radiance * emitter.throughput());
     if incoming.is_black() {
         return None;
@@ -135,7 +151,13 @@ pub fn sample_next_event<S: Scene + ?Sized, P: Sampler>(
     if value.is_black() {
         return None;
     }
-    Some(NextEvent { end: out.keep(&emitter.point), pdf: emitter.pdf, light, edge, value })
+    let mut pdf_of_hit = PerArea::ZERO;
+    if techniques.bsdf_sampling && light.can_be_hit() {
+        let pdf = bsdf.pdf(vertex.to_previous, edge.direction, TransportMode::Radiance);
+        pdf_of_hit = PerArea(pdf.value() * edge.geometry);
+    }
+    let end = out.keep(&emitter.point);
+    Some(NextEvent { end, pdf: emitter.pdf, light: id, edge, value, pdf_of_hit })
 }
 
 /// The connection of a vertex of a light subpath to a point on the lens: light tracing.
@@ -154,7 +176,7 @@ pub struct LensConnection {
 /// of a walk has none, because its place can depend on the lens.
 #[inline(always)]
 pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
-    &Stage { scene, camera, .. }: &Stage<'_, S>,
+    stage: &Stage<'_, S>,
     (vertex, end): (&Vertex<S::Bsdf<'_>>, Option<End>),
     bounces: u32,
     Sample { film, sampler }: &mut Sample<P>,
@@ -162,7 +184,21 @@ pub fn sample_lens_connection<S: Scene + ?Sized, P: Sampler>(
     counters: &mut Counters,
 ) -> Option<LensConnection> {
     sampler.stream(Stream::LensSampling(bounces));
-    let lens = sample_lens(camera, &vertex.point, sampler)?;
+    let lens = sample_lens(stage.camera, &vertex.point, sampler)?;
+    lens_connection_at(stage, (vertex, end), bounces, film, &lens, out, counters)
+}
+
+/// [`sample_lens_connection`] with a point on the lens that was sampled.
+#[inline(always)]
+pub(super) fn lens_connection_at<S: Scene + ?Sized>(
+    &Stage { scene, camera, .. }: &Stage<'_, S>,
+    (vertex, end): (&Vertex<S::Bsdf<'_>>, Option<End>),
+    bounces: u32,
+    film: &FilmSample,
+    lens: &SampledEndpoint,
+    out: &mut Out<'_>,
+    counters: &mut Counters,
+) -> Option<LensConnection> {
     let edge = Edge::between(&lens.point, &vertex.point)?;
     let raster = camera.raster(&lens.point, edge.direction)? - film.offset;
     camera.film().pixel_index(raster)?;

@@ -1,22 +1,44 @@
 //! Paths that join a part of a camera subpath and a part of a light subpath.
 
-use super::{Counters, End, Out, Path, Site, Stage, Vertex, sample_emitter, sample_lens};
+use super::pairs::Pair;
+use super::{
+    Counters, End, Out, Path, Site, Stage, Vertex, Weighting, sample_emitter, sample_lens,
+};
 use crate::film::{Contribution, Sample, Technique};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
 use glam::DVec2;
 
 impl<'s, S: Scene + ?Sized + 's, P: Sampler> Site<'_, 's, S, P> {
+    /// Evaluates the connections of the two complete subpaths, as far as many can be at a time, for
+    /// [`draw_path`](Self::draw_path) with the same weights.
+    #[inline]
+    pub fn connect_subpaths(&mut self, weighting: &Weighting) {
+        self.pairs.evaluate(self.level, self.plan, weighting, self.subpaths);
+    }
+
     /// Draws a path by a technique (s, t), given the subpaths, and shows it to `visit` with its
-    /// place on the film if it may contribute there. A point on a light (s = 1, t ≥ 2) or on the
-    /// lens (t = 1) is sampled for the end of the other subpath.
+    /// weight and its place on the film if it may contribute there. A point on a light (s = 1,
+    /// t ≥ 2) or on the lens (t = 1) is sampled for the end of the other subpath.
     #[inline]
     pub fn draw_path(
         &mut self,
-        Technique { s, t, .. }: Technique,
-        visit: impl FnOnce(&Path<'_, 's, S>, DVec2, &mut Out<'_>, &mut Counters),
+        technique: Technique,
+        weighting: &Weighting,
+        visit: impl FnOnce(&Path<'_, 's, S>, f64, DVec2, &mut Out<'_>, &mut Counters),
     ) {
-        let Self { plan, sample: Sample { film, sampler }, subpaths, out, counters } = self;
+        let Self { plan, sample: Sample { film, sampler }, subpaths, out, counters, .. } = self;
+        let Technique { s, t, .. } = technique;
+        if let Some(Pair { edge, value, weight }) = self.pairs.get(technique) {
+            counters.connections += 1;
+            if !value.is_black() {
+                let parts = (&subpaths.camera[..t.into()], &subpaths.light[..s.into()]);
+                if let Some(path) = Path::evaluated(&plan.stage, parts, edge, value) {
+                    visit(&path, weight, film.raster, out, counters);
+                }
+            }
+            return;
+        }
         let Stage { camera, film: region, .. } = plan.stage;
         let (s, t) = (usize::from(s), usize::from(t));
         let (from_camera, from_light) = (&subpaths.camera, &subpaths.light);
@@ -50,7 +72,7 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Site<'_, 's, S, P> {
             region.pixel_index(raster).is_some().then_some(raster)
         };
         if let Some(raster) = if t == 1 { seen() } else { Some(film.raster) } {
-            visit(&path, raster, out, counters);
+            visit(&path, weighting.weight(&path), raster, out, counters);
         }
     }
 }

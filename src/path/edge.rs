@@ -9,6 +9,7 @@
 //! angle and its "direction" density per area perpendicular to the ray.
 
 use crate::geometry::{Place, SurfacePoint};
+use crate::lanes::{Lane, Vector};
 use glam::DVec3;
 
 /// Above it squares have lost nothing to underflow, not even those of components that are a
@@ -37,9 +38,9 @@ impl Edge {
             (_, Place::Infinite) => -b.geometric_normal,
             _ => {
                 let difference = b.position - a.position;
-                let square = difference.length_squared();
-                if square > LEAST_SQUARE && square.is_finite() {
-                    difference / square.sqrt()
+                let (direction, is_exact) = unit::<f64>(difference.into());
+                if is_exact {
+                    direction.into()
                 } else {
                     // Scaled by the largest component, so that the square neither overflows nor
                     // underflows.
@@ -63,17 +64,47 @@ impl Edge {
             cosines
         } else {
             let distance = (b.position - a.position).dot(direction);
-            let square = distance * distance;
             // Else two divisions: the square of a distance can leave the range of f64 where the
             // quotient does not.
-            if square > LEAST_SQUARE && square.is_finite() {
-                cosines / square
-            } else {
-                cosines / distance / distance
-            }
+            let (geometry, is_exact) = over_square(cosines, distance);
+            if is_exact { geometry } else { cosines / distance / distance }
         };
         Self { direction, geometry }
     }
+}
+
+/// The vectors made unit length, and where that is exact because their squares have kept their
+/// digits.
+#[inline(always)]
+fn unit<L: Lane>(difference: Vector<L>) -> (Vector<L>, L::Mask) {
+    let square = difference.length_squared();
+    (difference / square.sqrt(), is_safe(square))
+}
+
+/// Cosines over the square of a distance, and where that is exact.
+#[inline(always)]
+fn over_square<L: Lane>(cosines: L, distance: L) -> (L, L::Mask) {
+    let square = distance * distance;
+    (cosines / square, is_safe(square))
+}
+
+#[inline(always)]
+fn is_safe<L: Lane>(square: L) -> L::Mask {
+    square.more(square.constant(LEAST_SQUARE)) & square.less(square.constant(f64::INFINITY))
+}
+
+/// [`Edge::between`] points that are not at infinity, in lanes, given their cosines for the
+/// directions: directions and geometry terms, and where they are exact.
+#[inline(always)]
+pub(super) fn between<L: Lane>(
+    a: Vector<L>,
+    b: Vector<L>,
+    cosines: impl FnOnce(Vector<L>) -> L,
+) -> (Vector<L>, L, L::Mask) {
+    let difference = b - a;
+    let (direction, is_unit) = unit(difference);
+    let (geometry, is_exact) = over_square(cosines(direction), difference.dot(direction));
+    (direction, geometry, is_unit & is_exact)
 }
 
 #[cfg(test)]

@@ -32,6 +32,7 @@
 //! Kajiya 1986; bidirectional techniques are of Lafortune and Willems 1993 and of Veach 1997,
 //! chapter 10.
 
+mod batch;
 mod connect;
 mod counters;
 mod depth;
@@ -41,6 +42,7 @@ mod left_out;
 mod light_subpaths;
 mod merged;
 mod mis;
+mod pairs;
 mod path_class;
 mod path_record;
 pub mod roulette;
@@ -54,9 +56,9 @@ mod vertex;
 mod view;
 mod walk;
 
+pub use batch::{advance, join};
 pub use connect::{
-    LensConnection, NextEvent, SampledEndpoint, sample_emitter, sample_lens,
-    sample_lens_connection, sample_next_event,
+    LensConnection, NextEvent, SampledEndpoint, sample_emitter, sample_lens, sample_lens_connection,
 };
 pub use counters::{Counters, Ledger};
 pub use depth::Depth;
@@ -71,7 +73,7 @@ pub use roulette::{Roulette, Scattered, Survival, Termination};
 pub use scratch::Scratch;
 pub use shadow_rays::{End, Out};
 pub use stage::{Plan, Stage};
-pub use steps::{Site, Steps, Visit, advance, join};
+pub use steps::{Site, Steps, Visit};
 pub use subpaths::Subpaths;
 pub use technique::{Excluded, TechniqueSet};
 pub use vertex::{StartDensity, Vertex};

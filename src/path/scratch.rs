@@ -1,8 +1,13 @@
 //! Memory that integrators reuse from sample to sample.
 
+use super::batch::Rooms;
+use super::pairs::Pairs;
 use super::shadow_rays::Connections;
+use super::steps::Drawn;
 use super::{Counters, RandomWalk, Subpaths};
+use crate::lanes::level;
 use crate::scene::Scene;
+use fearless_simd::Level;
 use std::fmt;
 
 /// Buffers and counters of one thread; reused, so that nothing is allocated per sample once they
@@ -13,8 +18,12 @@ pub struct Scratch<'s, S: Scene + ?Sized + 's> {
     /// The subpaths of the samples of a batch, by the samples' numbers.
     pub subpaths: Vec<Subpaths<'s, S>>,
     pub(super) walks: Vec<Advancing<'s, S>>,
-    /// True of walks whose ray met something.
-    pub(super) arrived: Vec<bool>,
+    /// True of walks that go on no further.
+    pub(super) has_ended: Vec<bool>,
+    pub(super) drawn: Vec<Drawn>,
+    pub(super) rooms: Rooms<'s>,
+    pub(super) pairs: Pairs,
+    pub(super) level: Level,
     pub(super) connections: Connections,
 }
 
@@ -25,7 +34,11 @@ impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
             counters: Counters::default(),
             subpaths: Vec::new(),
             walks: Vec::new(),
-            arrived: Vec::new(),
+            has_ended: Vec::new(),
+            drawn: Vec::new(),
+            rooms: Rooms::default(),
+            pairs: Pairs::default(),
+            level: level(),
             connections: Connections::default(),
         }
     }
@@ -46,5 +59,4 @@ pub(super) struct Advancing<'s, S: Scene + ?Sized + 's> {
     pub walk: RandomWalk<'s, S>,
     /// Index of the vertex that comes next in the subpath.
     pub next: u32,
-    pub has_ended: bool,
 }

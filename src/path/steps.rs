@@ -1,21 +1,23 @@
-//! The one loop: subpaths of many samples that advance together, from vertex to vertex, so that a
-//! scene gets many rays at a time (Laine, Karras and Aila 2013).
+//! The steps of one walk, of which an integrator is made.
 //!
-//! An integrator says what a walk does where it begins, where it arrives and when it scatters
-//! ([`Steps`]), each for a single path; [`advance`] traces the rays and tests the shadow rays of
-//! all of them. The contributions of a sample do not depend on which others it advances with.
+//! An integrator says what a walk does where it begins, where it arrives, what it is connected to
+//! and when it scatters ([`Steps`]), each for a single path. [`advance`](super::advance), the one
+//! loop, traces the rays, samples lights and BSDFs and tests the shadow rays of many paths at a
+//! time. The contributions of a sample do not depend on which others it advances with.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
-use super::scratch::Advancing;
+use super::pairs::Pairs;
 use super::{
-    Counters, End, NextEvent, Out, Plan, RandomWalk, Roulette, Scattered, Scratch, Subpaths,
-    Vertex, sample_next_event,
+    Counters, End, LensConnection, NextEvent, Out, Plan, RandomWalk, Roulette, Scattered, Subpaths,
+    Vertex,
 };
+use crate::bsdf::{BsdfSample, TransportMode};
 use crate::endpoint::LightId;
-use crate::film::{Contribution, Sample, Sink, Technique};
+use crate::film::{Contribution, Sample, Technique};
 use crate::math::Rgb;
-use crate::sampler::{Sampler, Stream};
+use crate::sampler::Sampler;
 use crate::scene::Scene;
+use fearless_simd::Level;
 use std::ops::ControlFlow;
 
 /// A sample before its walk begins, or after its subpaths are complete.
@@ -31,6 +33,8 @@ pub struct Site<'v, 's, S: Scene + ?Sized + 's, P> {
     pub out: Out<'v>,
     /// Counts of what is done.
     pub counters: &'v mut Counters,
+    pub(super) pairs: &'v mut Pairs,
+    pub(super) level: Level,
 }
 
 /// A walk at a vertex.
@@ -49,6 +53,17 @@ pub struct Visit<'v, 's, S: Scene + ?Sized + 's, P> {
     pub out: Out<'v>,
     /// Counts of what is done.
     pub counters: &'v mut Counters,
+    pub(super) drawn: &'v mut Drawn,
+}
+
+/// What was drawn for a walk at a vertex.
+#[derive(Clone, Copy)]
+pub(super) enum Drawn {
+    Nothing,
+    NextEvent(NextEvent),
+    LensConnection(LensConnection),
+    /// The direction in which it goes on; `None` if it is absorbed.
+    Direction(Option<BsdfSample>),
 }
 
 /// The steps of one walk.
@@ -57,185 +72,85 @@ pub trait Steps<'s, S: Scene + ?Sized + 's> {
     /// complete. Otherwise its list has the last one in the first place.
     const KEEPS: bool = false;
 
+    /// True if vertices are connected: then [`connect`](Self::connect) is called.
+    const CONNECTS: bool = false;
+
     /// Begins the walk of a sample; `None` if it has none. By default at the camera.
     #[inline(always)]
     fn begin<P: Sampler>(&self, site: &mut Site<'_, 's, S, P>) -> Option<RandomWalk<'s, S>> {
         Some(site.plan.stage.camera_walk(site.sample)?.0)
     }
 
-    /// Looks at the vertex where a walk has arrived, on a surface or an environment, before it
-    /// scatters: what contributes, what is connected, whether the walk goes on.
+    /// Looks at the vertex where a walk has arrived, on a surface or an environment: what
+    /// contributes, whether the walk ends here.
     fn arrive<P: Sampler>(&self, _visit: &mut Visit<'_, 's, S, P>) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 
-    /// Samples where the walk goes on, after the shadow rays from this vertex have been tested.
-    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 's, S, P>) -> ControlFlow<()>;
-}
-
-/// Draws one walk for each sample and lets all of them advance together until the steps end them or
-/// no ray meets anything. Contributions go to the sink with the numbers of their samples.
-#[inline]
-pub fn advance<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
-    plan: &Plan<'s, S>,
-    steps: &W,
-    samples: &mut [Sample<P>],
-    sink: &mut dyn Sink,
-    scratch: &mut Scratch<'s, S>,
-) {
-    let scene = plan.stage.scene;
-    begin(plan, steps, samples, sink, scratch);
-    while !scratch.walks.is_empty() {
-        trace::<S, W>(scene, scratch);
-        arrive(plan, steps, samples, sink, scratch);
-        scratch.connections.test(scene, &scratch.subpaths, sink);
-        scatter(plan, steps, samples, sink, scratch);
+    /// True if a point is to be sampled that the vertex can be connected to.
+    fn samples_point<P>(&self, _visit: &Visit<'_, 's, S, P>) -> bool {
+        true
     }
-}
 
-/// Shows `visit` each sample with its subpaths, and tests the shadow rays of all of them.
-#[inline]
-pub fn join<'s, S: Scene + ?Sized, P: Sampler>(
-    plan: &Plan<'s, S>,
-    samples: &mut [Sample<P>],
-    sink: &mut dyn Sink,
-    scratch: &mut Scratch<'s, S>,
-    mut visit: impl FnMut(&mut Site<'_, 's, S, P>),
-) {
-    let Scratch { counters, subpaths, connections, .. } = scratch;
-    subpaths.resize_with(subpaths.len().max(samples.len()), Subpaths::default);
-    for (number, (sample, subpaths)) in samples.iter_mut().zip(&mut *subpaths).enumerate() {
-        let out = Out { sample: number, sink: &mut *sink, connections };
-        visit(&mut Site { plan, sample, subpaths, out, counters });
+    /// Connects the vertex to the point that was sampled for it
+    /// ([`next_event`](Visit::next_event), [`lens_connection`](Visit::lens_connection)) and to
+    /// whatever else.
+    fn connect<P: Sampler>(&self, _visit: &mut Visit<'_, 's, S, P>) {}
+
+    /// Decides whether the walk scatters at the vertex, after the shadow rays from there have been
+    /// tested.
+    fn leave<P: Sampler>(&self, _visit: &mut Visit<'_, 's, S, P>) -> ControlFlow<()> {
+        ControlFlow::Continue(())
     }
-    connections.test(plan.stage.scene, subpaths, sink);
-}
 
-#[inline]
-fn begin<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
-    plan: &Plan<'s, S>,
-    steps: &W,
-    samples: &mut [Sample<P>],
-    sink: &mut dyn Sink,
-    scratch: &mut Scratch<'s, S>,
-) {
-    let mut walks = std::mem::take(&mut scratch.walks);
-    walks.clear();
-    let mut sample = 0;
-    join(plan, samples, sink, scratch, |site| {
-        if let Some(walk) = steps.begin(site) {
-            let next = if W::KEEPS { site.subpaths.of(walk.mode()).len() as u32 } else { 0 };
-            walks.push(Advancing { sample, walk, next, has_ended: false });
-        }
-        sample += 1;
-    });
-    scratch.walks = walks;
-}
-
-#[inline]
-fn arrive<'s, S: Scene + ?Sized, P: Sampler>(
-    plan: &Plan<'s, S>,
-    steps: &impl Steps<'s, S>,
-    samples: &mut [Sample<P>],
-    sink: &mut dyn Sink,
-    Scratch { counters, subpaths, walks, arrived, connections }: &mut Scratch<'s, S>,
-) {
-    for (Advancing { sample: number, walk, next, has_ended }, arrived) in
-        walks.iter_mut().zip(arrived)
-    {
-        let mode = walk.mode();
-        let vertex = subpaths[*number].of(mode).get_mut(*next as usize).filter(|_| *arrived);
-        walk.count_vertex(vertex.as_deref(), counters);
-        *has_ended = vertex.is_none_or(|vertex| {
-            let (sample, end) = (&mut samples[*number], End::of(mode, *next));
-            let out = Out { sample: *number, sink: &mut *sink, connections };
-            steps.arrive(&mut Visit { plan, walk, vertex, end, sample, out, counters }).is_break()
-        });
+    /// Follows the walk into the direction that was sampled; by default with the default roulette.
+    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 's, S, P>) -> ControlFlow<()> {
+        visit.scatter(&Roulette::default()).flow()
     }
-}
-
-/// Keeps the walks that go on.
-#[inline]
-fn scatter<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
-    plan: &Plan<'s, S>,
-    steps: &W,
-    samples: &mut [Sample<P>],
-    sink: &mut dyn Sink,
-    Scratch { counters, subpaths, walks, connections, .. }: &mut Scratch<'s, S>,
-) {
-    for i in (0..walks.len()).rev() {
-        let Advancing { sample: number, walk, next, has_ended } = &mut walks[i];
-        let mode = walk.mode();
-        let vertices = subpaths[*number].of(mode);
-        let goes_on = !*has_ended
-            && vertices.get_mut(*next as usize).is_some_and(|vertex| {
-                let (sample, end) = (&mut samples[*number], End::of(mode, *next));
-                let out = Out { sample: *number, sink: &mut *sink, connections };
-                let visit = &mut Visit { plan, walk, vertex, end, sample, out, counters };
-                steps.scatter(visit).is_continue()
-            });
-        if !goes_on {
-            walks.swap_remove(i);
-        } else if W::KEEPS {
-            *next += 1;
-        }
-    }
-}
-
-/// Traces the next ray of each walk and enters what it meets in its subpath.
-#[inline]
-fn trace<'s, S: Scene + ?Sized, W: Steps<'s, S>>(
-    scene: &'s S,
-    Scratch { counters, subpaths, walks, arrived, .. }: &mut Scratch<'s, S>,
-) {
-    counters.closest_rays += walks.len() as u64;
-    arrived.clear();
-    arrived.resize(walks.len(), false);
-    scene.intersect_many(walks.iter().map(|path| path.walk.ray()), |i, point| {
-        let Advancing { sample, walk, next, .. } = &walks[i];
-        let vertices = subpaths[*sample].of(walk.mode());
-        if W::KEEPS {
-            vertices.extend(walk.meet(point));
-            arrived[i] = vertices.len() > *next as usize;
-            return;
-        }
-        // Written where the one before was, because a vertex is large.
-        if vertices.is_empty() {
-            vertices.push(Vertex::blank());
-        }
-        if let Some(vertex) = walk.meet(point) {
-            vertices[0] = vertex;
-            arrived[i] = true;
-        }
-    });
 }
 
 impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
-    /// Samples where the walk goes on and plays Russian roulette.
+    /// Follows the walk into the direction that was sampled, and plays Russian roulette.
     #[inline(always)]
     pub fn scatter(&mut self, roulette: &Roulette) -> Scattered
     where
         P: Sampler,
     {
-        self.walk.scatter(self.vertex, roulette, &mut self.sample.sampler, self.counters)
+        let Self { walk, vertex, sample, counters, drawn, .. } = self;
+        match drawn {
+            Drawn::Direction(direction) => {
+                let sampler = &mut sample.sampler;
+                walk.follow(vertex, direction.as_ref(), roulette, sampler, counters)
+            }
+            _ => Scattered::ENDED,
+        }
     }
 
-    /// Samples a point on a light for a vertex of a camera walk, if the vertex can be connected,
-    /// paths of that length count and next event estimation is in the set; see
-    /// [`sample_next_event`].
+    /// The point on a light that was sampled for this vertex of a camera walk. `None` if the vertex
+    /// cannot be connected, if paths of that length do not count, if next event estimation is not
+    /// in the set, or if nothing comes of it.
     #[inline(always)]
-    pub fn next_event(&mut self) -> Option<NextEvent>
-    where
-        P: Sampler,
-    {
+    pub fn next_event(&self) -> Option<NextEvent> {
+        if let Drawn::NextEvent(next) = *self.drawn { Some(next) } else { None }
+    }
+
+    /// The connection to a point on the lens that was sampled for this vertex of a light walk.
+    /// `None` for the same reasons as for [`next_event`](Self::next_event).
+    #[inline(always)]
+    pub fn lens_connection(&self) -> Option<LensConnection> {
+        if let Drawn::LensConnection(found) = *self.drawn { Some(found) } else { None }
+    }
+
+    /// True if a point is sampled that the vertex can be connected to, as far as the plan and the
+    /// vertex decide it.
+    #[inline(always)]
+    pub(super) fn is_connected(&self) -> bool {
         let Plan { techniques, depth, .. } = self.plan;
-        let wanted = techniques.next_event && depth.contains(self.walk.bounces() + 1);
-        if !(wanted && self.vertex.is_connectible()) {
-            return None;
-        }
-        let Self { plan, walk, vertex, sample, out, counters, .. } = self;
-        sample.sampler.stream(Stream::NextEvent(walk.bounces() + 1));
-        sample_next_event(&plan.stage, vertex, &mut sample.sampler, out, counters)
+        let is_drawn = match self.walk.mode() {
+            TransportMode::Radiance => techniques.next_event,
+            TransportMode::Importance => techniques.lens_sampling,
+        };
+        is_drawn && depth.contains(self.walk.bounces() + 1) && self.vertex.is_connectible()
     }
 
     /// The light that the vertex belongs to, and the estimate `T Le` of hitting it, if paths of this

@@ -1,7 +1,7 @@
 //! A vertex of a subpath, with everything that the walk which found it knows about it.
 
 use crate::bsdf::shading::ShadedBsdf;
-use crate::bsdf::{Bsdf, Lobes};
+use crate::bsdf::{Bsdf, LaneForm, Lobes};
 use crate::endpoint::{Endpoint, LightId};
 use crate::geometry::SurfacePoint;
 use crate::math::{PerArea, PerProjected, Rgb};
@@ -93,6 +93,12 @@ impl<B: Bsdf> Vertex<B> {
     /// A vertex that nothing has been entered in.
     pub(super) fn blank() -> Self {
         Self::endpoint(SurfacePoint::dirac(DVec3::ZERO), None, StartDensity::default())
+    }
+
+    /// The form in which lanes can scatter what comes from or goes to the previous vertex.
+    #[inline(always)]
+    pub(super) fn lane_form(&self) -> Option<LaneForm> {
+        self.bsdf.as_ref()?.lane_form(self.to_previous)
     }
 
     /// True if the surface has lobes that are functions, so that a connection can carry light.

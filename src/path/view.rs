@@ -110,6 +110,18 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
         (!value.is_black() && (!lens_to_light || path.ends_are_joinable())).then_some(path)
     }
 
+    /// A path of two parts whose connection was evaluated.
+    #[inline]
+    pub(super) fn evaluated(
+        stage: &'v Stage<'s, S>,
+        (camera_part, light_part): (&'v [Vertex<S::Bsdf<'s>>], &'v [Vertex<S::Bsdf<'s>>]),
+        joint: Edge,
+        value: Rgb,
+    ) -> Option<Self> {
+        let light = light_part.first()?.light?;
+        Some(Self { stage, camera_part, light_part, light, joint: Some(joint), value })
+    }
+
     /// The subject of the rendering that drew it.
     #[must_use]
     pub fn stage(&self) -> &'v Stage<'s, S> {

@@ -6,8 +6,8 @@
 
 use super::connect::lens_numbers;
 use super::{Counters, Edge, Roulette, Scattered, Stage, StartDensity, Vertex};
-use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
+use crate::bsdf::{BsdfSample, TransportMode};
 use crate::endpoint::{Camera, Endpoint, Light, LightId};
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::{PerProjected, Rgb};
@@ -165,56 +165,59 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         (&self.from, self.direction)
     }
 
-    /// The vertex at the point that the [ray](Self::ray) meets; if it meets none, at infinity,
-    /// where a camera walk reaches an environment.
+    /// Enters the vertex at the point that the [ray](Self::ray) meets; if it meets none, at
+    /// infinity, where a camera walk reaches an environment. Returns false if there is neither.
     #[inline(always)]
-    pub(super) fn meet(&self, point: Option<SurfacePoint>) -> Option<Vertex<S::Bsdf<'s>>> {
-        if let Some(point) = point {
-            let bsdf = ShadedBsdf::new(self.scene.bsdf(&point), &point);
-            return Some(self.vertex(point, Some(bsdf), self.scene.light_at(&point)));
-        }
-        let light = self.scene.environment().filter(|_| self.mode == TransportMode::Radiance)?;
-        let infinite = self.from.position + self.direction;
-        let point = SurfacePoint::infinite(infinite, -self.direction);
-        Some(self.vertex(point, None, Some(light)))
+    pub(super) fn meet(
+        &self,
+        point: Option<SurfacePoint>,
+        vertex: &mut Vertex<S::Bsdf<'s>>,
+    ) -> bool {
+        let Some(point) = point else { return self.meet_environment(vertex) };
+        let bsdf = ShadedBsdf::new(self.scene.bsdf(&point), &point);
+        self.enter(vertex, point, Some(bsdf), self.scene.light_at(&point));
+        true
     }
 
-    /// Records that nothing was met, if so.
-    #[inline(always)]
-    pub(super) fn count_vertex(
-        &self,
-        vertex: Option<&Vertex<S::Bsdf<'s>>>,
-        counters: &mut Counters,
-    ) {
-        if vertex.is_none_or(|vertex| vertex.bsdf.is_none())
-            && self.mode == TransportMode::Importance
-        {
+    #[inline(never)]
+    fn meet_environment(&self, vertex: &mut Vertex<S::Bsdf<'s>>) -> bool {
+        let light = self.scene.environment().filter(|_| self.mode == TransportMode::Radiance);
+        if light.is_some() {
+            let infinite = self.from.position + self.direction;
+            let point = SurfacePoint::infinite(infinite, -self.direction);
+            self.enter(vertex, point, None, light);
+        }
+        light.is_some()
+    }
+
+    /// Records that nothing was met.
+    #[inline]
+    pub(super) fn count_escape(&self, counters: &mut Counters) {
+        if self.mode == TransportMode::Importance {
             counters.ledger.escaped += self.throughput;
         }
     }
 
+    /// Enters a vertex field by field, because it is large.
     #[inline(always)]
-    fn vertex(
+    fn enter(
         &self,
+        vertex: &mut Vertex<S::Bsdf<'s>>,
         point: SurfacePoint,
         bsdf: Option<ShadedBsdf<S::Bsdf<'s>>>,
         light: Option<LightId>,
-    ) -> Vertex<S::Bsdf<'s>> {
-        // Not by way of another vertex, which would be copied.
-        Vertex {
-            bsdf,
-            light,
-            throughput: self.throughput,
-            survival: self.survival,
-            to_previous: -self.direction,
-            pdf_next: PerProjected::ZERO,
-            pdf_back: PerProjected::ZERO,
-            geometry: Edge::along(&self.from, &point, self.direction).geometry,
-            dirac: false,
-            start: StartDensity::default(),
-            partial: 0.0,
-            point,
-        }
+    ) {
+        vertex.geometry = Edge::along(&self.from, &point, self.direction).geometry;
+        vertex.point = point;
+        vertex.bsdf = bsdf;
+        vertex.light = light;
+        vertex.throughput = self.throughput;
+        vertex.survival = self.survival;
+        vertex.to_previous = -self.direction;
+        (vertex.pdf_next, vertex.pdf_back) = (PerProjected::ZERO, PerProjected::ZERO);
+        vertex.dirac = false;
+        vertex.start = StartDensity::default();
+        vertex.partial = 0.0;
     }
 
     /// Samples the next direction at the vertex that was just reached, records it there, and plays
@@ -228,17 +231,44 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         counters: &mut Counters,
     ) -> Scattered {
         let Some(bsdf) = &vertex.bsdf else { return Scattered::ENDED };
+        let Some((u1, u2)) = self.begin_scattering(sampler, counters) else {
+            return Scattered::ENDED;
+        };
+        let sample = bsdf.sample(-self.direction, self.mode, u1, u2);
+        self.follow(vertex, sample.as_ref(), roulette, sampler, counters)
+    }
+
+    /// Counts a scattering event and draws its numbers; `None` if it is one too many.
+    #[inline(always)]
+    pub(super) fn begin_scattering<P: Sampler>(
+        &self,
+        sampler: &mut P,
+        counters: &mut Counters,
+    ) -> Option<(f64, DVec2)> {
         if self.bounces >= MAX_BOUNCES {
             self.truncate(counters);
-            return Scattered::ENDED;
+            return None;
         }
-        self.bounces += 1;
         sampler.stream(match self.mode {
-            TransportMode::Radiance => Stream::CameraVertex(self.bounces),
-            TransportMode::Importance => Stream::LightVertex(self.bounces),
+            TransportMode::Radiance => Stream::CameraVertex(self.bounces + 1),
+            TransportMode::Importance => Stream::LightVertex(self.bounces + 1),
         });
         counters.scattered += 1;
-        let sample = bsdf.sample(-self.direction, self.mode, sampler.next_1d(), sampler.next_2d());
+        Some(sampler.next_1d_2d())
+    }
+
+    /// Follows a direction that was sampled at the vertex, records it there, and plays Russian
+    /// roulette.
+    #[inline(always)]
+    pub(super) fn follow<P: Sampler>(
+        &mut self,
+        vertex: &mut Vertex<S::Bsdf<'s>>,
+        sample: Option<&BsdfSample>,
+        roulette: &Roulette,
+        sampler: &mut P,
+        counters: &mut Counters,
+    ) -> Scattered {
+        self.bounces += 1;
         let before = self.throughput;
         let Some(sample) = sample else {
             if self.mode == TransportMode::Importance {

@@ -3,11 +3,12 @@
 
 use super::binary;
 use super::bvh::Bvh;
-use super::layout::{self, FEW, Facet, Wide};
+use super::layout::{Facet, Wide};
+use super::packet::Few;
 use super::rounding::PADDING;
 use super::space::Space;
 use crate::geometry::{Bounds, Shape};
-use fearless_simd::Level;
+use crate::lanes::level;
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use std::time::Instant;
@@ -57,10 +58,7 @@ impl Bvh {
                 references.push(primitive as u32 | SECOND_HALF);
             }
         }
-        // Every ray would test what is opaque exactly.
-        let is_flat = |&reference: &u32| matches!(facet(reference).1, Facet::Triangle { .. });
-        let has_few = references.len() <= FEW && references.iter().all(is_flat);
-        let few = if has_few { layout::blocks(&references, facet) } else { Vec::new() };
+        let few = Few::new(&shapes, 0..shapes.len() as u32, &space);
         let mut boxes: Vec<Aabb> = references
             .iter()
             .map(|&reference| {
@@ -97,7 +95,7 @@ impl Bvh {
             center,
             extent,
             inverse_extent,
-            level: Level::new(),
+            level: level(),
             build_time: start.elapsed(),
         }
     }

@@ -1,7 +1,8 @@
 //! The tree and its answers to a single query: the nearest hit, or whether a segment is free.
 
 use super::boxes::{BoxRay, Splat};
-use super::layout::{Block, Candidate, Line, Wide};
+use super::layout::{Candidate, Wide};
+use super::packet::Few;
 use super::query::{Found, Hit, Query, Segment, unit};
 use super::rounding::{self, CLIP};
 use super::space::Space;
@@ -15,8 +16,8 @@ use std::time::Duration;
 /// A tree over all primitives of a scene.
 pub(crate) struct Bvh {
     pub(super) wide: Wide,
-    /// All facets of a scene that has few, in which all are triangles.
-    pub(super) few: Vec<[Line; Block::LINES]>,
+    /// All facets of a scene that has few.
+    pub(super) few: Option<Few>,
     /// All primitives, by their number.
     pub(super) shapes: Vec<Shape>,
     pub(super) space: Space,
@@ -59,7 +60,7 @@ impl Bvh {
             nodes: *nodes,
             leaves: *blocks,
             bytes: size_of_val(&lines[..])
-                + size_of_val(&self.few[..])
+                + self.few.as_ref().map_or(0, Few::bytes)
                 + size_of_val(&self.shapes[..]),
             build_time: self.build_time,
             instruction_set: dispatch!(self.level, simd => instruction_set(simd)),
@@ -70,6 +71,11 @@ impl Bvh {
     #[inline]
     pub fn center(&self) -> DVec3 {
         self.center
+    }
+
+    /// All primitives, by their number.
+    pub fn shapes(&self) -> &[Shape] {
+        &self.shapes
     }
 
     /// The shape of a primitive.
@@ -104,7 +110,7 @@ impl Bvh {
         ) != Step::Done
         {}
         let found = self.decide(walk.held, early, &ray, query.origin_primitive)?;
-        Some(found.hit(&ray, moved))
+        Some(found.hit(moved))
     }
 
     /// The point at which a ray enters the scene, its direction with unit length, and the distance

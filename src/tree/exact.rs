@@ -2,6 +2,7 @@
 
 use super::bvh::Bvh;
 use super::layout::Candidate;
+use super::packet::Corners;
 use super::query::{Found, Hit, Segment};
 use crate::geometry::{Contact, Intersection, Ray, Triangle};
 use glam::DVec3;
@@ -16,10 +17,7 @@ impl Bvh {
         ray: &Ray,
         origin_primitive: u32,
     ) -> Option<Found<'a>> {
-        match (held.and_then(|held| self.find(held, ray, origin_primitive)), early) {
-            (Some(held), Some(early)) if early.is_nearer(&held) => Some(early),
-            (held, early) => held.or(early),
-        }
+        Found::nearer(held.and_then(|held| self.find(held, ray, origin_primitive)), early)
     }
 
     /// The exact test of what may be the nearest hit.
@@ -79,11 +77,20 @@ impl Bvh {
         [self.space.world(a, axes), self.space.world(b, axes), self.space.world(c, axes)]
     }
 
+    /// The corners of what is flat.
+    #[inline(always)]
+    pub(super) fn corners_of(&self, candidate: Candidate<'_>) -> Option<Corners> {
+        if candidate.is_exact() {
+            return Some(Corners::of_triangle(self.corners(candidate, [0, 1, 2])));
+        }
+        Corners::of(&self.shapes[candidate.primitive() as usize])
+    }
+
     /// The triangle that was hit; `None` if it is another shape.
     #[inline(always)]
     pub fn triangle_of(&self, hit: &Hit<'_>) -> Option<Triangle> {
-        if hit.candidate.is_exact() {
-            return Some(Triangle { vertices: self.corners(hit.candidate, [0, 1, 2]) });
+        if let Some(candidate) = hit.candidate.filter(|candidate| candidate.is_exact()) {
+            return Some(Triangle { vertices: self.corners(candidate, [0, 1, 2]) });
         }
         self.shapes[hit.primitive as usize].as_triangle()
     }

@@ -129,7 +129,7 @@ impl<'a> Flight<'a> for NearestFlight<'a> {
     fn end(&mut self, bvh: &'a Bvh) -> Option<Hit<'a>> {
         let found =
             bvh.decide(self.walk.held, self.early.take(), &self.ray, self.origin_primitive)?;
-        Some(found.hit(&self.ray, self.moved))
+        Some(found.hit(self.moved))
     }
 }
 

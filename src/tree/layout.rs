@@ -182,14 +182,6 @@ impl Wide {
     }
 }
 
-/// Blocks of all references, without a tree.
-pub(super) fn blocks(
-    references: &[u32],
-    facet: impl Fn(u32) -> (u32, Facet),
-) -> Vec<[Line; Block::LINES]> {
-    references.chunks(LANES).map(|found| block_of(found, &facet)).collect()
-}
-
 /// The block of up to four references.
 pub(super) fn block_of(
     found: &[u32],

@@ -49,17 +49,18 @@ impl Bvh {
     }
 
     /// The nearest hits of many rays, as [`closest`](Self::closest) finds them, each with its place
-    /// in the iterator, in order.
+    /// in the iterator and the ray, in order.
     #[inline]
     pub fn closest_many<'a>(
         &'a self,
         queries: impl Iterator<Item = Query>,
-        mut found: impl FnMut(usize, Option<Hit<'a>>),
+        mut found: impl FnMut(usize, &Query, Option<Hit<'a>>),
     ) {
         let none = Query::free(DVec3::ZERO, DVec3::ZERO);
         in_blocks(queries, none, None, |first, queries, hits| {
             self.closest_of_block(queries, hits);
-            hits.iter().enumerate().for_each(|(i, hit)| found(first + i, *hit));
+            let answers = queries.iter().zip(hits).enumerate();
+            answers.for_each(|(i, (query, hit))| found(first + i, query, *hit));
         });
     }
 

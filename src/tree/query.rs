@@ -3,6 +3,7 @@
 
 use super::layout::Candidate;
 use crate::geometry::{Intersection, Place, Ray, SurfacePoint, gamma};
+use crate::lanes::{Lane, Vector};
 use glam::DVec3;
 
 /// The ends of a ray: the primitives that they lie on, `SurfacePoint::NONE` for none.
@@ -112,17 +113,23 @@ impl Segment {
 pub(crate) struct Hit<'a> {
     /// The primitive that was hit.
     pub primitive: u32,
-    /// The place in the tree.
-    pub(super) candidate: Candidate<'a>,
-    /// The start of the ray that the intersection refers to, which may be further on than that of
-    /// the one that was asked for.
-    pub origin: DVec3,
-    /// The direction, of unit length.
-    pub direction: DVec3,
-    /// The distance between the two starts.
+    /// The place in the tree, if it was found there.
+    pub(super) candidate: Option<Candidate<'a>>,
+    /// How much further on than the start of the ray that was asked for the one starts that the
+    /// intersection refers to.
     pub moved: f64,
     /// The intersection.
     pub intersection: Intersection,
+}
+
+impl Hit<'_> {
+    /// The ray that the intersection refers to, from the one that was asked for.
+    pub fn ray_of(&self, query: &Query) -> Option<Ray> {
+        let direction = unit(query.direction)?;
+        let is_moved = self.moved > 0.0;
+        let origin = if is_moved { query.origin + direction * self.moved } else { query.origin };
+        Some(Ray::new(origin, direction))
+    }
 }
 
 /// The answer of the exact test.
@@ -139,18 +146,20 @@ impl<'a> Found<'a> {
         t < other_t || (t == other_t && self.candidate.primitive() < other.candidate.primitive())
     }
 
+    /// The nearer one of two, if any.
+    #[inline(always)]
+    pub fn nearer(late: Option<Self>, early: Option<Self>) -> Option<Self> {
+        match (late, early) {
+            (Some(late), Some(early)) if early.is_nearer(&late) => Some(early),
+            (late, early) => late.or(early),
+        }
+    }
+
     /// The hit of a ray that was moved by so much.
     #[inline(always)]
-    pub fn hit(self, ray: &Ray, moved: f64) -> Hit<'a> {
+    pub fn hit(self, moved: f64) -> Hit<'a> {
         let Found { candidate, intersection } = self;
-        Hit {
-            primitive: candidate.primitive(),
-            candidate,
-            origin: ray.origin,
-            direction: ray.direction,
-            moved,
-            intersection,
-        }
+        Hit { primitive: candidate.primitive(), candidate: Some(candidate), moved, intersection }
     }
 }
 
@@ -174,6 +183,12 @@ fn contact(x: &SurfacePoint) -> u32 {
 /// anything else is made unit length. `None` if it has no length.
 #[inline(always)]
 pub(super) fn unit(direction: DVec3) -> Option<DVec3> {
-    let length_squared = direction.length_squared();
-    if (length_squared - 1.0).abs() <= 1e-9 { Some(direction) } else { direction.try_normalize() }
+    if is_about_unit(direction.into()) { Some(direction) } else { direction.try_normalize() }
+}
+
+/// True for a length that is off by no more than that.
+#[inline(always)]
+pub(super) fn is_about_unit<L: Lane>(direction: Vector<L>) -> L::Mask {
+    let excess = direction.length_squared() - 1.0;
+    excess.abs().less(excess.constant(1e-9))
 }

@@ -8,7 +8,7 @@ use glam::DVec3;
 /// difference from one within the cube is an f32 number, too (Sterbenz 1974).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Space {
-    center: DVec3,
+    pub center: DVec3,
     extent: f64,
     pub inverse_extent: f64,
 }

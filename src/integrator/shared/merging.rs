@@ -4,8 +4,8 @@ use crate::film::{Contribution, FilmSample, Sample};
 use crate::geometry::Place;
 use crate::integrator::IntegratorError;
 use crate::path::{
-    Depth, Plan, RandomWalk, Roulette, Scratch, Site, Stage, Steps, TechniqueSet, Vertex, Visit,
-    advance, join,
+    Depth, Plan, RandomWalk, Scratch, Site, Stage, Steps, TechniqueSet, Vertex, Visit, advance,
+    join,
 };
 use crate::sampler::{Independent, SampleSource, Sampler};
 use crate::scene::Scene;
@@ -151,11 +151,10 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for DiracChains {
         Some(walk)
     }
 
-    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+    fn leave<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         if visit.vertex.is_connectible() {
             return ControlFlow::Break(());
         }
-        visit.limit(visit.plan.depth.limit())?;
-        visit.scatter(&Roulette::default()).flow()
+        visit.limit(visit.plan.depth.limit())
     }
 }

@@ -42,8 +42,12 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for LightWalks<'_> {
     }
 
     #[inline]
+    fn leave<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        visit.limit(visit.plan.depth.limit().saturating_sub(self.shortest))
+    }
+
+    #[inline]
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        visit.limit(visit.plan.depth.limit().saturating_sub(self.shortest))?;
         visit.scatter(self.roulette).flow()
     }
 }

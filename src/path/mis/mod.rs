@@ -13,5 +13,6 @@
 mod partials;
 mod sweep;
 
+pub(super) use partials::Side;
 pub use partials::{MergeSide, Weighting};
 pub use sweep::{Ends, Heuristic, PathDensities};

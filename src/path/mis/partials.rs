@@ -41,7 +41,8 @@
 
 use super::Heuristic;
 use crate::endpoint::{Camera, Endpoint, Light};
-use crate::path::{Path, Stage, TechniqueSet, Vertex};
+use crate::lanes::{Lane, Mask};
+use crate::path::{Family, Path, Stage, TechniqueSet, Vertex};
 use crate::photon_map::has_area;
 use crate::scene::Scene;
 use std::f64::consts::PI;
@@ -72,6 +73,44 @@ pub struct MergeSide {
     pub nearest: f64,
     /// Of all others, without the factor.
     pub farther: f64,
+}
+
+/// A side of a connection, in lanes: the numbers of a subpath that ends there from which the sum
+/// over the techniques follows that end it earlier.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::path) struct Side<L> {
+    /// d of the last vertex.
+    density: L,
+    /// n of the technique that ends the subpath one vertex earlier.
+    share: L,
+    /// Geometry term of the last edge.
+    geometry: L,
+    /// d of the vertex before.
+    density_before: L,
+    /// The partial sum of the vertex before.
+    partial: L,
+}
+
+impl<L: Lane> Side<L> {
+    #[inline(always)]
+    pub fn new([density, share, geometry, density_before, partial]: [L; 5]) -> Self {
+        Self { density, share, geometry, density_before, partial }
+    }
+
+    #[inline(always)]
+    pub fn numbers(self) -> [L; 5] {
+        [self.density, self.share, self.geometry, self.density_before, self.partial]
+    }
+
+    /// The sum, if the other walk would sample the last vertex with density x, one of the technique
+    /// that ends the subpath one vertex earlier, and one of all others; and go on with density
+    /// `onwards`.
+    #[inline(always)]
+    fn sum(&self, raise: impl Fn(L) -> L, x: [L; 2], onwards: L) -> L {
+        let (nearest, farther) = (x[0] / self.density, x[1] / self.density);
+        let farther = farther * onwards * self.geometry / self.density_before;
+        product(raise(nearest), self.share) + product(raise(farther), self.partial)
+    }
 }
 
 impl Weighting {
@@ -245,6 +284,63 @@ impl Weighting {
         1.0 / (1.0 + others)
     }
 
+    /// True if the weights of connections between surfaces can be computed in lanes.
+    pub(in crate::path) fn has_lanes(&self) -> bool {
+        let has_power = matches!(self.heuristic, Heuristic::Balance | Heuristic::Power(2.0));
+        has_power && !self.needs_sweep()
+    }
+
+    /// The weight of a connection between vertices of surfaces, in lanes, if `has_lanes`: the
+    /// camera's side and the light's, each with the density with which the other walk would sample
+    /// its last vertex, and that with which it would go on.
+    #[inline(always)]
+    pub(in crate::path) fn weight_of_connection<L: Lane>(
+        &self,
+        [camera, light]: [(&Side<L>, L, L); 2],
+    ) -> L {
+        let [by_light, by_camera] = [self.sum(camera), self.sum(light)];
+        let count = self.heuristic.raise(self.set.family_count(Family::Connections));
+        let one = by_light.constant(1.0);
+        one / ((by_camera + by_light) / count + 1.0)
+    }
+
+    /// The sum over the techniques that end the subpath of a side earlier, in lanes.
+    #[inline(always)]
+    fn sum<L: Lane>(&self, (side, x, onwards): (&Side<L>, L, L)) -> L {
+        let is_balance = self.heuristic == Heuristic::Balance;
+        let raise = |ratio: L| if is_balance { ratio } else { ratio * ratio };
+        let merge = product(raise(x * self.merge_area), x.constant(self.merges));
+        side.sum(raise, [x; 2], onwards) + merge
+    }
+
+    /// The camera's side of a connection at the last vertex of a complete camera subpath.
+    #[inline]
+    pub(in crate::path) fn camera_side_of<B>(&self, subpath: &[Vertex<B>]) -> Side<f64> {
+        self.side_of(subpath, [self.lens_sampling, self.connections])
+    }
+
+    /// The light's side of a connection at the last vertex of a complete light subpath.
+    #[inline]
+    pub(in crate::path) fn light_side_of<B>(
+        &self,
+        subpath: &[Vertex<B>],
+        light: &(impl Light + ?Sized),
+    ) -> Side<f64> {
+        self.side_of(subpath, [self.sampling(light), self.connections])
+    }
+
+    fn side_of<B>(&self, walk: &[Vertex<B>], shares: [f64; 2]) -> Side<f64> {
+        let (geometry, density_before, partial) = match walk {
+            [before @ .., previous, last] => {
+                let up_to = &walk[..=before.len()];
+                (last.geometry, density(up_to), previous.partial)
+            }
+            _ => (0.0, 1.0, 0.0),
+        };
+        let share = self.share(walk, shares);
+        Side { density: density(walk), share, geometry, density_before, partial }
+    }
+
     /// The camera's side of merges at the last vertex of a complete camera subpath.
     #[must_use]
     pub fn camera_side<B>(&self, subpath: &[Vertex<B>]) -> MergeSide {
@@ -295,9 +391,8 @@ impl Weighting {
     /// other walk would sample from there with density x: one x of the technique that ends it one
     /// vertex earlier, and one of all others.
     fn side<B>(&self, walk: &[Vertex<B>], x: [f64; 2], onwards: f64, shares: [f64; 2]) -> f64 {
-        let [nearest, farther] = x.map(|x| x / density(walk));
-        product(self.heuristic.raise(nearest), self.share(walk, shares))
-            + self.farther(walk, farther, onwards)
+        let raise = |ratio| self.heuristic.raise(ratio);
+        self.side_of(walk, shares).sum(raise, x, onwards)
     }
 
     /// n of the technique that ends a subpath one vertex earlier, by the shares of connections to
@@ -340,6 +435,8 @@ fn density<B>(walk: &[Vertex<B>]) -> f64 {
 }
 
 /// A product that nothing infinite makes of nothing.
-fn product(a: f64, b: f64) -> f64 {
-    if a == 0.0 || b == 0.0 { 0.0 } else { a * b }
+#[inline(always)]
+fn product<L: Lane>(a: L, b: L) -> L {
+    let zero = a.constant(0.0);
+    (a.equals(zero) | b.equals(zero)).choose(zero, a * b)
 }

@@ -3,11 +3,13 @@
 //! The ray kernel answers rays, a primitive's surface leads to its material and its light, and
 //! lights are chosen by a [`LightTree`]. [`Needs`] are computed once, when the world is built.
 
+mod flat;
 mod needs;
 mod rays;
 #[cfg(test)]
 mod tests;
 
+use self::flat::Flat;
 use super::lights::Choice;
 use super::surface::{MaterialId, Surface, SurfaceId};
 use super::{Needs, Warning};
@@ -28,6 +30,8 @@ pub struct World {
     surfaces: Vec<Surface>,
     /// The surface of each primitive.
     surface_of: Vec<u32>,
+    /// The primitives of a world of few, as far as they are flat.
+    flat: Vec<Option<Flat>>,
     lights: Vec<(String, AnyLight)>,
     environment: Option<LightId>,
     light_tree: LightTree,
@@ -54,6 +58,7 @@ impl World {
         for (id, surface) in surfaces.iter().enumerate() {
             surface_of.resize(surface_of.len() + surface.primitives as usize, id as u32);
         }
+        let flat = Flat::prepare(bvh.shapes(), &surface_of, &surfaces);
         let needs = needs::needs(&materials, &surfaces, &lights, environment, &bvh, &bounds);
         let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
         Self {
@@ -62,6 +67,7 @@ impl World {
             materials,
             surfaces,
             surface_of,
+            flat,
             lights,
             environment,
             light_tree,

@@ -2,7 +2,7 @@
 
 use super::World;
 use crate::endpoint::{AnyLight, Light, LightId, LightKind};
-use crate::geometry::{Ray, SurfacePoint, Triangle};
+use crate::geometry::{Intersection, SurfacePoint, Triangle};
 use crate::light_tree::LightTree;
 use crate::material::SurfaceBsdf;
 use crate::scene::mesh::Shading;
@@ -27,7 +27,8 @@ impl World {
         mut found: impl FnMut(usize, Option<(u32, f64)>),
     ) {
         let queries = rays.map(|(origin, direction)| Query::free(origin, direction));
-        self.bvh.closest_many(queries, |index, hit| found(index, hit.map(primitive_and_distance)));
+        self.bvh
+            .closest_many(queries, |index, _, hit| found(index, hit.map(primitive_and_distance)));
     }
 
     /// True if a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an
@@ -50,22 +51,25 @@ impl World {
         );
     }
 
-    /// The surface point of a hit.
+    /// The surface point of a ray's hit.
     #[inline(always)]
-    fn point_of(&self, hit: &Hit<'_>) -> Option<SurfacePoint> {
-        let Some(triangle) = self.bvh.triangle_of(hit) else { return self.point_of_other(hit) };
-        let x = triangle.point_at(hit.intersection.u, hit.intersection.v);
-        Some(self.complete(hit.primitive, Some(triangle), x))
+    fn point_of(&self, ray: &Query, hit: &Hit<'_>) -> Option<SurfacePoint> {
+        let Intersection { u, v, .. } = hit.intersection;
+        if let Some(Some(flat)) = self.flat.get(hit.primitive as usize) {
+            return Some(flat.point_at(hit.primitive, u, v));
+        }
+        let Some(triangle) = self.bvh.triangle_of(hit) else {
+            return self.point_of_other(ray, hit);
+        };
+        Some(self.complete(hit.primitive, Some(triangle), triangle.point_at(u, v)))
     }
 
     /// The same for a shape that is no triangle. Apart, so that points of triangles need not be
     /// where it leaves its own.
     #[inline(never)]
-    fn point_of_other(&self, hit: &Hit<'_>) -> Option<SurfacePoint> {
-        let x = self
-            .bvh
-            .shape(hit.primitive)?
-            .point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection);
+    fn point_of_other(&self, ray: &Query, hit: &Hit<'_>) -> Option<SurfacePoint> {
+        let ray = hit.ray_of(ray)?;
+        let x = self.bvh.shape(hit.primitive)?.point_at_hit(&ray, &hit.intersection);
         Some(self.complete(hit.primitive, None, x))
     }
 
@@ -104,9 +108,8 @@ impl Scene for World {
     #[inline]
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         // The point is made where it is needed.
-        self.bvh
-            .closest(Query::leaving(from, direction), |hit| hit)
-            .and_then(|hit| self.point_of(&hit))
+        let ray = Query::leaving(from, direction);
+        self.bvh.closest(ray, |hit| hit).and_then(|hit| self.point_of(&ray, &hit))
     }
 
     /// Coincident points, two points at infinity and points that are not finite do not see each
@@ -124,8 +127,8 @@ impl Scene for World {
         mut found: impl FnMut(usize, Option<SurfacePoint>),
     ) {
         let queries = rays.map(|(from, direction)| Query::leaving(from, direction));
-        self.bvh.closest_many(queries, |index, hit| {
-            found(index, hit.and_then(|hit| self.point_of(&hit)))
+        self.bvh.closest_many(queries, |index, ray, hit| {
+            found(index, hit.and_then(|hit| self.point_of(ray, &hit)))
         });
     }
 

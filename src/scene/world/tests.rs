@@ -212,3 +212,30 @@ fn memory_per_vertex_does_not_grow() {
     println!("{bytes} bytes per vertex, {} per surface point", size_of::<SurfacePoint>());
     assert!(bytes <= 400, "{bytes}");
 }
+
+/// Points of flat primitives, which are prepared, are those of the shapes.
+#[test]
+fn points_of_few_primitives_are_those_of_their_shapes() {
+    let mut rng = Pcg64Mcg::seed_from_u64(5);
+    let mut found = 0;
+    for name in gallery::NAMES {
+        let world = gallery::build(name, UVec2::splat(8)).expect("a scene of the gallery").world;
+        for _ in 0..1000 {
+            let from = world.sample_surface(rng.random(), DVec2::new(rng.random(), rng.random()));
+            let direction = square_to_sphere(DVec2::new(rng.random(), rng.random()));
+            let Some(x) = world.intersect(&from, direction) else { continue };
+            let expected = match world.shape(x.primitive).expect("its shape") {
+                Shape::Quad(quad) => quad.point_at(x.uv.x, x.uv.y),
+                Shape::Triangle(triangle) if x.is_flat() => triangle.point_at(x.uv.x, x.uv.y),
+                _ => continue,
+            };
+            let surface = world.surface_of[x.primitive as usize];
+            if world.surfaces[surface as usize].attributes.is_none() {
+                let primitive = x.primitive;
+                assert_eq!(x, SurfacePoint { primitive, surface, ..expected }, "{name}");
+                found += 1;
+            }
+        }
+    }
+    assert!(found > 1000, "{found} points");
+}

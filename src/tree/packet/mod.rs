@@ -1,17 +1,26 @@
-//! Many queries at once on a processor with vectors of sixteen numbers: sixteen rays are tested
-//! against one facet after the other. In a scene of few facets that takes no tree.
+//! Many queries at once: sixteen rays are tested against one facet after the other. In a scene of
+//! few facets that takes no tree.
 //!
 //! Rays of a camera, which visit mostly the same, walk through the tree sixteen at a time in larger
-//! scenes: each node's boxes are tested one after the other, and what any ray enters is visited.
-//! Each ray passes what it would pass alone, by the same numbers.
+//! scenes on a processor with vectors of eight numbers or more: each node's boxes are tested one after
+//! the other, and what any ray enters is visited. Each ray passes what it would pass alone, by the
+//! same numbers.
 //!
-//! Tolerances, hits that are held back and exact tests are those of the walk through the tree, so
-//! the answers are the same.
+//! Nothing is missed that the exact test hits, hits are held back as in the walk through the tree,
+//! and the exact tests are the same, eight at a time or alone. So the answers are, too.
 
-mod any;
-mod closest;
+mod ball;
+mod eight;
+mod few;
+mod plane;
 mod rays;
+#[cfg(test)]
+mod tests;
+mod together;
 
-pub(super) use any::are_free;
-pub(super) use closest::{closest, closest_together};
-pub(super) use rays::RAYS;
+pub(super) use eight::Corners;
+pub(super) use few::{Few, are_free, closest};
+pub(super) use together::closest_together;
+
+/// Rays of a packet.
+pub(super) const RAYS: usize = 16;

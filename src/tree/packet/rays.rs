@@ -1,116 +1,151 @@
-//! Sixteen rays side by side, and facets to test them against one by one.
+//! Sixteen rays side by side, in f64 and as f32 sees them.
 
+use super::RAYS;
 use crate::geometry::{Ray, SurfacePoint};
+use crate::lanes::{LANES, Lane, Vector};
 use crate::tree::bvh::Bvh;
-use crate::tree::facets::Facets;
-use crate::tree::layout::{Block, LANES};
-use crate::tree::query::Query;
-use crate::tree::rounding::FAR;
-use fearless_simd::{Simd, f32x4, f32x16, prelude::*};
+use crate::tree::query::{Ends, Query, is_about_unit};
+use crate::tree::rounding::CLIP;
+use crate::tree::stack::take;
+use fearless_simd::{Simd, f32x16, f64x8, mask32x16, prelude::*};
 use glam::DVec3;
 
-/// Rays of a packet.
-pub(in crate::tree) const RAYS: usize = 16;
-
-/// True for an instruction set with which packets are faster than rays that take turns: one of 16
-/// lanes.
-#[inline(always)]
-pub(super) fn pays<S: Simd>(_: S) -> bool {
-    S::f32s::LEN == RAYS
-}
-
-/// The rays of a packet in the space of the boxes, by axis. A limit that is no number is that of a
-/// lane without ray.
-pub(super) struct Packet {
-    origin: [[f32; RAYS]; 3],
-    direction: [[f32; RAYS]; 3],
-    limit: [f32; RAYS],
-}
-
-impl Packet {
-    #[inline(always)]
-    pub fn new() -> Self {
-        Self { origin: [[0.0; RAYS]; 3], direction: [[0.0; RAYS]; 3], limit: [f32::NAN; RAYS] }
-    }
-
-    #[inline(always)]
-    pub fn set(&mut self, lane: usize, bvh: &Bvh, origin: DVec3, direction: DVec3, limit: f32) {
-        let (origin, direction) = (bvh.place(origin), direction.as_vec3());
-        for axis in 0..3 {
-            (self.origin[axis][lane], self.direction[axis][lane]) = (origin[axis], direction[axis]);
-        }
-        self.limit[lane] = limit;
-    }
-
-    #[inline(always)]
-    pub fn load<S: Simd>(&self, simd: S) -> ([f32x16<S>; 3], [f32x16<S>; 3], f32x16<S>) {
-        let row = |row: &[f32; RAYS]| f32x16::load_array_ref(simd, row);
-        let rows = |v: &[[f32; RAYS]; 3]| [row(&v[0]), row(&v[1]), row(&v[2])];
-        (rows(&self.origin), rows(&self.direction), row(&self.limit))
-    }
-}
-
-/// The rays of a packet and what else their exact tests need.
+/// The rays of a packet, by axis.
 pub(super) struct Rays {
-    pub packet: Packet,
-    /// The rays of the exact test, and how far each was moved.
-    pub rays: [(Ray, f64); RAYS],
-    /// The primitives that they start on.
-    pub origins: [u32; RAYS],
+    origin: [[f64; RAYS]; 3],
+    direction: [[f64; RAYS]; 3],
+    /// The distances that origins were moved.
+    pub moved: [f64; RAYS],
+    /// The primitives that they start and end on.
+    pub start: [u32; RAYS],
+    pub end: [u32; RAYS],
+    /// A bit for each lane with a ray.
+    lanes: u64,
+}
+
+/// The same in the space of the boxes.
+pub(super) struct BoxRays<S: Simd> {
+    pub origin: [f32x16<S>; 3],
+    pub direction: [f32x16<S>; 3],
 }
 
 impl Rays {
-    /// A packet of up to sixteen; a ray that does not enter the scene leaves its lane empty.
     #[inline(always)]
-    pub fn new(bvh: &Bvh, queries: &[Query]) -> Self {
-        let mut rays = Self {
-            packet: Packet::new(),
-            rays: [(Ray::new(DVec3::ZERO, DVec3::X), 0.0); RAYS],
-            origins: [SurfacePoint::NONE; RAYS],
-        };
+    pub fn new() -> Self {
+        Self {
+            origin: [[0.0; RAYS]; 3],
+            direction: [[0.0; RAYS]; 3],
+            moved: [0.0; RAYS],
+            start: [SurfacePoint::NONE; RAYS],
+            end: [SurfacePoint::NONE; RAYS],
+            lanes: 0,
+        }
+    }
+
+    /// Up to sixteen rays.
+    #[inline(always)]
+    pub fn of(queries: &[Query]) -> Self {
+        let mut rays = Self::new();
         for (lane, query) in queries.iter().enumerate().take(RAYS) {
-            if let Some((origin, direction, moved)) = bvh.entry(query.origin, query.direction) {
-                rays.packet.set(lane, bvh, origin, direction, FAR);
-                rays.rays[lane] = (Ray::new(origin, direction), moved);
-                rays.origins[lane] = query.origin_primitive;
-            }
+            let ends = Ends { origin: query.origin_primitive, ..Ends::FREE };
+            rays.set(lane, query.origin, query.direction, ends);
         }
         rays
     }
-}
 
-/// The facets of a block, to be taken one by one.
-pub(super) struct Rows {
-    vectors: [[[f32; LANES]; 3]; 4],
-    tolerance: [f32; LANES],
-    slack: [f32; LANES],
-}
-
-impl Rows {
     #[inline(always)]
-    pub fn new<S: Simd>(simd: S, block: Block<'_>) -> Self {
-        let Facets { vertex, edge1, edge2, normal, tolerance, slack } = Facets::new(simd, block);
-        let rows = |v: [f32x4<S>; 3]| [v[0].to_array(), v[1].to_array(), v[2].to_array()];
-        Self {
-            vectors: [rows(vertex), rows(edge1), rows(edge2), rows(normal)],
-            tolerance: tolerance.to_array(),
-            slack: slack.to_array(),
+    pub fn set(&mut self, lane: usize, origin: DVec3, direction: DVec3, ends: Ends) {
+        self.place(lane, origin, direction);
+        (self.start[lane], self.end[lane]) = (ends.origin, ends.end);
+        self.lanes |= 1 << lane;
+    }
+
+    #[inline(always)]
+    fn place(&mut self, lane: usize, origin: DVec3, direction: DVec3) {
+        for axis in 0..3 {
+            (self.origin[axis][lane], self.direction[axis][lane]) = (origin[axis], direction[axis]);
         }
     }
 
-    /// A facet of the block, in all lanes.
     #[inline(always)]
-    pub fn facet<S: Simd>(&self, simd: S, lane: usize) -> Facets<f32x16<S>> {
-        let splat = |row: &[f32; LANES]| f32x16::splat(simd, row[lane % LANES]);
-        let [vertex, edge1, edge2, normal] = &self.vectors;
-        let splats = |v: &[[f32; LANES]; 3]| [splat(&v[0]), splat(&v[1]), splat(&v[2])];
-        Facets {
-            vertex: splats(vertex),
-            edge1: splats(edge1),
-            edge2: splats(edge2),
-            normal: splats(normal),
-            tolerance: splat(&self.tolerance),
-            slack: splat(&self.slack),
-        }
+    fn get(&self, lane: usize) -> (DVec3, DVec3) {
+        let at = |v: &[[f64; RAYS]; 3]| DVec3::new(v[0][lane], v[1][lane], v[2][lane]);
+        (at(&self.origin), at(&self.direction))
     }
+
+    /// A ray as the exact test needs it.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> Ray {
+        let (origin, direction) = self.get(lane);
+        Ray::new(origin, direction)
+    }
+
+    /// Origins and directions of the first or the second eight rays.
+    #[inline(always)]
+    pub fn half<S: Simd>(&self, simd: S, half: usize) -> (Vector<f64x8<S>>, Vector<f64x8<S>>) {
+        (vector(simd, &self.origin, half), vector(simd, &self.direction, half))
+    }
+
+    /// Lets all rays enter the scene, and returns a bit for each that does.
+    #[inline(always)]
+    pub fn enter<S: Simd>(&mut self, simd: S, bvh: &Bvh) -> (u64, BoxRays<S>) {
+        let mut ready = 0;
+        for half in 0..2 {
+            let (origin, direction) = self.half(simd, half);
+            let scale = origin.x.constant(bvh.inverse_extent);
+            let place = (origin - same(simd, bvh.center())) * scale;
+            let Vector { x, y, z } = place.abs();
+            let inside = x.simd_le(CLIP) & y.simd_le(CLIP) & z.simd_le(CLIP);
+            ready |= (inside & is_about_unit(direction)).to_bitmask() << (half * LANES);
+        }
+        let mut entered = self.lanes & ready;
+        let mut others = self.lanes & !ready;
+        while others != 0 {
+            let lane = take(&mut others) % RAYS;
+            let (origin, direction) = self.get(lane);
+            if let Some((origin, direction, moved)) = bvh.entry(origin, direction) {
+                self.place(lane, origin, direction);
+                self.moved[lane] = moved;
+                entered |= 1 << lane;
+            }
+        }
+        let ((low, low_direction), (high, high_direction)) =
+            (self.half(simd, 0), self.half(simd, 1));
+        let scale = low.x.constant(bvh.space.inverse_extent);
+        let center = same(simd, bvh.space.center);
+        let origin = narrow((low - center) * scale, (high - center) * scale);
+        (entered, BoxRays { origin, direction: narrow(low_direction, high_direction) })
+    }
+}
+
+/// Half of a row.
+#[inline(always)]
+pub(super) fn eight<S: Simd>(simd: S, row: &[f64; RAYS], half: usize) -> f64x8<S> {
+    f64x8::load_array_ref(simd, &row.as_chunks().0[half % 2])
+}
+
+#[inline(always)]
+fn vector<S: Simd>(simd: S, rows: &[[f64; RAYS]; 3], half: usize) -> Vector<f64x8<S>> {
+    Vector::new(
+        eight(simd, &rows[0], half),
+        eight(simd, &rows[1], half),
+        eight(simd, &rows[2], half),
+    )
+}
+
+/// A vector in all lanes.
+#[inline(always)]
+fn same<S: Simd>(simd: S, v: DVec3) -> Vector<f64x8<S>> {
+    Vector::new(f64x8::splat(simd, v.x), f64x8::splat(simd, v.y), f64x8::splat(simd, v.z))
+}
+
+/// The limits of rays that are there; no number for others, which hit nothing.
+#[inline(always)]
+pub(super) fn limited<S: Simd>(simd: S, there: u64, limit: f32x16<S>) -> f32x16<S> {
+    mask32x16::from_bitmask(simd, there).select(limit, f32x16::splat(simd, f32::NAN))
+}
+
+#[inline(always)]
+fn narrow<S: Simd>(low: Vector<f64x8<S>>, high: Vector<f64x8<S>>) -> [f32x16<S>; 3] {
+    [low.x.narrow(high.x), low.y.narrow(high.y), low.z.narrow(high.z)]
 }

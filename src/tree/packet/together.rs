@@ -1,43 +1,16 @@
-//! The nearest hits of a packet.
+//! The nearest hits of rays that walk through the tree together.
 
-use super::rays::{RAYS, Rays, Rows, pays};
+use super::RAYS;
+use super::eight::meet_flat;
+use super::rays::{BoxRays, Rays, limited};
+use crate::lanes::LANES as EIGHT;
 use crate::tree::bvh::Bvh;
-use crate::tree::facets::Tested;
+use crate::tree::facets::{Facets, Tested};
 use crate::tree::layout::{Block, Candidate, Child, LANES, Node, WIDTH};
 use crate::tree::query::{Found, Hit, Query};
-use crate::tree::rounding::SMALLEST;
+use crate::tree::rounding::{FAR, SMALLEST};
 use crate::tree::stack::{Stack, take};
-use fearless_simd::{Simd, dispatch, f32x16, mask32x16, prelude::*, u32x16};
-
-/// The answers of [`Bvh::closest`] for many rays in a scene of few facets. Returns true if that
-/// pays.
-#[inline(never)]
-pub(in crate::tree) fn closest<'a>(
-    bvh: &'a Bvh,
-    queries: &[Query],
-    hits: &mut [Option<Hit<'a>>],
-) -> bool {
-    !bvh.few.is_empty()
-        && dispatch!(bvh.level, simd => pays(simd) && closest_with(simd, bvh, queries, hits))
-}
-
-#[inline(always)]
-fn closest_with<'a, S: Simd>(
-    simd: S,
-    bvh: &'a Bvh,
-    queries: &[Query],
-    hits: &mut [Option<Hit<'a>>],
-) -> bool {
-    for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
-        let rays = Rays::new(bvh, queries);
-        let mut search = Search::new(simd, bvh, &rays);
-        for block in &bvh.few {
-            search.test(simd, Block(block));
-        }
-        search.end(hits);
-    }
-    true
-}
+use fearless_simd::{Simd, dispatch, f32x4, f32x16, mask32x16, prelude::*, u32x16};
 
 /// The answers of [`Bvh::closest`] for up to sixteen rays that visit mostly the same: they walk
 /// through the tree together. Returns true if they can and it pays: not if the signs of their
@@ -61,12 +34,19 @@ fn closest_together_with<'a, S: Simd>(
     queries: &[Query],
     hits: &mut [Option<Hit<'a>>],
 ) -> bool {
-    let rays = Rays::new(bvh, queries);
-    let mut search = Search::new(simd, bvh, &rays);
+    let mut rays = Rays::of(queries);
+    let mut search = Search::new(simd, bvh, &mut rays);
     let Some(planes) = Planes::new(simd, &search) else { return false };
     search.walk(simd, &planes);
-    search.end(hits);
+    search.end(simd, hits);
     true
+}
+
+/// True for an instruction set with which that is faster than rays that take turns: one of eight
+/// lanes or more.
+#[inline(always)]
+fn pays<S: Simd>(_: S) -> bool {
+    S::f32s::LEN >= EIGHT
 }
 
 /// A part of the tree that a packet has yet to visit, and the distances at which its rays enter it.
@@ -147,15 +127,16 @@ struct Search<'a, 'r, S: Simd> {
 
 impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
     #[inline(always)]
-    fn new(simd: S, bvh: &'a Bvh, rays: &'r Rays) -> Self {
-        let (origin, direction, limit) = rays.packet.load(simd);
+    fn new(simd: S, bvh: &'a Bvh, rays: &'r mut Rays) -> Self {
+        let (entered, BoxRays { origin, direction }) = rays.enter(simd, bvh);
+        let limit = limited(simd, entered, f32x16::splat(simd, FAR));
         let none = u32x16::splat(simd, u32::MAX);
         Self {
             bvh,
             rays,
             origin,
             direction,
-            origin_primitive: u32x16::load_array_ref(simd, &rays.origins),
+            origin_primitive: u32x16::load_array_ref(simd, &rays.start),
             limit,
             held: [None; RAYS],
             held_primitive: none,
@@ -200,11 +181,10 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
                 let mut limits = self.limit.to_array();
                 while unclear != 0 {
                     let lane = take(&mut unclear) % RAYS;
-                    let Rays { rays, origins, .. } = self.rays;
                     if let Some(nearer) = self.bvh.test_early(
                         candidate,
-                        &rays[lane].0,
-                        origins[lane],
+                        &self.rays.ray(lane),
+                        self.rays.start[lane],
                         &mut self.early[lane],
                     ) {
                         limits[lane] = limits[lane].min(nearer);
@@ -264,13 +244,54 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
 
     /// Tells what was found.
     #[inline(always)]
-    fn end(mut self, hits: &mut [Option<Hit<'a>>]) {
-        let Rays { rays, origins, .. } = self.rays;
-        for (lane, hit) in hits.iter_mut().enumerate().take(RAYS) {
-            let (ray, moved) = &rays[lane];
-            let found =
-                self.bvh.decide(self.held[lane], self.early[lane].take(), ray, origins[lane]);
-            *hit = found.map(|found| found.hit(ray, *moved));
+    fn end(mut self, simd: S, hits: &mut [Option<Hit<'a>>]) {
+        for (half, hits) in hits.chunks_mut(EIGHT).enumerate() {
+            let decided = meet_flat(simd, self.rays, half, |lane| {
+                self.held[lane].and_then(|held| self.bvh.corners_of(held))
+            });
+            for (k, hit) in hits.iter_mut().enumerate() {
+                let lane = half * EIGHT + k;
+                let late = self.held[lane].zip(decided.hit(k));
+                let late = late.map(|(candidate, intersection)| Found { candidate, intersection });
+                let found = Found::nearer(late, self.early[lane].take());
+                *hit = found.map(|found| found.hit(self.rays.moved[lane]));
+            }
+        }
+    }
+}
+
+/// The facets of a block, to be taken one by one.
+struct Rows {
+    vectors: [[[f32; LANES]; 3]; 4],
+    tolerance: [f32; LANES],
+    slack: [f32; LANES],
+}
+
+impl Rows {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, block: Block<'_>) -> Self {
+        let Facets { vertex, edge1, edge2, normal, tolerance, slack } = Facets::new(simd, block);
+        let rows = |v: [f32x4<S>; 3]| [v[0].to_array(), v[1].to_array(), v[2].to_array()];
+        Self {
+            vectors: [rows(vertex), rows(edge1), rows(edge2), rows(normal)],
+            tolerance: tolerance.to_array(),
+            slack: slack.to_array(),
+        }
+    }
+
+    /// A facet of the block, in all lanes.
+    #[inline(always)]
+    fn facet<S: Simd>(&self, simd: S, lane: usize) -> Facets<f32x16<S>> {
+        let splat = |row: &[f32; LANES]| f32x16::splat(simd, row[lane % LANES]);
+        let [vertex, edge1, edge2, normal] = &self.vectors;
+        let splats = |v: &[[f32; LANES]; 3]| [splat(&v[0]), splat(&v[1]), splat(&v[2])];
+        Facets {
+            vertex: splats(vertex),
+            edge1: splats(edge1),
+            edge2: splats(edge2),
+            normal: splats(normal),
+            tolerance: splat(&self.tolerance),
+            slack: splat(&self.slack),
         }
     }
 }

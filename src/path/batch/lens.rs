@@ -1,0 +1,139 @@
+//! Connections of light walks to a pinhole.
+
+use crate::bsdf::{Bsdf, LaneForm, on_same_side};
+use crate::endpoint::View;
+use crate::film::{Contribution, Technique};
+use crate::geometry::SurfacePoint;
+use crate::lanes::{Lane, Mask, Rows, Vector, load, splat, store};
+use crate::math::{PerArea, Rgb};
+use crate::path::connect::lens_connection_at;
+use crate::path::{LensConnection, SampledEndpoint, Vertex, Visit, edge};
+use crate::sampler::{Sampler, Stream};
+use crate::scene::Scene;
+use fearless_simd::{Level, Simd, dispatch, f64x8};
+use glam::{DVec2, DVec3};
+use std::f64::consts::FRAC_1_PI;
+
+/// Connections of Lambertian vertices to a pinhole.
+#[derive(Debug, Default)]
+pub(super) struct PinholeConnections {
+    walks: Vec<u32>,
+    /// How many were handed out.
+    taken: usize,
+    /// Position, normal, direction to the previous vertex, throughput, albedo.
+    given: Rows<15>,
+    /// Place on the film, estimate, state.
+    found: Rows<6>,
+}
+
+/// The state of a connection that the camera does not see.
+const UNSEEN: f64 = -1.0;
+/// The state of an estimate that is black; of another one it is 1.
+const BLACK: f64 = 0.0;
+/// The state where the edge is too short or too long for the formula of lanes.
+const INEXACT: f64 = 2.0;
+
+impl PinholeConnections {
+    pub(super) fn clear(&mut self) {
+        self.walks.clear();
+        self.given.clear();
+        self.taken = 0;
+    }
+
+    /// Accepts a vertex that lanes can connect, with the numbers that its connection takes. Returns
+    /// true if it is one.
+    #[inline(always)]
+    pub(super) fn accept<B: Bsdf, P: Sampler>(
+        &mut self,
+        walk: usize,
+        vertex: &Vertex<B>,
+        sampler: &mut P,
+        bounces: u32,
+    ) -> bool {
+        let Some(LaneForm::Lambert(lambert)) = vertex.lane_form() else { return false };
+        sampler.stream(Stream::LensSampling(bounces));
+        sampler.skip_1d();
+        sampler.skip_2d();
+        let (x, colours) = (&vertex.point, [vertex.throughput, lambert.albedo()]);
+        let [throughput, albedo] = colours.map(|colour| DVec3::from_array(colour.0));
+        let vectors = [x.position, x.geometric_normal, vertex.to_previous, throughput, albedo];
+        self.walks.push(walk as u32);
+        self.given.push(vectors, []);
+        true
+    }
+
+    /// Evaluates all that was accepted.
+    #[inline(never)]
+    pub(super) fn connect(&mut self, level: Level, view: &View) {
+        self.found.resize(self.walks.len());
+        dispatch!(level, simd => connect(simd, view, &self.given, &mut self.found));
+    }
+
+    /// The connection of a walk, if it is the next one that was accepted.
+    #[inline(always)]
+    pub(super) fn take<'s, S: Scene + ?Sized + 's, P>(
+        &mut self,
+        walk: usize,
+        visit: &mut Visit<'_, 's, S, P>,
+    ) -> Option<Option<LensConnection>> {
+        let k = self.taken;
+        self.walks.get(k).filter(|next| **next as usize == walk)?;
+        self.taken += 1;
+        Some(self.connection(k, visit))
+    }
+
+    #[inline(always)]
+    fn connection<'s, S: Scene + ?Sized + 's, P>(
+        &self,
+        k: usize,
+        visit: &mut Visit<'_, 's, S, P>,
+    ) -> Option<LensConnection> {
+        let Visit { plan, walk, vertex, end, sample, out, counters, .. } = visit;
+        let (stage, bounces) = (&plan.stage, walk.bounces() + 1);
+        let [x, y, red, green, blue, state] = self.found.get(k);
+        let lens = SurfacePoint::dirac(stage.camera.as_pinhole()?.position);
+        if state == INEXACT {
+            let lens = SampledEndpoint { point: lens, light: None, pdf: PerArea(1.0) };
+            let from = (&**vertex, Some(*end));
+            return lens_connection_at(stage, from, bounces, &sample.film, &lens, out, counters);
+        }
+        if state == UNSEEN {
+            return None;
+        }
+        let raster = DVec2::new(x, y) - sample.film.offset;
+        stage.film.pixel_index(raster)?;
+        counters.connections += 1;
+        if state == BLACK {
+            return None;
+        }
+        counters.shadow_rays += 1;
+        let (value, technique) =
+            (Rgb::new(red, green, blue), Technique::new(bounces as u16 + 1, 1));
+        let contribution = Contribution { raster, value, weight: 1.0, technique };
+        Some(LensConnection { ends: [out.keep(&lens), *end], contribution })
+    }
+}
+
+/// [`lens_connection_at`] in lanes.
+#[inline(always)]
+fn connect<S: Simd>(simd: S, view: &View, given: &Rows<15>, found: &mut Rows<6>) {
+    let [cx, cy, cz] = splat(simd, &view.position.to_array());
+    for (given, found) in given.groups().iter().zip(found.groups_mut()) {
+        let [px, py, pz, nx, ny, nz, wx, wy, wz, t0, t1, t2, a0, a1, a2] = load(simd, given);
+        let (x, normal) = (Vector::new(px, py, pz), Vector::new(nx, ny, nz));
+        let (direction, geometry, is_exact) =
+            edge::between(Vector::new(cx, cy, cz), x, |w| normal.dot(w).abs());
+        let ([x, y], is_seen) = view.raster(direction);
+        let z_to_previous = normal.dot(Vector::new(wx, wy, wz));
+        let reflects = on_same_side(z_to_previous, normal.dot(-direction));
+        let importance = geometry * view.pinhole_density(direction);
+        let value = |t: f64x8<S>, albedo: f64x8<S>| t * (albedo * FRAC_1_PI) * importance;
+        let [red, green, blue] = [value(t0, a0), value(t1, a1), value(t2, a2)];
+        let zero = x.constant(0.0);
+        let is_black = red.equals(zero) & green.equals(zero) & blue.equals(zero);
+        let state = (reflects & !is_black).indicator(zero);
+        let state = is_seen.choose(state, zero.constant(UNSEEN));
+        let state = is_exact.choose(state, zero.constant(INEXACT));
+        store(found, [x, y, red, green, blue, state]);
+    }
+}

@@ -1,0 +1,196 @@
+//! Walks that advance together, from vertex to vertex, so that a scene gets many rays at a time and
+//! arithmetic goes in lanes (Laine, Karras and Aila 2013).
+
+mod lens;
+mod next_event;
+mod rooms;
+mod scattering;
+
+pub(super) use rooms::Rooms;
+
+use super::scratch::Advancing;
+use super::steps::Drawn;
+use super::{End, Out, Plan, Scratch, Site, Steps, Subpaths, Vertex, Visit};
+use crate::bsdf::TransportMode;
+use crate::film::{Sample, Sink};
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use std::ops::ControlFlow;
+
+/// Draws one walk for each sample and lets all of them advance together until the steps end them or
+/// no ray meets anything. Contributions go to the sink with the numbers of their samples.
+#[inline]
+pub fn advance<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
+    plan: &Plan<'s, S>,
+    steps: &W,
+    samples: &mut [Sample<P>],
+    sink: &mut dyn Sink,
+    scratch: &mut Scratch<'s, S>,
+) {
+    begin(plan, steps, samples, sink, scratch);
+    let mut batch = Batch { plan, samples, sink, scratch };
+    while !batch.scratch.walks.is_empty() {
+        batch.trace(W::KEEPS);
+        batch.arrive(steps);
+        batch.leave(steps);
+        batch.test_shadow_rays();
+        batch.scatter(steps);
+    }
+}
+
+/// Shows `visit` each sample with its subpaths, and tests the shadow rays of all of them.
+#[inline]
+pub fn join<'s, S: Scene + ?Sized, P: Sampler>(
+    plan: &Plan<'s, S>,
+    samples: &mut [Sample<P>],
+    sink: &mut dyn Sink,
+    scratch: &mut Scratch<'s, S>,
+    mut visit: impl FnMut(&mut Site<'_, 's, S, P>),
+) {
+    let Scratch { counters, subpaths, connections, pairs, level, .. } = scratch;
+    subpaths.resize_with(subpaths.len().max(samples.len()), Subpaths::default);
+    for (number, (sample, subpaths)) in samples.iter_mut().zip(&mut *subpaths).enumerate() {
+        let out = Out { sample: number, sink: &mut *sink, connections };
+        pairs.clear();
+        let level = *level;
+        visit(&mut Site { plan, sample, subpaths, out, counters, pairs, level });
+    }
+    connections.test(plan.stage.scene, subpaths, sink);
+}
+
+/// Begins the walk of each sample.
+#[inline]
+fn begin<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
+    plan: &Plan<'s, S>,
+    steps: &W,
+    samples: &mut [Sample<P>],
+    sink: &mut dyn Sink,
+    scratch: &mut Scratch<'s, S>,
+) {
+    let mut walks = std::mem::take(&mut scratch.walks);
+    walks.clear();
+    let mut sample = 0;
+    join(plan, samples, sink, scratch, |site| {
+        if let Some(walk) = steps.begin(site) {
+            let next = if W::KEEPS { site.subpaths.of(walk.mode()).len() as u32 } else { 0 };
+            walks.push(Advancing { sample, walk, next });
+        }
+        sample += 1;
+    });
+    scratch.walks = walks;
+}
+
+/// The walks of samples that advance together.
+struct Batch<'b, 's, S: Scene + ?Sized + 's, P> {
+    plan: &'b Plan<'s, S>,
+    samples: &'b mut [Sample<P>],
+    sink: &'b mut dyn Sink,
+    scratch: &'b mut Scratch<'s, S>,
+}
+
+impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
+    /// Traces the next ray of each walk and enters what it meets in its subpath.
+    #[inline]
+    fn trace(&mut self, keeps: bool) {
+        let Scratch { counters, subpaths, walks, has_ended, drawn, .. } = &mut *self.scratch;
+        counters.closest_rays += walks.len() as u64;
+        has_ended.clear();
+        has_ended.resize(walks.len(), true);
+        drawn.resize(drawn.len().max(walks.len()), Drawn::Nothing);
+        let rays = walks.iter().map(|path| path.walk.ray());
+        self.plan.stage.scene.intersect_many(rays, |i, point| {
+            let Advancing { sample, walk, next } = &walks[i];
+            let vertices = subpaths[*sample].of(walk.mode());
+            // Written where the one before was, if only the last one is kept.
+            if vertices.len() <= *next as usize {
+                vertices.push(Vertex::blank());
+            }
+            has_ended[i] = !walk.meet(point, &mut vertices[*next as usize]);
+            if keeps && has_ended[i] {
+                vertices.pop();
+            }
+        });
+        for (path, _) in walks.iter().zip(has_ended).filter(|(_, has_ended)| **has_ended) {
+            path.walk.count_escape(counters);
+        }
+    }
+
+    /// Visits the walks that have not ended, each with its number; a break ends it.
+    #[inline(always)]
+    fn visit(&mut self, mut visit: impl FnMut(usize, &mut Visit<'_, 's, S, P>) -> ControlFlow<()>) {
+        let (plan, samples, sink) = (self.plan, &mut *self.samples, &mut *self.sink);
+        let Scratch { counters, subpaths, walks, has_ended, drawn, connections, .. } =
+            &mut *self.scratch;
+        let paths = walks.iter_mut().zip(has_ended).zip(drawn).enumerate();
+        for (i, ((path, has_ended), drawn)) in paths {
+            if *has_ended {
+                continue;
+            }
+            let Advancing { sample: number, walk, next } = path;
+            let (mode, sample) = (walk.mode(), &mut samples[*number]);
+            let vertex = &mut subpaths[*number].of(mode)[*next as usize];
+            let out = Out { sample: *number, sink: &mut *sink, connections };
+            let end = End::of(mode, *next);
+            let visited = &mut Visit { plan, walk, vertex, end, sample, out, counters, drawn };
+            *has_ended = visit(i, visited).is_break();
+        }
+    }
+
+    /// Shows the steps where each walk has arrived, and samples the point that the vertex is
+    /// connected to.
+    #[inline]
+    fn arrive<W: Steps<'s, S>>(&mut self, steps: &W) {
+        let mut rooms = std::mem::take(&mut self.scratch.rooms);
+        rooms.clear();
+        let plan = self.plan;
+        self.visit(|i, visit| {
+            *visit.drawn = Drawn::Nothing;
+            steps.arrive(visit)?;
+            if W::CONNECTS && visit.is_connected() && steps.samples_point(visit) {
+                match visit.walk.mode() {
+                    TransportMode::Radiance => rooms.next_event(plan, i, visit),
+                    TransportMode::Importance => rooms.lens_connection(plan, i, visit),
+                }
+            }
+            ControlFlow::Continue(())
+        });
+        rooms.connect(self.scratch.level, plan.stage.camera.as_pinhole());
+        self.scratch.rooms = rooms;
+    }
+
+    /// Connects the vertices to the points that were sampled, and samples where the walks go on.
+    #[inline]
+    fn leave<W: Steps<'s, S>>(&mut self, steps: &W) {
+        let mut rooms = std::mem::take(&mut self.scratch.rooms);
+        self.visit(|i, visit| {
+            if W::CONNECTS {
+                rooms.connection(i, visit);
+                steps.connect(visit);
+            }
+            steps.leave(visit)?;
+            rooms.direction(i, visit)
+        });
+        rooms.sample_directions(self.scratch.level, &mut self.scratch.drawn);
+        self.scratch.rooms = rooms;
+    }
+
+    #[inline]
+    fn test_shadow_rays(&mut self) {
+        let Scratch { connections, subpaths, .. } = &mut *self.scratch;
+        connections.test(self.plan.stage.scene, subpaths, self.sink);
+    }
+
+    /// Shows the steps where the walks go on, and keeps those that do.
+    #[inline]
+    fn scatter<W: Steps<'s, S>>(&mut self, steps: &W) {
+        self.visit(|_, visit| steps.scatter(visit));
+        let Scratch { walks, has_ended, .. } = &mut *self.scratch;
+        for i in (0..walks.len()).rev() {
+            if has_ended[i] {
+                walks.swap_remove(i);
+            } else if W::KEEPS {
+                walks[i].next += 1;
+            }
+        }
+    }
+}

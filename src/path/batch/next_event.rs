@@ -1,0 +1,174 @@
+//! Next event estimation from Lambertian surfaces to flat lights.
+
+use crate::bsdf::{Bsdf, LaneForm, on_same_side};
+use crate::endpoint::{FLAT, FlatLanes, FlatLight, LightId};
+use crate::lanes::{Group, LANES, Lane, Mask, Rows, Vector, load, splat, store};
+use crate::math::{PerArea, Rgb};
+use crate::path::connect::next_event_at;
+use crate::path::edge::{self, Edge};
+use crate::path::{NextEvent, SampledEndpoint, Vertex, Visit};
+use crate::scene::Scene;
+use fearless_simd::{Level, Simd, dispatch, f64x8};
+use glam::{DVec2, DVec3};
+use std::f64::consts::FRAC_1_PI;
+
+/// Connections of Lambertian vertices to flat lights.
+#[derive(Debug, Default)]
+pub(super) struct FlatConnections<'s> {
+    list: Vec<FlatConnection<'s>>,
+    /// How many were handed out.
+    taken: usize,
+    /// Position, normal, direction to the previous vertex, throughput, albedo; two random numbers
+    /// and the density of the point.
+    given: Rows<18>,
+    /// Position, error bound and surface parameters of the point; direction and geometry term of
+    /// the edge; estimate; state.
+    found: Rows<14>,
+}
+
+#[derive(Debug)]
+struct FlatConnection<'s> {
+    walk: u32,
+    light: LightId,
+    flat: &'s FlatLight,
+    pdf: PerArea,
+}
+
+/// The state of an estimate that is black; of another one it is 1.
+const BLACK: f64 = 0.0;
+/// The state where the edge is too short or too long for the formula of lanes.
+const INEXACT: f64 = 2.0;
+
+impl<'s> FlatConnections<'s> {
+    pub(super) fn clear(&mut self) {
+        self.list.clear();
+        self.given.clear();
+        self.taken = 0;
+    }
+
+    /// Accepts a vertex that lanes can connect to a light, which was chosen with some probability.
+    /// Returns true if it is one.
+    #[inline(always)]
+    pub(super) fn accept<B: Bsdf>(
+        &mut self,
+        walk: usize,
+        vertex: &Vertex<B>,
+        (light, pmf, flat): (LightId, f64, &'s FlatLight),
+        u: DVec2,
+    ) -> bool {
+        let Some(LaneForm::Lambert(lambert)) = vertex.lane_form() else { return false };
+        let x = &vertex.point;
+        if flat.is_near(x.position) {
+            return false;
+        }
+        let (pdf, colours) = (flat.pdf * pmf, [vertex.throughput, lambert.albedo()]);
+        let [throughput, albedo] = colours.map(|colour| DVec3::from_array(colour.0));
+        let vectors = [x.position, x.geometric_normal, vertex.to_previous, throughput, albedo];
+        self.list.push(FlatConnection { walk: walk as u32, light, flat, pdf });
+        self.given.push(vectors, [u.x, u.y, pdf.value()]);
+        true
+    }
+
+    /// Evaluates all that was accepted.
+    #[inline(never)]
+    pub(super) fn connect(&mut self, level: Level) {
+        self.found.resize(self.list.len());
+        dispatch!(level, simd => connect(simd, self));
+    }
+
+    /// The connection of a walk, if it is the next one that was accepted.
+    #[inline(always)]
+    pub(super) fn take<S: Scene + ?Sized + 's, P>(
+        &mut self,
+        walk: usize,
+        visit: &mut Visit<'_, 's, S, P>,
+    ) -> Option<Option<NextEvent>> {
+        let k = self.taken;
+        let connection = self.list.get(k).filter(|next| next.walk as usize == walk)?;
+        self.taken += 1;
+        Some(self.next_event(k, connection, visit))
+    }
+
+    #[inline(always)]
+    fn next_event<S: Scene + ?Sized + 's, P>(
+        &self,
+        k: usize,
+        connection: &FlatConnection<'_>,
+        visit: &mut Visit<'_, 's, S, P>,
+    ) -> Option<NextEvent> {
+        let Visit { plan, vertex, out, counters, .. } = visit;
+        let &FlatConnection { light, flat, pdf, .. } = connection;
+        let [px, py, pz, error, u, v, x, y, z, geometry, red, green, blue, state] =
+            self.found.get(k);
+        let point = flat.point(DVec3::new(px, py, pz), error, DVec2::new(u, v));
+        if state == INEXACT {
+            let emitter = SampledEndpoint { point, light: Some(light), pdf };
+            return next_event_at(plan, vertex, &emitter, out, counters);
+        }
+        counters.connections += 1;
+        if state == BLACK {
+            return None;
+        }
+        let hit = if plan.techniques.bsdf_sampling { FRAC_1_PI * geometry } else { 0.0 };
+        Some(NextEvent {
+            end: out.keep(&point),
+            pdf,
+            light,
+            edge: Edge { direction: DVec3::new(x, y, z), geometry },
+            value: Rgb::new(red, green, blue),
+            pdf_of_hit: PerArea(hit),
+        })
+    }
+}
+
+#[inline(always)]
+fn connect<S: Simd>(simd: S, FlatConnections { list, given, found, .. }: &mut FlatConnections<'_>) {
+    let groups = list.chunks(LANES).zip(given.groups()).zip(found.groups_mut());
+    for ((list, given), found) in groups {
+        let first = list[0].flat;
+        let light = if list.iter().all(|connection| std::ptr::eq(connection.flat, first)) {
+            splat(simd, &first.numbers())
+        } else {
+            let mut numbers = [[0.0; LANES]; FLAT];
+            for (lane, connection) in list.iter().enumerate() {
+                for (row, number) in numbers.iter_mut().zip(connection.flat.numbers()) {
+                    row[lane] = number;
+                }
+            }
+            load(simd, &numbers)
+        };
+        connect_group(simd, &FlatLanes::new(light), given, found);
+    }
+}
+
+/// [`next_event_at`] in lanes.
+#[inline(always)]
+fn connect_group<S: Simd>(
+    simd: S,
+    light: &FlatLanes<f64x8<S>>,
+    given: &Group<18>,
+    found: &mut Group<14>,
+) {
+    let [px, py, pz, nx, ny, nz, wx, wy, wz, t0, t1, t2, a0, a1, a2, u1, u2, pdf] =
+        load(simd, given);
+    let (x, normal) = (Vector::new(px, py, pz), Vector::new(nx, ny, nz));
+    let to_previous = Vector::new(wx, wy, wz);
+    let (y, error, [u, v]) = light.point_at([u1, u2]);
+    let (direction, geometry, is_exact) =
+        edge::between(x, y, |w| normal.dot(w).abs() * light.normal.dot(w).abs());
+    let emits = light.normal.dot(-direction).is_positive();
+    let reflects = on_same_side(normal.dot(direction), normal.dot(to_previous));
+    let throughput = pdf.constant(1.0) / pdf;
+    let value = |t: f64x8<S>, albedo: f64x8<S>, radiance: f64x8<S>| {
+        t * (albedo * FRAC_1_PI) * (geometry * (radiance * throughput))
+    };
+    let [r0, r1, r2] = light.radiance;
+    let value = [value(t0, a0, r0), value(t1, a1, r1), value(t2, a2, r2)];
+    let zero = pdf.constant(0.0);
+    let is_black = value[0].equals(zero) & value[1].equals(zero) & value[2].equals(zero);
+    let is_lit = (emits & reflects & !is_black).indicator(zero);
+    let state = is_exact.choose(is_lit, zero.constant(INEXACT));
+    let [v0, v1, v2] = value;
+    let Vector { x, y: dy, z } = direction;
+    store(found, [y.x, y.y, y.z, error, u, v, x, dy, z, geometry, v0, v1, v2, state]);
+}
