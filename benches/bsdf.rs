@@ -1,4 +1,4 @@
-//! Cost of sampling and evaluating each scattering model.
+//! Cost of sampling and evaluating each scattering model, and surfaces of a world.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DVec2, DVec3};
@@ -7,7 +7,10 @@ use pathspace::bsdf::{
     Bsdf, BsdfError, Conductor, Dielectric, Ggx, Lambert, Mixture, Model, Null, RoughConductor,
     RoughDielectric, TransportMode,
 };
+use pathspace::geometry::{Quad, SurfacePoint};
+use pathspace::material::Texture;
 use pathspace::math::Rgb;
+use pathspace::scene::{Material, Scene, SceneError, World, WorldBuilder};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::hint::black_box;
@@ -77,5 +80,53 @@ fn bsdfs(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, bsdfs);
+/// A quad of each kind of material in a world, for [`vertices`].
+fn surfaces() -> Result<World, SceneError> {
+    let board = || Texture::checkerboard(Rgb::splat(0.7), Rgb::splat(0.2));
+    let rough = Material::RoughMirror { reflectance: Rgb::splat(0.9), alpha: DVec2::splat(0.3) };
+    let lambert = |albedo| Material::Lambert { albedo: Rgb::splat(albedo) };
+    let mut builder = WorldBuilder::new();
+    for (k, (name, material)) in [
+        ("lambert", lambert(0.5)),
+        ("one-sided lambert", lambert(0.5).one_sided()),
+        ("textured lambert", lambert(1.0).tinted(board()).one_sided()),
+        ("one-sided rough mirror", rough.clone().one_sided()),
+        ("textured rough mirror", rough.tinted(board()).one_sided()),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let material = builder.add_material(name, material)?;
+        let origin = DVec3::X * (2.0 * k as f64);
+        builder.add_quad(name, Quad { origin, edge_u: DVec3::X, edge_v: DVec3::Y }, material)?;
+    }
+    builder.build()
+}
+
+/// What a path asks at a vertex of a world: the BSDF of the point, f for a light, a new direction
+/// and its density for the light's.
+fn vertices(criterion: &mut Criterion) {
+    let Ok(world) = surfaces() else { return };
+    let (mut group, events) = (criterion.benchmark_group("vertex"), events());
+    for id in 0..world.surface_count() as u32 {
+        let Some(shape) = world.shape(id) else { continue };
+        let point = |u2| SurfacePoint { primitive: id, surface: id, ..shape.sample_area(u2) };
+        let all: Vec<_> =
+            events.iter().map(|&(fixed, u1, u2)| (point(u2), fixed, u1, u2)).collect();
+        let mut cycle = all.iter().zip(all.iter().skip(1)).cycle();
+        let name = world.surface_name(&all[0].0).unwrap_or_default().to_owned();
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                let ((x, fixed, u1, u2), (_, light, ..)) = cycle.next()?;
+                let bsdf = black_box(&world).bsdf(x);
+                let value = bsdf.eval(*light, *fixed);
+                let pdf = bsdf.pdf(*fixed, *light, TransportMode::Radiance);
+                Some((value, pdf, bsdf.sample(*fixed, TransportMode::Radiance, *u1, *u2)))
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, bsdfs, vertices);
 criterion_main!(benches);

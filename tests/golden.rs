@@ -18,6 +18,7 @@ use pathspace::sampler::SamplerKind;
 use pathspace::scene::World;
 use std::error::Error;
 use std::fmt::Write;
+use std::process::Command;
 
 const SIDE: u32 = 16;
 const PASSES: u32 = 4;
@@ -111,5 +112,20 @@ fn films_are_the_same_to_the_bit() -> Result<(), Box<dyn Error>> {
         "changed:\n{}",
         changed.join("\n")
     );
+    Ok(())
+}
+
+/// Lanes of other instruction sets give the same bits; one that the processor lacks is not tried.
+#[test]
+fn films_are_the_same_on_every_instruction_set() -> Result<(), Box<dyn Error>> {
+    for level in ["sse2", "sse4.2", "avx2"] {
+        let output = Command::new(std::env::current_exe()?)
+            .args(["--exact", "films_are_the_same_to_the_bit"])
+            .env("PATHSPACE_SIMD", level)
+            .env_remove("PATHSPACE_BLESS")
+            .output()?;
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success() && text.contains("1 passed"), "{level}: {text}");
+    }
     Ok(())
 }

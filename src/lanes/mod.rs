@@ -5,9 +5,11 @@
 //! are those of IEEE 754 that are rounded correctly, none fuses a product and a sum, and choices
 //! are made between numbers and not by branches.
 
+mod level;
 mod rows;
 mod vector;
 
+pub(crate) use level::level;
 pub(crate) use rows::{Group, Rows, load, splat, store};
 pub(crate) use vector::Vector;
 

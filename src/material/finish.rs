@@ -14,7 +14,9 @@ pub(crate) enum Finish {
     TexturedLambert { albedo: Vec<Texture>, sides: [bool; 2] },
     /// One model on each side, the same everywhere.
     Models { sides: Box<[Model; 2]>, lobes: Lobes },
-    /// Two models, or one in a colour, on each side; the same everywhere.
+    /// The same, multiplied by some textures.
+    Tinted { sides: Box<[Model; 2]>, tints: Vec<Texture>, lobes: Lobes },
+    /// Two models on each side, the same everywhere.
     Mixtures { sides: Box<[Mixture<Model, 2>; 2]>, lobes: Lobes },
     /// Everything else: models that vary.
     Layers(Box<Layers>),
@@ -99,10 +101,6 @@ impl Layer {
         }
     }
 
-    fn tint(&self, look_up: impl Fn(&Texture) -> Rgb) -> Rgb {
-        self.tints.iter().fold(Rgb::WHITE, |product, tint| product * look_up(tint))
-    }
-
     /// The textures that are not constant.
     fn varying(&self) -> impl Iterator<Item = &Texture> {
         let all = self.textures.iter().chain(&self.tints).chain(self.share.texture());
@@ -136,13 +134,22 @@ pub(super) fn is_alone([first, second]: &[Layer; 2]) -> bool {
         && second.model == Model::Black
 }
 
+/// The product of some textures, given what they show.
+#[inline]
+pub(super) fn product(tints: &[Texture], look_up: impl Fn(&Texture) -> Rgb) -> Rgb {
+    tints.iter().fold(Rgb::WHITE, |product, tint| product * look_up(tint))
+}
+
 /// The mixture of two layers, given what their textures show.
 fn mixed([first, second]: &[Layer; 2], look_up: impl Fn(&Texture) -> Rgb) -> Mixture<Model, 2> {
     let weights = [first.share.value(&look_up), second.share.value(&look_up)];
     let total = weights[0] + weights[1];
     Mixture::of_valid(
         [first.model(&look_up), second.model(&look_up)],
-        [first.tint(&look_up) * weights[0], second.tint(&look_up) * weights[1]],
+        [
+            product(&first.tints, &look_up) * weights[0],
+            product(&second.tints, &look_up) * weights[1],
+        ],
         weights.map(|weight| weight / total),
     )
 }
@@ -152,17 +159,24 @@ fn constant_or(colour: Rgb) -> impl Fn(&Texture) -> Rgb {
     move |texture| texture.as_constant().unwrap_or(colour)
 }
 
-/// The Lambertian layer of the sides that are not black, and these. Only if its albedo is the same
-/// to the bit as the one by which it multiplies.
-fn lambertian(sides: &[[Layer; 2]; 2]) -> Option<(&Layer, Lambert, [bool; 2])> {
-    let is_black = |side: &[Layer; 2]| is_alone(side) && side[0].model == Model::Black;
-    let shown = sides.each_ref().map(|side| !is_black(side));
-    let layer = &sides[usize::from(!shown[0])][0];
-    let Model::Lambert(lambert) = layer.model else { return None };
-    let is_exact = layer.tints.is_empty() || lambert.albedo() == Rgb::WHITE;
-    let is_that = |side: &[Layer; 2]| is_alone(side) && side[0] == *layer;
-    (is_exact && sides.iter().zip(shown).all(|(side, shown)| !shown || is_that(side)))
-        .then_some((layer, lambert, shown))
+/// The models of sides that show one each, and the tints that all but black ones have in common.
+fn models(sides: &[[Layer; 2]; 2]) -> Option<([Model; 2], &[Texture])> {
+    let models = sides.each_ref().map(|[layer, _]| layer.model);
+    let shown = || sides.iter().zip(models).filter(|(_, model)| *model != Model::Black);
+    let tints = shown().next().map_or(&[][..], |([layer, _], _)| &layer.tints);
+    let is_plain = |layer: &Layer| layer.textures.is_empty() && layer.tints == tints;
+    (sides.iter().all(is_alone) && shown().all(|([layer, _], _)| is_plain(layer)))
+        .then_some((models, tints))
+}
+
+/// The albedo before it is multiplied by tints, if all sides but black ones are Lambertian. Only if
+/// the product is the same to the bit as that with f.
+fn lambertian(sides: &[Model; 2], tints: &[Texture]) -> Option<Rgb> {
+    let shown = sides.iter().find(|model| **model != Model::Black)?;
+    let Model::Lambert(lambert) = shown else { return None };
+    let is_exact = tints.is_empty() || lambert.albedo() == Rgb::WHITE;
+    let is_same = sides.iter().all(|model| model == shown || *model == Model::Black);
+    (is_exact && is_same).then_some(lambert.albedo())
 }
 
 impl Layers {
@@ -183,18 +197,8 @@ impl Finish {
         let layers = sides.as_flattened();
         let first = layers.iter().flat_map(Layer::varying).next().cloned();
         let is_uniform = first.is_none();
-        if let Some((layer, lambert, shown)) = lambertian(&sides) {
-            if is_uniform {
-                let albedo = lambert.albedo() * layer.tint(constant_or(Rgb::WHITE));
-                return Self::Lambert { lambert: Lambert::of_valid(albedo), sides: shown };
-            }
-            return Self::TexturedLambert { albedo: layer.tints.clone(), sides: shown };
-        }
-        let is_plain = |side: &[Layer; 2]| is_alone(side) && side[0].tints.is_empty();
-        if is_uniform && sides.iter().all(is_plain) {
-            let sides = Box::new(sides.map(|[layer, _]| layer.model));
-            let lobes = sides[0].lobes() | sides[1].lobes();
-            return Self::Models { sides, lobes };
+        if let Some((models, tints)) = models(&sides) {
+            return Self::of_models(models, tints, is_uniform);
         }
         if is_uniform {
             let mixtures = sides.each_ref().map(|side| mixed(side, constant_or(Rgb::WHITE)));
@@ -207,12 +211,28 @@ impl Finish {
         Self::Layers(Box::new(Layers { sides, only, lobes }))
     }
 
+    fn of_models(models: [Model; 2], tints: &[Texture], is_uniform: bool) -> Self {
+        let lobes = models[0].lobes() | models[1].lobes();
+        let shown = models.map(|model| model != Model::Black);
+        match lambertian(&models, tints) {
+            Some(albedo) if is_uniform => {
+                let albedo = product(tints, constant_or(Rgb::WHITE)) * albedo;
+                Self::Lambert { lambert: Lambert::of_valid(albedo), sides: shown }
+            }
+            Some(_) => Self::TexturedLambert { albedo: tints.to_vec(), sides: shown },
+            None if tints.is_empty() => Self::Models { sides: Box::new(models), lobes },
+            None => Self::Tinted { sides: Box::new(models), tints: tints.to_vec(), lobes },
+        }
+    }
+
     /// The lobes of both sides, anywhere.
     pub fn lobes(&self) -> Lobes {
         match self {
             Self::Lambert { lambert, .. } => lambert.lobes(),
             Self::TexturedLambert { .. } => Lobes::DIFFUSE_REFLECTION,
-            Self::Models { lobes, .. } | Self::Mixtures { lobes, .. } => *lobes,
+            Self::Models { lobes, .. }
+            | Self::Tinted { lobes, .. }
+            | Self::Mixtures { lobes, .. } => *lobes,
             Self::Layers(layers) => layers.lobes,
             Self::Custom(bsdf) => bsdf.lobes(),
         }

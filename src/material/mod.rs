@@ -1,9 +1,9 @@
 //! Materials: descriptions of the scattering of surfaces, in the words of a user.
 //!
 //! A [`Material`] is a description. When it is added to a scene its parameters are checked once,
-//! and it becomes a model of [`bsdf`](crate::bsdf), a mixture of two, or layers of which a mixture
-//! is made at each point; integrators ask these through a [`SurfaceBsdf`]. A [`Texture`] varies a
-//! colour over a surface, and a [`CustomBsdf`] brings a user's own model.
+//! and it becomes a model of [`bsdf`](crate::bsdf) for each side, a mixture of two, or layers of which
+//! a mixture is made at each question; integrators ask these through a [`SurfaceBsdf`]. A
+//! [`Texture`] varies a colour over a surface, and a [`CustomBsdf`] brings a user's own model.
 
 mod checked;
 mod custom;

@@ -2,7 +2,7 @@
 //! that is seen.
 
 use super::CustomBsdf;
-use super::finish::{Finish, Layers};
+use super::finish::{Finish, Layers, product};
 use crate::bsdf::{
     Bsdf, BsdfSample, DiracValue, Lambert, LaneForm, Lobes, Mixture, Model, TransportMode,
 };
@@ -24,6 +24,12 @@ enum Seen<'a> {
     },
     Models {
         sides: &'a [Model; 2],
+        lobes: Lobes,
+    },
+    /// The models of both sides, in a colour.
+    Tinted {
+        sides: &'a [Model; 2],
+        tint: Rgb,
         lobes: Lobes,
     },
     Mixtures {
@@ -57,11 +63,15 @@ impl<'a> SurfaceBsdf<'a> {
                 Seen::Lambert { lambert: *lambert, sides: *sides }
             }
             Finish::Models { sides, lobes } => Seen::Models { sides, lobes: *lobes },
-            Finish::Mixtures { sides, lobes } => Seen::Mixtures { sides, lobes: *lobes },
             Finish::TexturedLambert { albedo, sides } => {
-                let albedo = albedo.iter().fold(Rgb::WHITE, |product, tint| product * tint.at(uv));
+                let albedo = product(albedo, |texture| texture.at(uv));
                 Seen::Lambert { lambert: Lambert::of_valid(albedo), sides: *sides }
             }
+            Finish::Tinted { sides, tints, lobes } => {
+                let tint = product(tints, |texture| texture.at(uv));
+                Seen::Tinted { sides, tint, lobes: *lobes }
+            }
+            Finish::Mixtures { sides, lobes } => Seen::Mixtures { sides, lobes: *lobes },
             Finish::Layers(layers) => match &layers.only {
                 Some(texture) => {
                     Seen::Coloured { layers, colour: texture.at(uv), lobes: layers.lobes }
@@ -77,14 +87,15 @@ impl<'a> SurfaceBsdf<'a> {
     #[must_use]
     pub fn mixture(&self, front: bool) -> Option<Mixture<Model, 2>> {
         let side = usize::from(!front);
-        let alone = |model| {
-            let weights = [Rgb::WHITE, Rgb::BLACK];
-            Mixture::of_valid([model, Model::Black], weights, [1.0, 0.0])
-        };
+        let alone =
+            |model, tint| Mixture::of_valid([model, Model::Black], [tint, Rgb::BLACK], [1.0, 0.0]);
         match self.0 {
-            Seen::Lambert { lambert, sides } if sides[side] => Some(alone(lambert.into())),
-            Seen::Lambert { .. } => Some(alone(Model::Black)),
-            Seen::Models { sides, .. } => Some(alone(sides[side])),
+            Seen::Lambert { lambert, sides } => {
+                let model = if sides[side] { lambert.into() } else { Model::Black };
+                Some(alone(model, Rgb::WHITE))
+            }
+            Seen::Models { sides, .. } => Some(alone(sides[side], Rgb::WHITE)),
+            Seen::Tinted { sides, tint, .. } => Some(alone(sides[side], tint)),
             Seen::Mixtures { sides, .. } => Some(sides[side]),
             Seen::Coloured { layers, colour, .. } => Some(layers.coloured(side, colour)),
             Seen::Layered { layers, uv, .. } => {
@@ -95,29 +106,71 @@ impl<'a> SurfaceBsdf<'a> {
     }
 }
 
-/// The side that a direction is on, as an index.
+/// A model in a colour.
+struct Tinted<'a> {
+    model: &'a Model,
+    tint: Rgb,
+}
+
+impl Tinted<'_> {
+    fn coloured(&self, sample: BsdfSample) -> BsdfSample {
+        BsdfSample { weight: sample.weight * self.tint, ..sample }
+    }
+}
+
+impl Bsdf for Tinted<'_> {
+    fn lobes(&self) -> Lobes {
+        self.model.lobes()
+    }
+
+    #[inline]
+    fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
+        self.model.eval(to_light, to_camera) * self.tint
+    }
+
+    #[inline]
+    fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
+        self.model.pdf(fixed, next, mode)
+    }
+
+    #[inline]
+    fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+        self.model.sample(fixed, mode, u1, u2).map(|sample| self.coloured(sample))
+    }
+
+    fn dirac_images(&self, fixed: DVec3, mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {
+        self.model.dirac_images(fixed, mode, &mut |sample| image(self.coloured(sample)));
+    }
+}
+
+/// What is on the side of a direction. Chosen without an index, which would need it in memory.
 #[inline]
-fn side(direction: DVec3) -> usize {
-    usize::from(direction.z < 0.0)
+fn of_side<T>([front, back]: [T; 2], direction: DVec3) -> T {
+    if direction.z < 0.0 { back } else { front }
 }
 
 /// Asks what there is on a direction's side; black sides get the other expression.
 macro_rules! ask {
     ($self:ident, $direction:ident, $bsdf:ident => $question:expr, black => $absorbed:expr) => {
         match &$self.0 {
-            Seen::Lambert { lambert: $bsdf, sides } if sides[side($direction)] => $question,
+            Seen::Lambert { lambert: $bsdf, sides } if of_side(*sides, $direction) => $question,
             Seen::Lambert { .. } => $absorbed,
             Seen::Models { sides, .. } => {
-                let $bsdf = &sides[side($direction)];
+                let $bsdf = of_side(sides.each_ref(), $direction);
+                $question
+            }
+            Seen::Tinted { sides, tint, .. } => {
+                let model = of_side(sides.each_ref(), $direction);
+                let $bsdf = Tinted { model, tint: *tint };
                 $question
             }
             Seen::Mixtures { sides, .. } => {
-                let $bsdf = &sides[side($direction)];
+                let $bsdf = of_side(sides.each_ref(), $direction);
                 $question
             }
             Seen::Custom($bsdf) => $question,
             Seen::Coloured { .. } | Seen::Layered { .. } => {
-                match $self.mixture(side($direction) == 0) {
+                match $self.mixture(of_side([true, false], $direction)) {
                     Some($bsdf) => $question,
                     None => $absorbed,
                 }
@@ -132,6 +185,7 @@ impl Bsdf for SurfaceBsdf<'_> {
         match self.0 {
             Seen::Lambert { .. } => Lobes::DIFFUSE_REFLECTION,
             Seen::Models { lobes, .. }
+            | Seen::Tinted { lobes, .. }
             | Seen::Mixtures { lobes, .. }
             | Seen::Coloured { lobes, .. }
             | Seen::Layered { lobes, .. } => lobes,
@@ -179,6 +233,8 @@ impl Bsdf for SurfaceBsdf<'_> {
             Seen::Lambert { .. } => Some(LaneForm::Black),
             Seen::Models { sides, .. } => sides[side].lane_form(front),
             Seen::Custom(bsdf) => bsdf.lane_form(front),
+            Seen::Tinted { sides, .. } if sides[side] == Model::Black => Some(LaneForm::Black),
+            Seen::Tinted { .. } => None,
             Seen::Mixtures { .. } | Seen::Coloured { .. } | Seen::Layered { .. } => None,
         }
     }

@@ -89,7 +89,7 @@ fn colours_are_those_of_the_place_and_the_side() {
     near(f(&blend, PLACES[0], 1.0), Rgb::splat(0.75 * 0.2 + 0.25 * 0.6));
     assert!(
         matches!(blend.finish(), Ok(Finish::Mixtures { .. }))
-            && matches!(tinted.finish(), Ok(Finish::Layers(_)))
+            && matches!(tinted.finish(), Ok(Finish::Tinted { .. }))
     );
 }
 
@@ -167,7 +167,8 @@ fn sides_answer_as_what_they_show() {
         (sided(&white(), &lambert(0.7)), [false; 2]),
         (lambert(0.7).tinted(board()), [false; 2]),
         (rough.clone().tinted(board()), [false; 2]),
-        (rough.clone().tinted(Rgb::splat(0.3)).one_sided(), [false; 2]),
+        (rough.clone().tinted(Rgb::splat(0.3)).one_sided(), [false, true]),
+        (sided(&rough.clone().tinted(board()), &lambert(0.3).tinted(board())), [false; 2]),
         (blend, [false; 2]),
     ];
     let mut sampler = Independent { seed: 3 }.sampler(0, 0);

@@ -65,7 +65,7 @@ pub fn sample_emitter<S: Scene + ?Sized, P: Sampler>(
     sampler: &mut P,
 ) -> Option<SampledEndpoint> {
     // All numbers are drawn first, so that later dimensions do not depend on the outcome.
-    let (u0, u1, u2) = (sampler.next_1d(), sampler.next_1d(), sampler.next_2d());
+    let (u0, (u1, u2)) = (sampler.next_1d(), sampler.next_1d_2d());
     let chosen = stage.pick_light_for(receiver, u0)?;
     emitter_at(stage, receiver, chosen, u1, u2)
 }

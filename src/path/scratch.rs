@@ -5,6 +5,7 @@ use super::pairs::Pairs;
 use super::shadow_rays::Connections;
 use super::steps::Drawn;
 use super::{Counters, RandomWalk, Subpaths};
+use crate::lanes::level;
 use crate::scene::Scene;
 use fearless_simd::Level;
 use std::fmt;
@@ -37,7 +38,7 @@ impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
             drawn: Vec::new(),
             rooms: Rooms::default(),
             pairs: Pairs::default(),
-            level: Level::new(),
+            level: level(),
             connections: Connections::default(),
         }
     }

@@ -165,18 +165,29 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         (&self.from, self.direction)
     }
 
-    /// The vertex at the point that the [ray](Self::ray) meets; if it meets none, at infinity,
-    /// where a camera walk reaches an environment.
+    /// Enters the vertex at the point that the [ray](Self::ray) meets; if it meets none, at
+    /// infinity, where a camera walk reaches an environment. Returns false if there is neither.
     #[inline(always)]
-    pub(super) fn meet(&self, point: Option<SurfacePoint>) -> Option<Vertex<S::Bsdf<'s>>> {
-        if let Some(point) = point {
-            let bsdf = ShadedBsdf::new(self.scene.bsdf(&point), &point);
-            return Some(self.vertex(point, Some(bsdf), self.scene.light_at(&point)));
+    pub(super) fn meet(
+        &self,
+        point: Option<SurfacePoint>,
+        vertex: &mut Vertex<S::Bsdf<'s>>,
+    ) -> bool {
+        let Some(point) = point else { return self.meet_environment(vertex) };
+        let bsdf = ShadedBsdf::new(self.scene.bsdf(&point), &point);
+        self.enter(vertex, point, Some(bsdf), self.scene.light_at(&point));
+        true
+    }
+
+    #[inline(never)]
+    fn meet_environment(&self, vertex: &mut Vertex<S::Bsdf<'s>>) -> bool {
+        let light = self.scene.environment().filter(|_| self.mode == TransportMode::Radiance);
+        if light.is_some() {
+            let infinite = self.from.position + self.direction;
+            let point = SurfacePoint::infinite(infinite, -self.direction);
+            self.enter(vertex, point, None, light);
         }
-        let light = self.scene.environment().filter(|_| self.mode == TransportMode::Radiance)?;
-        let infinite = self.from.position + self.direction;
-        let point = SurfacePoint::infinite(infinite, -self.direction);
-        Some(self.vertex(point, None, Some(light)))
+        light.is_some()
     }
 
     /// Records that nothing was met.
@@ -187,28 +198,26 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         }
     }
 
+    /// Enters a vertex field by field, because it is large.
     #[inline(always)]
-    fn vertex(
+    fn enter(
         &self,
+        vertex: &mut Vertex<S::Bsdf<'s>>,
         point: SurfacePoint,
         bsdf: Option<ShadedBsdf<S::Bsdf<'s>>>,
         light: Option<LightId>,
-    ) -> Vertex<S::Bsdf<'s>> {
-        // Not by way of another vertex, which would be copied.
-        Vertex {
-            bsdf,
-            light,
-            throughput: self.throughput,
-            survival: self.survival,
-            to_previous: -self.direction,
-            pdf_next: PerProjected::ZERO,
-            pdf_back: PerProjected::ZERO,
-            geometry: Edge::along(&self.from, &point, self.direction).geometry,
-            dirac: false,
-            start: StartDensity::default(),
-            partial: 0.0,
-            point,
-        }
+    ) {
+        vertex.geometry = Edge::along(&self.from, &point, self.direction).geometry;
+        vertex.point = point;
+        vertex.bsdf = bsdf;
+        vertex.light = light;
+        vertex.throughput = self.throughput;
+        vertex.survival = self.survival;
+        vertex.to_previous = -self.direction;
+        (vertex.pdf_next, vertex.pdf_back) = (PerProjected::ZERO, PerProjected::ZERO);
+        vertex.dirac = false;
+        vertex.start = StartDensity::default();
+        vertex.partial = 0.0;
     }
 
     /// Samples the next direction at the vertex that was just reached, records it there, and plays
@@ -245,7 +254,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
             TransportMode::Importance => Stream::LightVertex(self.bounces + 1),
         });
         counters.scattered += 1;
-        Some((sampler.next_1d(), sampler.next_2d()))
+        Some(sampler.next_1d_2d())
     }
 
     /// Follows a direction that was sampled at the vertex, records it there, and plays Russian

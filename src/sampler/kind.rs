@@ -98,6 +98,16 @@ impl Sampler for AnySampler {
     }
 
     #[inline]
+    fn next_1d_2d(&mut self) -> (f64, DVec2) {
+        match self {
+            Self::Independent(sampler) => sampler.next_1d_2d(),
+            Self::Stratified(sampler) => sampler.next_1d_2d(),
+            #[cfg(feature = "sobol")]
+            Self::Sobol(sampler) => sampler.next_1d_2d(),
+        }
+    }
+
+    #[inline]
     fn skip_1d(&mut self) {
         match self {
             Self::Independent(sampler) => sampler.skip_1d(),

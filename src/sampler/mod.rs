@@ -63,6 +63,11 @@ pub trait Sampler {
         DVec2::new(self.next_1d(), self.next_1d())
     }
 
+    /// The next number, and the next point behind it: a choice, and where to go.
+    fn next_1d_2d(&mut self) -> (f64, DVec2) {
+        (self.next_1d(), self.next_2d())
+    }
+
     /// Passes over a number that nobody will look at, such as where on a pinhole: what comes after
     /// it is the same as if it had been drawn.
     fn skip_1d(&mut self) {
@@ -84,6 +89,9 @@ impl<T: Sampler + ?Sized> Sampler for &mut T {
     }
     fn next_2d(&mut self) -> DVec2 {
         (**self).next_2d()
+    }
+    fn next_1d_2d(&mut self) -> (f64, DVec2) {
+        (**self).next_1d_2d()
     }
     fn skip_1d(&mut self) {
         (**self).skip_1d();

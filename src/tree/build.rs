@@ -8,7 +8,7 @@ use super::packet::Few;
 use super::rounding::PADDING;
 use super::space::Space;
 use crate::geometry::{Bounds, Shape};
-use fearless_simd::Level;
+use crate::lanes::level;
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use std::time::Instant;
@@ -95,7 +95,7 @@ impl Bvh {
             center,
             extent,
             inverse_extent,
-            level: Level::new(),
+            level: level(),
             build_time: start.elapsed(),
         }
     }

@@ -6,7 +6,7 @@ use super::needs::Beam;
 use super::rooms::{self, Room, lambert, v};
 use super::worlds;
 use pathspace::endpoint::{
-    Camera, ConstantEnvironment, DirectionalLight, LightId, LightKind, PointLight,
+    Camera, ConstantEnvironment, DirectionalLight, Light, LightId, LightKind, PointLight,
 };
 use pathspace::film::{Sample, Technique};
 use pathspace::geometry::{Place, Sphere};

@@ -101,18 +101,13 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
         self.plan.stage.scene.intersect_many(rays, |i, point| {
             let Advancing { sample, walk, next } = &walks[i];
             let vertices = subpaths[*sample].of(walk.mode());
-            if keeps {
-                vertices.extend(walk.meet(point));
-                has_ended[i] = vertices.len() <= *next as usize;
-                return;
-            }
-            // Written where the one before was, because a vertex is large.
-            if vertices.is_empty() {
+            // Written where the one before was, if only the last one is kept.
+            if vertices.len() <= *next as usize {
                 vertices.push(Vertex::blank());
             }
-            if let Some(vertex) = walk.meet(point) {
-                vertices[0] = vertex;
-                has_ended[i] = false;
+            has_ended[i] = !walk.meet(point, &mut vertices[*next as usize]);
+            if keeps && has_ended[i] {
+                vertices.pop();
             }
         });
         for (path, _) in walks.iter().zip(has_ended).filter(|(_, has_ended)| **has_ended) {

@@ -41,7 +41,7 @@ impl<'s> Rooms<'s> {
         let sampler = &mut sample.sampler;
         sampler.stream(Stream::NextEvent(walk.bounces() + 1));
         // All numbers are drawn first, so that later dimensions do not depend on the outcome.
-        let (u0, u1, u2) = (sampler.next_1d(), sampler.next_1d(), sampler.next_2d());
+        let (u0, (u1, u2)) = (sampler.next_1d(), sampler.next_1d_2d());
         let stage = &plan.stage;
         let Some((light, pmf)) = stage.pick_light_for(&vertex.point, u0) else { return };
         if let Some(flat) = stage.scene.light(light).as_flat()

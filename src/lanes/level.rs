@@ -1,0 +1,34 @@
+//! The instruction set of lanes.
+
+use fearless_simd::Level;
+use std::sync::OnceLock;
+
+/// The instruction set that everything in lanes uses: the best one that the processor has, or a
+/// lesser one named by the environment variable `PATHSPACE_SIMD` (`sse2`, `sse4.2`, `avx2`,
+/// `avx512`). Results are the same; it serves to measure what lanes gain.
+pub(crate) fn level() -> Level {
+    static LEVEL: OnceLock<Level> = OnceLock::new();
+    *LEVEL.get_or_init(|| {
+        let best = Level::new();
+        let wanted = std::env::var("PATHSPACE_SIMD").unwrap_or_default();
+        named(best, &wanted).unwrap_or(best)
+    })
+}
+
+/// The instruction set of a name, if the processor has it.
+#[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+fn named(best: Level, name: &str) -> Option<Level> {
+    match name {
+        "sse2" => Some(Level::baseline()),
+        "sse4.2" => best.as_sse4_2().map(Level::Sse4_2),
+        "avx2" => best.as_avx2().map(Level::Avx2),
+        "avx512" => best.as_avx512().map(Level::Avx512),
+        _ => None,
+    }
+}
+
+/// Other processors have one.
+#[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+fn named(_: Level, _: &str) -> Option<Level> {
+    None
+}
