@@ -3,7 +3,9 @@
 use glam::{DVec2, DVec3};
 
 /// The kind of a point, which decides the measure of its density and its geometry term.
+// As wide as what is beside it in a point: copies of padding wait for bytes stored before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u32)]
 pub enum Place {
     /// On a surface with area.
     Area,

@@ -72,7 +72,8 @@
 //! | parameter | that times a; a; a·v; products and sums of up to 2√3 abs(a) | abs(a) (42 ε / abs(D) + 37 ε) |
 //!
 //! The test takes 56 ε / |D| + 48 ε for t and k times that for the parameters and their sum, which
-//! lie between 0 and 1.
+//! lie between 0 and 1. Turned inwards, the margins tell what is certainly hit; before a limit, too,
+//! which is rounded up by 20 ε at most.
 //!
 //! The edge functions of the exact test are off by 2⁻⁴⁷ R if the corners pass the ray within R < 4,
 //! and weigh corners that are no more than |e₁| + |e₂| = k M apart along the ray. So they move `H + t

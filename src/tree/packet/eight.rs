@@ -72,7 +72,7 @@ pub(super) fn meet_flat<S: Simd, C: Borrow<Corners>>(
     let (origin, direction) = (rotated(origin, [x, y]), rotated(direction, [x, y]));
     let shear = shear_along(direction);
     let (x, y) = (x.to_bitmask(), y.to_bitmask());
-    let mut corners = [[[0.0; 4]; LANES]; 3];
+    let [mut rows_x, mut rows_y, mut rows_z] = [[[0.0; 4]; LANES]; 3];
     let (mut there, mut triangles) = (0u64, 0u64);
     for lane in 0..LANES {
         let Some(shape) = shape(half * LANES + lane) else { continue };
@@ -80,12 +80,13 @@ pub(super) fn meet_flat<S: Simd, C: Borrow<Corners>>(
         there |= 1 << lane;
         triangles |= u64::from(*is_triangle) << lane;
         let rotation = (x >> lane & 1 | (y >> lane & 1) << 1) as usize % 3;
-        for axis in 0..3 {
-            corners[axis][lane] = rows[rotation + axis];
-        }
+        rows_x[lane] = rows[rotation];
+        rows_y[lane] = rows[rotation + 1];
+        rows_z[lane] = rows[rotation + 2];
     }
-    let [x, y, z] = &corners;
-    let (x, y, z) = (transposed(simd, x), transposed(simd, y), transposed(simd, z));
+    let x = transposed(simd, &rows_x);
+    let y = transposed(simd, &rows_y);
+    let z = transposed(simd, &rows_z);
     let a = sheared(shear, Vector::new(x[0], y[0], z[0]) - origin);
     let b = sheared(shear, Vector::new(x[1], y[1], z[1]) - origin);
     let c = sheared(shear, Vector::new(x[2], y[2], z[2]) - origin);

@@ -26,49 +26,6 @@ pub(in crate::tree) struct Few {
     spheres: Vec<(u32, Ball, Sphere)>,
 }
 
-impl Few {
-    /// Some primitives, which are numbers of shapes in their order; `None` if they are too many, or
-    /// if one is a disk.
-    pub fn new(
-        shapes: &[Shape],
-        primitives: impl ExactSizeIterator<Item = u32>,
-        space: &Space,
-    ) -> Option<Self> {
-        if primitives.len() == 0 || primitives.len() > FEW {
-            return None;
-        }
-        let mut few = Self::default();
-        for primitive in primitives {
-            let shape = &shapes[primitive as usize];
-            let (corners, is_triangle) = match shape {
-                Shape::Triangle(triangle) => (triangle.vertices, true),
-                Shape::Quad(quad) => {
-                    let [a, b, _, d] = quad.corners();
-                    ([a, b, d], false)
-                }
-                Shape::Sphere(sphere) => {
-                    few.spheres.push((primitive, Ball::new(sphere, space), *sphere));
-                    continue;
-                }
-                Shape::Disk(_) => return None,
-            };
-            let [a, b, c] = corners.map(|corner| space.place(corner));
-            few.facets.push(Facet::new(a, [b - a, c - a], is_triangle));
-            few.corners.extend(Corners::of(shape));
-            few.primitives.push(primitive);
-        }
-        Some(few)
-    }
-
-    /// The memory that they take, bytes.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.facets[..])
-            + size_of_val(&self.corners[..])
-            + size_of_val(&self.primitives[..])
-            + size_of_val(&self.spheres[..])
-    }
-}
-
 /// No facet.
 const NONE: u32 = u32::MAX;
 
@@ -94,105 +51,7 @@ fn closest_with<'a, S: Simd>(
 ) {
     for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
         let mut rays = Rays::of(queries);
-        closest_of_packet(simd, bvh, few, &mut rays, hits);
-    }
-}
-
-#[inline(always)]
-fn closest_of_packet<'a, S: Simd>(
-    simd: S,
-    bvh: &'a Bvh,
-    few: &Few,
-    rays: &mut Rays,
-    hits: &mut [Option<Hit<'a>>],
-) {
-    let (entered, BoxRays { origin, direction }) = rays.enter(simd, bvh);
-    let mut limit = limited(simd, entered, f32x16::splat(simd, FAR));
-    let start = u32x16::load_array_ref(simd, &rays.start);
-    let (mut held, mut held_near) = (u32x16::splat(simd, NONE), f32x16::splat(simd, f32::INFINITY));
-    // A bit for each ray that may hit a facet but not certainly nearest. Their turn comes later:
-    // nothing is called in this loop, so that its numbers stay in registers.
-    let (mut unclear, mut any_unclear) = ([0; FEW], 0);
-    for (number, (facet, primitive)) in (0..).zip(few.facets.iter().zip(&few.primitives)) {
-        let seen = facet.meet(simd, &origin, &direction);
-        // What is flat is not met again from where it is left.
-        let hits = seen.hits(limit) & !u32x16::splat(simd, *primitive).simd_eq(start);
-        let nearer = hits & seen.certain() & seen.far.simd_lt(held_near);
-        held = nearer.select(u32x16::splat(simd, number), held);
-        held_near = nearer.select(seen.near, held_near);
-        limit = nearer.select(limit.min(seen.far), limit);
-        let bits = (hits & !nearer).to_bitmask();
-        unclear[number as usize % FEW] = bits;
-        any_unclear |= bits;
-    }
-    let mut early: [Option<(u32, Intersection)>; RAYS] = [const { None }; RAYS];
-    if any_unclear != 0 {
-        few.test_unclear(bvh, rays, &unclear, &mut early);
-    }
-    for (primitive, ball, sphere) in &few.spheres {
-        let may = ball.may_be_hit(&origin, &direction, limit).to_bitmask();
-        if may == 0 {
-            continue;
-        }
-        let mut limits = limit.to_array();
-        for half in 0..2 {
-            let (hits, t) = meet_sphere(simd, *primitive, sphere, rays, half, None);
-            let (mut hits, t) = (hits & may >> (half * LANES), t.to_array());
-            while hits != 0 {
-                let k = take(&mut hits) % LANES;
-                let (lane, t) = (half * LANES + k, t[k]);
-                if early[lane].is_none_or(|(other, found)| (t, *primitive) < (found.t, other)) {
-                    early[lane] = Some((*primitive, Intersection { t, u: 0.0, v: 0.0 }));
-                    limits[lane] = limits[lane].min(bvh.round_up(t));
-                }
-            }
-        }
-        limit = f32x16::load_array(simd, limits);
-    }
-    let held = held.to_array();
-    for (half, hits) in hits.chunks_mut(LANES).enumerate() {
-        let decided = meet_flat(simd, rays, half, |lane| few.corners.get(held[lane] as usize));
-        for (k, hit) in hits.iter_mut().enumerate() {
-            let lane = half * LANES + k;
-            let late = decided.hit(k).map(|hit| (few.primitives[held[lane] as usize], hit));
-            let found = match (late, early[lane]) {
-                (Some(late), Some(early)) if (early.1.t, early.0) < (late.1.t, late.0) => {
-                    Some(early)
-                }
-                (late, early) => late.or(early),
-            };
-            *hit = found.map(|(primitive, intersection)| Hit {
-                primitive,
-                candidate: None,
-                moved: rays.moved[lane],
-                intersection,
-            });
-        }
-    }
-}
-
-impl Few {
-    /// The nearest hits of rays and facets, given by a bit for each ray. Rare.
-    #[inline(never)]
-    fn test_unclear(
-        &self,
-        bvh: &Bvh,
-        rays: &Rays,
-        unclear: &[u64; FEW],
-        nearest: &mut [Option<(u32, Intersection)>; RAYS],
-    ) {
-        for (primitive, mut lanes) in self.primitives.iter().zip(*unclear) {
-            while lanes != 0 {
-                let lane = take(&mut lanes) % RAYS;
-                let found = bvh.shapes[*primitive as usize].intersect(&rays.ray(lane));
-                // Of equally near ones the first stays, whose number is the lowest.
-                if let Some(found) = found
-                    && nearest[lane].is_none_or(|(_, nearest)| found.t < nearest.t)
-                {
-                    nearest[lane] = Some((*primitive, found));
-                }
-            }
-        }
+        few.closest(simd, bvh, &mut rays, hits);
     }
 }
 
@@ -236,6 +95,145 @@ fn are_free_with<S: Simd>(
 }
 
 impl Few {
+    /// Some primitives, which are numbers of shapes in their order; `None` if they are too many, or
+    /// if one is a disk.
+    pub fn new(
+        shapes: &[Shape],
+        primitives: impl ExactSizeIterator<Item = u32>,
+        space: &Space,
+    ) -> Option<Self> {
+        if primitives.len() == 0 || primitives.len() > FEW {
+            return None;
+        }
+        let mut few = Self::default();
+        for primitive in primitives {
+            let shape = &shapes[primitive as usize];
+            let (corners, is_triangle) = match shape {
+                Shape::Triangle(triangle) => (triangle.vertices, true),
+                Shape::Quad(quad) => {
+                    let [a, b, _, d] = quad.corners();
+                    ([a, b, d], false)
+                }
+                Shape::Sphere(sphere) => {
+                    few.spheres.push((primitive, Ball::new(sphere, space), *sphere));
+                    continue;
+                }
+                Shape::Disk(_) => return None,
+            };
+            let [a, b, c] = corners.map(|corner| space.place(corner));
+            few.facets.push(Facet::new(a, [b - a, c - a], is_triangle));
+            few.corners.extend(Corners::of(shape));
+            few.primitives.push(primitive);
+        }
+        Some(few)
+    }
+
+    /// The memory that they take, bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.facets[..])
+            + size_of_val(&self.corners[..])
+            + size_of_val(&self.primitives[..])
+            + size_of_val(&self.spheres[..])
+    }
+
+    /// Finds the nearest hits of a packet.
+    #[inline(always)]
+    fn closest<'a, S: Simd>(
+        &self,
+        simd: S,
+        bvh: &'a Bvh,
+        rays: &mut Rays,
+        hits: &mut [Option<Hit<'a>>],
+    ) {
+        let (entered, BoxRays { origin, direction }) = rays.enter(simd, bvh);
+        let mut limit = limited(simd, entered, f32x16::splat(simd, FAR));
+        let start = u32x16::load_array_ref(simd, &rays.start);
+        let (mut held, mut held_near) =
+            (u32x16::splat(simd, NONE), f32x16::splat(simd, f32::INFINITY));
+        // A bit for each ray that may hit a facet but not certainly nearest. Their turn comes later:
+        // nothing is called in this loop, so that its numbers stay in registers.
+        let (mut unclear, mut any_unclear) = ([0; FEW], 0);
+        for (number, (facet, primitive)) in (0..).zip(self.facets.iter().zip(&self.primitives)) {
+            let seen = facet.meet(simd, &origin, &direction);
+            // What is flat is not met again from where it is left.
+            let hits = seen.hits(limit) & !u32x16::splat(simd, *primitive).simd_eq(start);
+            let nearer = hits & seen.certain() & seen.far.simd_lt(held_near);
+            held = nearer.select(u32x16::splat(simd, number), held);
+            held_near = nearer.select(seen.near, held_near);
+            limit = nearer.select(limit.min(seen.far), limit);
+            let bits = (hits & !nearer).to_bitmask();
+            unclear[number as usize % FEW] = bits;
+            any_unclear |= bits;
+        }
+        let mut early: [Option<(u32, Intersection)>; RAYS] = [const { None }; RAYS];
+        if any_unclear != 0 {
+            self.test_unclear(bvh, rays, &unclear, &mut early);
+        }
+        for (primitive, ball, sphere) in &self.spheres {
+            let may = ball.may_be_hit(&origin, &direction, limit).to_bitmask();
+            if may == 0 {
+                continue;
+            }
+            let mut limits = limit.to_array();
+            for half in 0..2 {
+                let (hits, t) = meet_sphere(simd, *primitive, sphere, rays, half, None);
+                let (mut hits, t) = (hits & may >> (half * LANES), t.to_array());
+                while hits != 0 {
+                    let k = take(&mut hits) % LANES;
+                    let (lane, t) = (half * LANES + k, t[k]);
+                    if early[lane].is_none_or(|(other, found)| (t, *primitive) < (found.t, other)) {
+                        early[lane] = Some((*primitive, Intersection { t, u: 0.0, v: 0.0 }));
+                        limits[lane] = limits[lane].min(bvh.round_up(t));
+                    }
+                }
+            }
+            limit = f32x16::load_array(simd, limits);
+        }
+        let held = held.to_array();
+        for (half, hits) in hits.chunks_mut(LANES).enumerate() {
+            let decided = meet_flat(simd, rays, half, |lane| self.corners.get(held[lane] as usize));
+            for (k, hit) in hits.iter_mut().enumerate() {
+                let lane = half * LANES + k;
+                let late = decided.hit(k).map(|hit| (self.primitives[held[lane] as usize], hit));
+                let found = match (late, early[lane]) {
+                    (Some(late), Some(early)) if (early.1.t, early.0) < (late.1.t, late.0) => {
+                        Some(early)
+                    }
+                    (late, early) => late.or(early),
+                };
+                *hit = found.map(|(primitive, intersection)| Hit {
+                    primitive,
+                    candidate: None,
+                    moved: rays.moved[lane],
+                    intersection,
+                });
+            }
+        }
+    }
+
+    /// The nearest hits of rays and facets, given by a bit for each ray. Rare.
+    #[inline(never)]
+    fn test_unclear(
+        &self,
+        bvh: &Bvh,
+        rays: &Rays,
+        unclear: &[u64; FEW],
+        nearest: &mut [Option<(u32, Intersection)>; RAYS],
+    ) {
+        for (primitive, mut lanes) in self.primitives.iter().zip(*unclear) {
+            while lanes != 0 {
+                let lane = take(&mut lanes) % RAYS;
+                let found = bvh.shapes[*primitive as usize].intersect(&rays.ray(lane));
+                // Of equally near ones the first stays, whose number is the lowest.
+                if let Some(found) = found
+                    && nearest[lane].is_none_or(|(_, nearest)| found.t < nearest.t)
+                {
+                    nearest[lane] = Some((*primitive, found));
+                }
+            }
+        }
+    }
+
     /// A bit for each segment of a packet on which something lies.
     #[inline(always)]
     fn in_the_way<S: Simd>(
@@ -273,7 +271,7 @@ impl Few {
             }
         }
         if any_unclear & !blocked != 0 {
-            blocked = self.test_unclear_ways(bvh, rays, length, &unclear, blocked);
+            blocked = self.test_unclear_segments(bvh, rays, length, &unclear, blocked);
         }
         for (primitive, ball, sphere) in &self.spheres {
             let may = ball.may_be_hit(&origin, &direction, limit).to_bitmask();
@@ -290,7 +288,7 @@ impl Few {
     /// The segments that are blocked by now, and those of others that facets block, given by a bit
     /// for each segment. Rare.
     #[inline(never)]
-    fn test_unclear_ways(
+    fn test_unclear_segments(
         &self,
         bvh: &Bvh,
         rays: &Rays,
