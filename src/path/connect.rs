@@ -40,7 +40,7 @@ impl SampledEndpoint {
     }
 
     /// The point as a vertex of a path.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn vertex<'s, S: Scene + ?Sized>(&self, stage: &Stage<'s, S>) -> Vertex<S::Bsdf<'s>> {
         let walk = match self.light {

@@ -32,8 +32,10 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Site<'_, 's, S, P> {
         if let Some(Pair { edge, value, weight }) = self.pairs.get(technique) {
             counters.connections += 1;
             if !value.is_black() {
-                let parts = (&subpaths.camera[..t.into()], &subpaths.light[..s.into()]);
-                if let Some(path) = Path::evaluated(&plan.stage, parts, edge, value) {
+                let camera_part = &subpaths.camera[..t.into()];
+                let light_part = &subpaths.light[..s.into()];
+                let path = Path::evaluated(&plan.stage, camera_part, light_part, edge, value);
+                if let Some(path) = path {
                     visit(&path, weight, film.raster, out, counters);
                 }
             }

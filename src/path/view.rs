@@ -114,7 +114,8 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
     #[inline]
     pub(super) fn evaluated(
         stage: &'v Stage<'s, S>,
-        (camera_part, light_part): (&'v [Vertex<S::Bsdf<'s>>], &'v [Vertex<S::Bsdf<'s>>]),
+        camera_part: &'v [Vertex<S::Bsdf<'s>>],
+        light_part: &'v [Vertex<S::Bsdf<'s>>],
         joint: Edge,
         value: Rgb,
     ) -> Option<Self> {

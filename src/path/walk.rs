@@ -65,6 +65,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
 
     /// Starts a walk at a light chosen by the scene. The vertex on the light is returned even if no
     /// ray leaves it, because it may still be connected to.
+    #[inline(always)]
     pub fn from_light<P: Sampler>(
         stage: &Stage<'s, S>,
         sampler: &mut P,
