@@ -5,7 +5,7 @@ use crate::geometry::SurfacePoint;
 use crate::math::angle;
 use crate::math::distribution::{GridSample, PiecewiseConstant2d};
 use crate::math::{PerArea, PerProjected, PerSolidAngle, Rgb, warp::unit_to_linear};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, Vec2Swizzles};
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::ops::{Add, Mul};
 
@@ -27,10 +27,11 @@ pub enum Lookup {
 /// a quarter of the width.
 ///
 /// Sampling chooses a patch in proportion to its mean largest component times its exact solid
-/// angle. In a patch of a pixel the density is constant in solid angle; between pixels' centres it
-/// is linear in azimuth and in solid angle from the upper edge, so that it differs from what is
-/// linear in both angles by a factor from 2/3 to 2 in the rows next to the poles, and by next to
-/// nothing elsewhere.
+/// angle, first its column, since with a sky above a ground neighbouring columns are alike and rows
+/// are not: numbers next to each other then choose directions next to each other. In a patch of a
+/// pixel the density is constant in solid angle; between pixels' centres it is linear in azimuth
+/// and in solid angle from the upper edge, so that it differs from what is linear in both angles by
+/// a factor from 2/3 to 2 in the rows next to the poles, and by next to nothing elsewhere.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     width: usize,
@@ -44,7 +45,8 @@ pub struct EnvironmentMap {
     /// The largest component of all pixels. Sampling is relative to it, so that sums cannot
     /// overflow.
     brightest: f64,
-    /// The patches; `None` if everything is black.
+    /// The patches, rows and columns exchanged, since the azimuth is chosen first; `None` if
+    /// everything is black.
     distribution: Option<PiecewiseConstant2d>,
     /// `∫ D dσ`, D the density before it is normalised.
     density_integral: f64,
@@ -151,7 +153,8 @@ impl EnvironmentMap {
         };
         self.brightest = self.pixels.iter().map(|p| p.max_component()).fold(0.0, f64::max);
         (self.integral, self.density_integral) = (Rgb::BLACK, 0.0);
-        let mut weights = Vec::with_capacity(self.width * self.bands.len());
+        let height = self.bands.len();
+        let mut weights = vec![0.0; self.width * height];
         for (row, band) in self.bands.iter().enumerate() {
             let solid_angle = 4.0 * PI / self.width as f64 * band.step;
             let (mut radiance, mut density) = (Rgb::BLACK, 0.0);
@@ -160,12 +163,12 @@ impl EnvironmentMap {
                 let mean = if self.brightest > 0.0 { self.density(&middle) } else { 0.0 };
                 radiance += self.interpolate(&middle, |pixel| pixel);
                 density += mean;
-                weights.push(solid_angle * mean);
+                weights[column * height + row] = solid_angle * mean;
             }
             self.integral += radiance * solid_angle;
             self.density_integral += density * solid_angle;
         }
-        self.distribution = PiecewiseConstant2d::new(self.width, self.bands.len(), &weights);
+        self.distribution = PiecewiseConstant2d::new(height, self.width, &weights);
         self
     }
 
@@ -258,7 +261,9 @@ fn orthogonal(m: DMat3) -> Option<DMat3> {
 
 impl Endpoint for EnvironmentMap {
     fn sample_point(&self, _u1: f64, u2: DVec2) -> Option<PointSample> {
-        let GridSample { column, row, mut within, .. } = self.distribution.as_ref()?.sample(u2);
+        let sample = self.distribution.as_ref()?.sample(u2.yx());
+        let GridSample { column: row, row: column, within, .. } = sample;
+        let mut within = within.yx();
         if self.lookup == Lookup::Bilinear {
             let [[a, b], [c, d]] =
                 self.corners(column, row, |pixel| pixel.max_component() / self.brightest);

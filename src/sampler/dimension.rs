@@ -3,14 +3,18 @@
 
 use super::Stream;
 
+/// Dimensions that a sampler may stratify together. In many sequences the first two are the best
+/// ones, so they are for points.
+pub(super) const SET: u32 = 4;
+
 /// Names the dimensions of one sample by (stream, count within the stream), so that a number keeps
 /// its dimension whatever other streams consumed before.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Dimension {
     /// Identifies the stream, and the repetition if a stream was announced more than once.
-    pub stream: u64,
-    /// The number of dimensions of the stream that were used.
-    pub count: u32,
+    stream: u64,
+    numbers: u32,
+    points: u32,
     announced: u128,
     repeats: u32,
 }
@@ -40,14 +44,29 @@ impl Dimension {
             self.announced |= 1 << id;
             self.stream = id;
         }
-        self.count = 0;
+        (self.numbers, self.points) = (0, 0);
     }
 
-    /// Reserves `n` dimensions and returns the first.
+    /// A number for dimension or set `n` of the current stream, by which it is hashed.
     #[inline]
-    pub fn take(&mut self, n: u32) -> u32 {
-        let first = self.count;
-        self.count = first.wrapping_add(n);
-        first
+    pub fn id(&self, n: u32) -> u64 {
+        // Odd and irregular, so that no two streams meet.
+        self.stream.wrapping_add(u64::from(n).wrapping_mul(0xd134_2543_de82_ef95))
+    }
+
+    /// The dimension of the next number of the stream: of each set of four, the last two.
+    #[inline]
+    pub fn number(&mut self) -> u32 {
+        let n = self.numbers;
+        self.numbers = n.wrapping_add(1);
+        (n / 2).wrapping_mul(SET) + 2 + n % 2
+    }
+
+    /// The first of two dimensions, the first of a set of four, for the next point of the stream.
+    #[inline]
+    pub fn point(&mut self) -> u32 {
+        let n = self.points;
+        self.points = n.wrapping_add(1);
+        n.wrapping_mul(SET)
     }
 }

@@ -2,22 +2,20 @@
 
 use super::independent::IndependentSampler;
 use super::stratified::StratifiedSampler;
-use super::{Independent, SampleSource, Sampler, Stratified, Stream};
-#[cfg(feature = "sobol")]
-use super::{Sobol, SobolSampler};
+use super::{Independent, SampleSource, Sampler, Sobol, SobolSampler, Stratified, Stream};
 use glam::DVec2;
 
 /// A choice of sampler.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum SamplerKind {
-    /// [`Independent`]: plain Monte Carlo.
+    /// [`Independent`]: plain Monte Carlo, whose variance can be estimated from the samples of one
+    /// image.
     #[default]
     Independent,
     /// [`Stratified`] over the samples of each pixel.
     Stratified,
-    /// `Sobol`: randomised quasi-Monte Carlo (feature `sobol`).
-    #[cfg(feature = "sobol")]
+    /// [`Sobol`]: randomised quasi-Monte Carlo.
     Sobol,
 }
 
@@ -29,7 +27,6 @@ impl SamplerKind {
         match self {
             Self::Independent => AnySource::Independent(Independent { seed }),
             Self::Stratified => AnySource::Stratified(Stratified { seed, samples_per_pixel }),
-            #[cfg(feature = "sobol")]
             Self::Sobol => AnySource::Sobol(Sobol { seed }),
         }
     }
@@ -45,7 +42,6 @@ pub enum AnySource {
     /// Stratified numbers.
     Stratified(Stratified),
     /// Scrambled Sobol' points.
-    #[cfg(feature = "sobol")]
     Sobol(Sobol),
 }
 
@@ -58,7 +54,6 @@ pub enum AnySampler {
     /// Stratified numbers.
     Stratified(StratifiedSampler),
     /// Scrambled Sobol' points.
-    #[cfg(feature = "sobol")]
     Sobol(SobolSampler),
 }
 
@@ -70,7 +65,6 @@ impl SampleSource for AnySource {
         match self {
             Self::Independent(source) => AnySampler::Independent(source.sampler(pixel, pass)),
             Self::Stratified(source) => AnySampler::Stratified(source.sampler(pixel, pass)),
-            #[cfg(feature = "sobol")]
             Self::Sobol(source) => AnySampler::Sobol(source.sampler(pixel, pass)),
         }
     }
@@ -82,7 +76,6 @@ impl Sampler for AnySampler {
         match self {
             Self::Independent(sampler) => sampler.next_1d(),
             Self::Stratified(sampler) => sampler.next_1d(),
-            #[cfg(feature = "sobol")]
             Self::Sobol(sampler) => sampler.next_1d(),
         }
     }
@@ -92,7 +85,6 @@ impl Sampler for AnySampler {
         match self {
             Self::Independent(sampler) => sampler.next_2d(),
             Self::Stratified(sampler) => sampler.next_2d(),
-            #[cfg(feature = "sobol")]
             Self::Sobol(sampler) => sampler.next_2d(),
         }
     }
@@ -112,7 +104,6 @@ impl Sampler for AnySampler {
         match self {
             Self::Independent(sampler) => sampler.skip_1d(),
             Self::Stratified(sampler) => sampler.skip_1d(),
-            #[cfg(feature = "sobol")]
             Self::Sobol(sampler) => sampler.skip_1d(),
         }
     }
@@ -122,7 +113,6 @@ impl Sampler for AnySampler {
         match self {
             Self::Independent(sampler) => sampler.skip_2d(),
             Self::Stratified(sampler) => sampler.skip_2d(),
-            #[cfg(feature = "sobol")]
             Self::Sobol(sampler) => sampler.skip_2d(),
         }
     }
@@ -132,7 +122,6 @@ impl Sampler for AnySampler {
         match self {
             Self::Independent(sampler) => sampler.stream(stream),
             Self::Stratified(sampler) => sampler.stream(stream),
-            #[cfg(feature = "sobol")]
             Self::Sobol(sampler) => sampler.stream(stream),
         }
     }

@@ -9,7 +9,7 @@
 //! |---|---|
 //! | independent | [`Independent`] |
 //! | stratified over the samples of a pixel | [`Stratified`] |
-//! | Sobol' points with Owen's scrambling | [`Sobol`] |
+//! | scrambled Sobol' points | [`Sobol`] |
 //! | any of them, chosen at run time | [`SamplerKind`], [`AnySource`] |
 //! | recorded and played back | [`Recorder`], [`Replay`] |
 
@@ -18,7 +18,6 @@ mod hash;
 mod independent;
 mod kind;
 mod replay;
-#[cfg(feature = "sobol")]
 mod sobol;
 mod stratified;
 #[cfg(test)]
@@ -27,7 +26,6 @@ mod tests;
 pub use independent::{Independent, IndependentSampler};
 pub use kind::{AnySampler, AnySource, SamplerKind};
 pub use replay::{Recorder, Replay};
-#[cfg(feature = "sobol")]
 pub use sobol::{Sobol, SobolSampler};
 pub use stratified::{Stratified, StratifiedSampler};
 

@@ -1,55 +1,102 @@
-//! Owen-scrambled Sobol' sequences: randomised quasi-Monte Carlo.
+//! Scrambled Sobol' sequences: randomised quasi-Monte Carlo.
 
-use super::dimension::Dimension;
-use super::hash::{combine, hash_sample, mix, unit_interval};
+use super::dimension::{Dimension, SET};
+use super::hash::{hash_sample, mix, nth, unit_interval};
 use super::{SampleSource, Sampler, Stream};
 use glam::DVec2;
-use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev};
 use std::sync::LazyLock;
 
-/// Owen-scrambled Sobol' points (Sobol' 1967; Owen 1995; hashed scrambling by Burley 2020), four
-/// dimensions at a time.
+/// Scrambled Sobol' points (Sobol' 1967), four dimensions at a time.
 ///
-/// Each pixel and each set of four dimensions of a [`Stream`] has its own scramble (padding), so
-/// any single estimate is unbiased, and smooth integrands in few dimensions converge faster than
-/// 1/√N. The samples of one pixel are *not* independent: a sample variance over them overestimates
-/// the error; compare renderings with different seeds instead.
+/// Each pixel and each set of four dimensions of a [`Stream`] has its own scramble and its own
+/// order (padding), so any single estimate is unbiased, and smooth integrands in few dimensions
+/// converge faster than 1/√N. The samples of one pixel are *not* independent: a sample variance
+/// over them overestimates the error; compare renderings with different seeds instead.
+///
+/// Each dimension is scrambled linearly, by one of a few random matrices and any shift (Matoušek
+/// 1998), and indices by Owen's nested scrambling (1995), whose variance that has for dimensions
+/// too.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Sobol {
     /// Different seeds give independent renderings.
     pub seed: u64,
 }
 
-/// Points of one scrambled sequence; what `sobol_burley` supports. Later samples take the next,
-/// independently scrambled sequence.
-const SEQUENCE_LENGTH: u32 = 1 << 16;
-/// Dimensions that are stratified together.
-const SET: u32 = 4;
+/// Bits of an index and of each of its dimensions. Later samples take the next, independently
+/// scrambled sequence.
+const BITS: usize = 16;
 
-/// The contribution of each value of each hexadecimal digit of an index, its bits in reverse order,
-/// to the first four dimensions of Sobol' points, theirs in reverse order too, 16 each. The digits'
-/// contributions combine by exclusive or.
-static CONTRIBUTIONS: LazyLock<[[u64; 16]; 4]> = LazyLock::new(|| {
-    let lanes = |reversed_index: u32| {
-        (0..SET)
-            .fold(0, |all, lane| all | u64::from(sobol_rev(reversed_index, lane)) << (16 * lane))
+/// Number of linear scrambles to choose from.
+const SCRAMBLES: usize = 64;
+
+/// A sequence in four dimensions, 16 bits each, the first one's on top: the exclusive or of what
+/// each hexadecimal digit of an index contributes, whose bits are in reverse order.
+#[derive(Clone, Copy)]
+struct Sequence([[u64; 16]; BITS / 4]);
+
+static SEQUENCES: LazyLock<[Sequence; SCRAMBLES]> =
+    LazyLock::new(|| std::array::from_fn(|key| Sequence::new(scrambled(generators(), key as u64))));
+
+impl Sequence {
+    /// The sequence with these points for the single bits of an index.
+    fn new(generators: [u64; BITS]) -> Self {
+        let contribution = |digit: usize, value: usize| {
+            let bits = (0..4).filter(|bit| value >> bit & 1 == 1);
+            bits.fold(0, |point, bit| point ^ generators[BITS - 1 - (4 * digit + bit)])
+        };
+        Self(std::array::from_fn(|digit| std::array::from_fn(|value| contribution(digit, value))))
+    }
+
+    #[inline]
+    fn point(&self, reversed_index: u32) -> u64 {
+        let digit = |n: usize| self.0[n][(reversed_index >> (4 * n) & 15) as usize];
+        digit(0) ^ digit(1) ^ digit(2) ^ digit(3)
+    }
+}
+
+/// The points of the single bits of an index, by the direction numbers of Joe and Kuo (2008).
+fn generators() -> [u64; BITS] {
+    // The degree of a primitive polynomial, its inner coefficients, and the numbers to start with.
+    let dimension = |degree: usize, coefficients: usize, first: &[u16]| {
+        let mut v: Vec<u16> = first.iter().enumerate().map(|(i, m)| m << (BITS - 1 - i)).collect();
+        for i in degree..BITS {
+            let inner = (1..degree).filter(|k| coefficients >> (degree - 1 - k) & 1 == 1);
+            v.push(inner.fold(v[i - degree] ^ v[i - degree] >> degree, |all, k| all ^ v[i - k]));
+        }
+        v
     };
-    [0, 1, 2, 3].map(|digit| std::array::from_fn(|value| lanes((value as u32) << (16 + 4 * digit))))
-});
+    let radical_inverse = (0..BITS).map(|i| 1 << (BITS - 1 - i)).collect();
+    let dimensions = [
+        radical_inverse,
+        dimension(1, 0, &[1]),
+        dimension(2, 1, &[1, 3]),
+        dimension(3, 1, &[1, 3, 1]),
+    ];
+    std::array::from_fn(|bit| dimensions.iter().fold(0, |all, v| all << BITS | u64::from(v[bit])))
+}
 
-/// Four dimensions of an Owen-scrambled point, 32 bits each: those of `sobol_burley::sample_4d`,
-/// before it rounds them.
+/// Points after a linear scramble: each bit of a dimension changes ones below it, which `key`
+/// decides, so that strata stay together.
+fn scrambled(points: [u64; BITS], key: u64) -> [u64; BITS] {
+    points.map(|point| {
+        (0..64).filter(|bit| point >> bit & 1 == 1).fold(0, |all, bit| {
+            let lane = bit - bit % BITS as u32;
+            let below = nth(key, bit.into()) & ((1 << (bit - lane)) - 1);
+            all ^ 1 << bit ^ below << lane
+        })
+    })
+}
+
+/// Shuffles blocks of 2ᵏ indices among each other and within, for every k: Owen's scrambling of an
+/// integer whose bits are in reverse order (Laine and Karras 2011, with the constants of Burley
+/// 2020).
 #[inline]
-fn scrambled(index: u32, seed: u32) -> [u32; SET as usize] {
-    let shuffled = owen_scramble_rev(index.reverse_bits(), hash(seed ^ 0x79c6_8e4a)) >> 16;
-    let [a, b, c, d] = &*CONTRIBUTIONS;
-    let digit = |n: u32| (shuffled >> (4 * n) & 15) as usize;
-    let point = a[digit(0)] ^ b[digit(1)] ^ c[digit(2)] ^ d[digit(3)];
-    let seed = seed.wrapping_mul(0x9c8f_2d3b);
-    let lane = |n: u32, key: u32| {
-        owen_scramble_rev(u32::from((point >> (16 * n)) as u16), hash(seed ^ key)).reverse_bits()
-    };
-    [lane(0, 0x912f_69ba), lane(1, 0x174f_18ab), lane(2, 0x691e_72ca), lane(3, 0xb40c_c1b8)]
+fn shuffled(mut reversed_index: u32, key: u32) -> u32 {
+    reversed_index = reversed_index.wrapping_add(key);
+    for factor in [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6u32] {
+        reversed_index ^= reversed_index.wrapping_mul(factor);
+    }
+    reversed_index
 }
 
 /// The sampler of [`Sobol`].
@@ -59,69 +106,65 @@ pub struct SobolSampler {
     sequence: u64,
     /// Decides the bits below the resolution of the sequence: different for each sample.
     sample: u64,
-    index: u32,
+    /// The number in the sequence, its bits in reverse order.
+    reversed_index: u32,
     dimension: Dimension,
-    /// The set that is in `numbers`, as (stream, number within the stream).
-    cached: Option<(u64, u32)>,
+    /// The set that is in `numbers`.
+    cached: Option<u64>,
     numbers: [f64; SET as usize],
 }
 
 impl SobolSampler {
-    /// Two dimensions for a point. They must not straddle two sets, which know nothing of each
-    /// other.
-    #[inline]
-    fn take_pair(&mut self) -> u32 {
-        if self.dimension.count % SET == SET - 1 {
-            self.dimension.take(1);
-        }
-        self.dimension.take(2)
-    }
-
     /// Dimension `n` of the current stream.
     #[inline]
     fn number(&mut self, n: u32) -> f64 {
-        let place = (self.dimension.stream, n / SET);
-        if self.cached != Some(place) {
-            self.numbers = self.set(place);
-            self.cached = Some(place);
+        let set = self.dimension.id(n / SET);
+        if self.cached != Some(set) {
+            self.numbers = self.set(set);
+            self.cached = Some(set);
         }
         self.numbers[(n % SET) as usize]
     }
 
-    /// A set of dimensions of a stream. The sequence gives 32 bits; random ones below them make 53
-    /// and cannot carry the number out of its stratum or to 1.
-    fn set(&self, (stream, set): (u64, u32)) -> [f64; SET as usize] {
-        let hashed = |key: u64| combine(combine(key, stream), u64::from(set));
-        let [a, b, c, d] = scrambled(self.index, (hashed(self.sequence) >> 32) as u32)
-            .map(|bits| u64::from(bits) << 32);
-        let fine = hashed(self.sample);
+    /// A set of dimensions. The sequence gives 16 bits; random ones below them cannot carry the
+    /// number out of its stratum or to 1.
+    #[inline]
+    fn set(&self, id: u64) -> [f64; SET as usize] {
+        let shift = nth(self.sequence, id);
+        let keys = mix(shift);
+        let sequence = &SEQUENCES[keys as usize % SCRAMBLES];
+        let index = shuffled(self.reversed_index, (keys >> 32) as u32) >> BITS;
+        let point = sequence.point(index) ^ shift;
+        let fine = nth(self.sample, id);
+        let number = |lane: usize, fine: u64| {
+            unit_interval(point << (BITS * lane) & 0xffff << 48 | (fine & 0xffff_ffff) << BITS)
+        };
         let more = mix(fine);
-        [a | fine >> 32, b | fine & 0xffff_ffff, c | more >> 32, d | more & 0xffff_ffff]
-            .map(unit_interval)
+        [number(0, fine), number(1, fine >> 32), number(2, more), number(3, more >> 32)]
     }
 }
 
 impl Sampler for SobolSampler {
     #[inline]
     fn next_1d(&mut self) -> f64 {
-        let n = self.dimension.take(1);
+        let n = self.dimension.number();
         self.number(n)
     }
 
     #[inline]
     fn next_2d(&mut self) -> DVec2 {
-        let n = self.take_pair();
-        DVec2::new(self.number(n), self.number(n.wrapping_add(1)))
+        let n = self.dimension.point();
+        DVec2::new(self.number(n), self.number(n + 1))
     }
 
     #[inline]
     fn skip_1d(&mut self) {
-        self.dimension.take(1);
+        self.dimension.number();
     }
 
     #[inline]
     fn skip_2d(&mut self) {
-        self.take_pair();
+        self.dimension.point();
     }
 
     #[inline]
@@ -136,9 +179,9 @@ impl SampleSource for Sobol {
     #[inline]
     fn sampler(&self, pixel: u32, pass: u32) -> SobolSampler {
         SobolSampler {
-            sequence: hash_sample(mix(self.seed) ^ 0x0053_4f42_4f4c, pixel, pass / SEQUENCE_LENGTH),
+            sequence: hash_sample(mix(self.seed) ^ 0x0053_4f42_4f4c, pixel, pass >> BITS),
             sample: hash_sample(self.seed, pixel, pass),
-            index: pass % SEQUENCE_LENGTH,
+            reversed_index: (pass % (1 << BITS)).reverse_bits(),
             dimension: Dimension::default(),
             cached: None,
             numbers: [0.0; SET as usize],
@@ -150,13 +193,58 @@ impl SampleSource for Sobol {
 mod tests {
     use super::*;
 
+    /// Coordinates of the sequence itself, in units of 2⁻¹⁶.
+    fn coordinates(point: u64) -> [u16; 4] {
+        [48, 32, 16, 0].map(|shift| (point >> shift) as u16)
+    }
+
     #[test]
-    fn points_are_those_of_sobol_burley() {
-        for (index, seed) in
-            (0..SEQUENCE_LENGTH).step_by(37).zip((0u32..).map(|n| n.wrapping_mul(0x9e37_79b9)))
-        {
-            let points = scrambled(index, seed).map(sobol_burley::parts::u32_to_f32_norm);
-            assert_eq!(points, sobol_burley::sample_4d(index, 0, seed), "{index} {seed}");
+    fn points_are_those_of_joe_and_kuo() {
+        let sequence = Sequence::new(generators());
+        let eighths: Vec<[u16; 4]> = (0..8u16)
+            .map(|i| coordinates(sequence.point(u32::from(i.reverse_bits()))).map(|x| x >> 13))
+            .collect();
+        assert_eq!(
+            eighths,
+            [
+                [0, 0, 0, 0],
+                [4, 4, 4, 4],
+                [2, 6, 6, 6],
+                [6, 2, 2, 2],
+                [1, 5, 3, 1],
+                [5, 1, 7, 5],
+                [3, 3, 5, 7],
+                [7, 7, 1, 3],
+            ]
+        );
+    }
+
+    /// Every block of 2ᵏ points fills 2ᵏ intervals in each dimension, and in the first two all
+    /// elementary rectangles, whatever the scramble and the order.
+    #[test]
+    fn scrambles_keep_strata_and_shuffles_keep_blocks() {
+        for (number, sequence) in SEQUENCES.iter().enumerate() {
+            let key = nth(7, number as u64) as u32;
+            for (first, bits) in [(0, 4), (48, 4), (256, 8), (65_536 - 4096, 12)] {
+                let points: Vec<[u16; 4]> = (first..first + (1u32 << bits))
+                    .map(|i| coordinates(sequence.point(shuffled(i.reverse_bits(), key) >> BITS)))
+                    .collect();
+                let are_filled = |cell: &dyn Fn(&[u16; 4]) -> u32| {
+                    let mut cells: Vec<u32> = points.iter().map(cell).collect();
+                    cells.sort_unstable();
+                    cells.into_iter().eq(0..1 << bits)
+                };
+                let leading = |x: u16, count: u32| u32::from(x) >> (BITS as u32 - count);
+                for d in 0..4 {
+                    assert!(are_filled(&|x| leading(x[d], bits)), "{number}: {first}, {d}");
+                }
+                for split in 1..bits {
+                    let cell = |x: &[u16; 4]| {
+                        leading(x[0], split) << (bits - split) | leading(x[1], bits - split)
+                    };
+                    assert!(are_filled(&cell), "{number}: {first}, {split}");
+                }
+            }
         }
     }
 }

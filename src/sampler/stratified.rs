@@ -1,7 +1,7 @@
 //! Stratified (jittered) numbers over the samples of each pixel.
 
 use super::dimension::Dimension;
-use super::hash::{ONE_MINUS_ULP, combine, hash_sample, mix, permute, unit_interval};
+use super::hash::{ONE_MINUS_ULP, hash_sample, mix, nth, permute, unit_interval};
 use super::{SampleSource, Sampler, Stream};
 use glam::DVec2;
 
@@ -32,54 +32,57 @@ pub struct StratifiedSampler {
     index: u32,
     strata: u32,
     columns: u32,
+    rows: u32,
+    /// The width of a stratum.
+    width: f64,
     dimension: Dimension,
 }
 
 impl StratifiedSampler {
-    /// The number in `[0, 1)` that jitters dimension `n` of the current stream.
+    /// Hashes for dimension `n` of the current stream: that of its permutations, and that of its
+    /// jitter.
     #[inline]
-    fn jitter(&self, n: u32) -> f64 {
-        unit_interval(combine(combine(self.sample, self.dimension.stream), u64::from(n)))
+    fn hashes(&self, n: u32) -> [u64; 2] {
+        [self.set, self.sample].map(|hash| nth(hash, self.dimension.id(n)))
     }
 
+    /// The number in `[0, 1)` at the place in a stratum that 64 random bits choose.
     #[inline]
-    fn permutation(&self, n: u32) -> u64 {
-        combine(combine(self.set, self.dimension.stream), u64::from(n))
+    fn within(&self, stratum: u32, jitter: u64) -> f64 {
+        ((f64::from(stratum) + unit_interval(jitter)) * self.width).min(ONE_MINUS_ULP)
     }
 }
 
 impl Sampler for StratifiedSampler {
     #[inline]
     fn next_1d(&mut self) -> f64 {
-        let n = self.dimension.take(1);
-        let stratum = permute(self.index, self.strata, self.permutation(n));
-        ((f64::from(stratum) + self.jitter(n)) / f64::from(self.strata)).min(ONE_MINUS_ULP)
+        let n = self.dimension.number();
+        let [key, jitter] = self.hashes(n);
+        self.within(permute(self.index, self.strata, key), jitter)
     }
 
     #[inline]
     fn next_2d(&mut self) -> DVec2 {
-        let n = self.dimension.take(2);
-        let key = self.permutation(n);
-        let (columns, rows) = (self.columns, self.strata / self.columns);
+        let n = self.dimension.point();
+        let [key, jitter] = self.hashes(n);
+        let (columns, rows) = (self.columns, self.rows);
         let cell = permute(self.index, self.strata, key);
         let (column, row) = (cell % columns, cell / columns);
         // Within its cell the point takes one of `rows` × `columns` places such that no two points
         // share a line of the fine grid.
-        let x = column * rows + permute(row, rows, combine(key, 0));
-        let y = row * columns + permute(column, columns, combine(key, 1));
-        let jitter = DVec2::new(self.jitter(n), self.jitter(n.wrapping_add(1)));
-        ((DVec2::new(f64::from(x), f64::from(y)) + jitter) / f64::from(self.strata))
-            .min(DVec2::splat(ONE_MINUS_ULP))
+        let x = column * rows + permute(row, rows, nth(key, 0));
+        let y = row * columns + permute(column, columns, nth(key, 1));
+        DVec2::new(self.within(x, jitter), self.within(y, nth(jitter, 0)))
     }
 
     #[inline]
     fn skip_1d(&mut self) {
-        self.dimension.take(1);
+        self.dimension.number();
     }
 
     #[inline]
     fn skip_2d(&mut self) {
-        self.dimension.take(2);
+        self.dimension.point();
     }
 
     #[inline]
@@ -94,12 +97,15 @@ impl SampleSource for Stratified {
     #[inline]
     fn sampler(&self, pixel: u32, pass: u32) -> StratifiedSampler {
         let strata = self.samples_per_pixel.max(1);
+        let columns = largest_divisor_up_to_root(strata);
         StratifiedSampler {
             set: hash_sample(mix(self.seed) ^ 0x5354_5241_5441, pixel, pass / strata),
             sample: hash_sample(self.seed, pixel, pass),
             index: pass % strata,
             strata,
-            columns: largest_divisor_up_to_root(strata),
+            columns,
+            rows: strata / columns,
+            width: 1.0 / f64::from(strata),
             dimension: Dimension::default(),
         }
     }

@@ -232,6 +232,20 @@ fn environment_map_orientation_and_poles() {
     assert!(black.sample_point(0.5, DVec2::splat(0.5)).is_none() && black.power().is_black());
 }
 
+/// The first number alone chooses the azimuth, so numbers that are stratified are so over azimuths,
+/// though the brightest azimuth is another one in each row.
+#[test]
+fn environment_maps_choose_the_azimuth_first() {
+    let pixels = [1.0, 5.0, 5.0, 1.0].map(Rgb::splat).to_vec();
+    let map = EnvironmentMap::new(2, 2, pixels, DMat3::IDENTITY).unwrap();
+    for (i, j) in (0..10).flat_map(|i| (0..10).map(move |j| (i, j))) {
+        let u = (DVec2::new(f64::from(i), f64::from(j)) + 0.5) / 10.0;
+        let towards = -map.sample_point(0.5, u).unwrap().point.geometric_normal;
+        let azimuth = towards.x.atan2(-towards.z).rem_euclid(2.0 * PI);
+        assert_relative_eq!(azimuth, 2.0 * PI * u.x, max_relative = 1e-12);
+    }
+}
+
 #[test]
 fn constant_environment() {
     let mut light = ConstantEnvironment::new(Rgb::splat(2.0)).unwrap();
