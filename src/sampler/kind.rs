@@ -94,7 +94,6 @@ impl Sampler for AnySampler {
         match self {
             Self::Independent(sampler) => sampler.next_1d_2d(),
             Self::Stratified(sampler) => sampler.next_1d_2d(),
-            #[cfg(feature = "sobol")]
             Self::Sobol(sampler) => sampler.next_1d_2d(),
         }
     }
