@@ -31,7 +31,7 @@ impl Bvh {
         let contact =
             if candidate.primitive() == origin_primitive { Contact::Origin } else { Contact::None };
         let intersection = self.intersect(candidate, ray, contact)?;
-        Some(Found { candidate, intersection })
+        Some(Found::new(candidate, intersection))
     }
 
     /// Replaces the nearest hit if this one is nearer, and returns the limit from then on. Rare,
@@ -61,6 +61,8 @@ impl Bvh {
         ray: &Ray,
         contact: Contact,
     ) -> Option<Intersection> {
+        #[cfg(test)]
+        super::tests::count(8);
         if !candidate.is_exact() {
             return self.shapes[candidate.primitive() as usize].intersect_apart_from(ray, contact);
         }

@@ -134,16 +134,23 @@ impl Hit<'_> {
 
 /// The answer of the exact test.
 pub(super) struct Found<'a> {
-    pub candidate: Candidate<'a>,
+    pub primitive: u32,
+    /// The place in a tree, if it was found by way of one.
+    pub candidate: Option<Candidate<'a>>,
     pub intersection: Intersection,
 }
 
 impl<'a> Found<'a> {
+    #[inline(always)]
+    pub fn new(candidate: Candidate<'a>, intersection: Intersection) -> Self {
+        Self { primitive: candidate.primitive(), candidate: Some(candidate), intersection }
+    }
+
     /// True if this one is nearer; of equally near ones that is the one with the lower primitive.
     #[inline(always)]
     pub fn is_nearer(&self, other: &Self) -> bool {
         let (t, other_t) = (self.intersection.t, other.intersection.t);
-        t < other_t || (t == other_t && self.candidate.primitive() < other.candidate.primitive())
+        t < other_t || (t == other_t && self.primitive < other.primitive)
     }
 
     /// The nearer one of two, if any.
@@ -158,8 +165,8 @@ impl<'a> Found<'a> {
     /// The hit of a ray that was moved by so much.
     #[inline(always)]
     pub fn hit(self, moved: f64) -> Hit<'a> {
-        let Found { candidate, intersection } = self;
-        Hit { primitive: candidate.primitive(), candidate: Some(candidate), moved, intersection }
+        let Found { primitive, candidate, intersection } = self;
+        Hit { primitive, candidate, moved, intersection }
     }
 }
 

@@ -16,8 +16,15 @@ pub(super) struct Space {
 impl Space {
     /// The space for a cube, given by its centre and half its side.
     pub fn new(center: DVec3, extent: f64) -> Self {
-        let origin =
-            center.map(|x| if x.abs() <= 2.0 * extent { 0.0 } else { f64::from(x as f32) });
+        let origin = center.map(|x| {
+            let near = f64::from(x as f32);
+            match () {
+                () if x.abs() <= 2.0 * extent => 0.0,
+                () if (x - near).abs() <= 0.25 * extent => near,
+                // No two f32 numbers are within the cube.
+                () => x,
+            }
+        });
         let size = (center - origin).abs().max_element() + extent;
         let extent = size.log2().ceil().exp2();
         Self { center: origin, extent, inverse_extent: 1.0 / extent }

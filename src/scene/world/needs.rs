@@ -6,7 +6,7 @@ use crate::geometry::{Bounds, Shape};
 use crate::material::Finish;
 use crate::scene::Needs;
 use crate::scene::surface::Surface;
-use crate::tree::Bvh;
+use crate::tree::Forest;
 
 /// The features that rendering a world takes.
 pub(super) fn needs(
@@ -14,7 +14,7 @@ pub(super) fn needs(
     surfaces: &[Surface],
     lights: &[(String, AnyLight)],
     environment: Option<LightId>,
-    shapes: &Bvh,
+    shapes: &Forest,
     bounds: &Bounds,
 ) -> Needs {
     let when = |condition: bool, need: Needs| if condition { need } else { Needs::NONE };

@@ -16,7 +16,7 @@ impl World {
     /// direction that is not of unit length is made so; a ray that is none hits nothing.
     #[must_use]
     pub fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
-        self.bvh.closest(Query::free(origin, direction), primitive_and_distance)
+        self.forest.closest(Query::free(origin, direction), primitive_and_distance)
     }
 
     /// [`first_hit`](Self::first_hit) of many rays, given by origin and direction. `found` gets
@@ -27,7 +27,7 @@ impl World {
         mut found: impl FnMut(usize, Option<(u32, f64)>),
     ) {
         let queries = rays.map(|(origin, direction)| Query::free(origin, direction));
-        self.bvh
+        self.forest
             .closest_many(queries, |index, _, hit| found(index, hit.map(primitive_and_distance)));
     }
 
@@ -35,7 +35,7 @@ impl World {
     /// end that lie on no surface.
     #[must_use]
     pub fn is_clear(&self, origin: DVec3, direction: DVec3, length: f64) -> bool {
-        self.bvh.is_free(&Segment::free(origin, direction, length))
+        self.forest.is_free(&Segment::free(origin, direction, length))
     }
 
     /// [`is_clear`](Self::is_clear) of many rays, given by origin, direction and length. `answer`
@@ -45,7 +45,7 @@ impl World {
         rays: impl Iterator<Item = (DVec3, DVec3, f64)>,
         answer: impl FnMut(usize, bool),
     ) {
-        self.bvh.are_free(
+        self.forest.are_free(
             rays.map(|(origin, direction, length)| Ok(Segment::free(origin, direction, length))),
             answer,
         );
@@ -58,7 +58,7 @@ impl World {
         if let Some(Some(flat)) = self.flat.get(hit.primitive as usize) {
             return Some(flat.point_at(hit.primitive, u, v));
         }
-        let Some(triangle) = self.bvh.triangle_of(hit) else {
+        let Some(triangle) = self.forest.triangle_of(hit) else {
             return self.point_of_other(ray, hit);
         };
         Some(self.complete(hit.primitive, Some(triangle), triangle.point_at(u, v)))
@@ -69,7 +69,7 @@ impl World {
     #[inline(never)]
     fn point_of_other(&self, ray: &Query, hit: &Hit<'_>) -> Option<SurfacePoint> {
         let ray = hit.ray_of(ray)?;
-        let x = self.bvh.shape(hit.primitive)?.point_at_hit(&ray, &hit.intersection);
+        let x = self.forest.shape(hit.primitive)?.point_at_hit(&ray, &hit.intersection);
         Some(self.complete(hit.primitive, None, x))
     }
 
@@ -109,15 +109,15 @@ impl Scene for World {
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         // The point is made where it is needed.
         let ray = Query::leaving(from, direction);
-        self.bvh.closest(ray, |hit| hit).and_then(|hit| self.point_of(&ray, &hit))
+        self.forest.closest(ray, |hit| hit).and_then(|hit| self.point_of(&ray, &hit))
     }
 
     /// Coincident points, two points at infinity and points that are not finite do not see each
     /// other: they have no geometry term.
     #[inline]
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
-        Segment::between(a, b, self.bvh.center())
-            .map_or_else(|visible| visible, |segment| self.bvh.is_free(&segment))
+        Segment::between(a, b, self.forest.center())
+            .map_or_else(|visible| visible, |segment| self.forest.is_free(&segment))
     }
 
     #[inline]
@@ -127,7 +127,7 @@ impl Scene for World {
         mut found: impl FnMut(usize, Option<SurfacePoint>),
     ) {
         let queries = rays.map(|(from, direction)| Query::leaving(from, direction));
-        self.bvh.closest_many(queries, |index, ray, hit| {
+        self.forest.closest_many(queries, |index, ray, hit| {
             found(index, hit.and_then(|hit| self.point_of(ray, &hit)))
         });
     }
@@ -138,7 +138,8 @@ impl Scene for World {
         segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>,
         answer: impl FnMut(usize, bool),
     ) {
-        self.bvh.are_free(segments.map(|(a, b)| Segment::between(a, b, self.bvh.center())), answer);
+        self.forest
+            .are_free(segments.map(|(a, b)| Segment::between(a, b, self.forest.center())), answer);
     }
 
     #[inline]
@@ -207,7 +208,7 @@ impl SurfaceArea for World {
 
     fn sample_surface(&self, u1: f64, u2: DVec2) -> SurfacePoint {
         let chosen = self.area_choice.sample(u1).map(|(index, _)| index);
-        match chosen.and_then(|primitive| Some((primitive, self.bvh.shape(primitive)?))) {
+        match chosen.and_then(|primitive| Some((primitive, self.forest.shape(primitive)?))) {
             Some((primitive, shape)) => {
                 self.complete(primitive, shape.as_triangle(), shape.sample_area(u2))
             }

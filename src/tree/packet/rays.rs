@@ -93,7 +93,7 @@ impl Rays {
         for half in 0..2 {
             let (origin, direction) = self.half(simd, half);
             let scale = origin.x.constant(bvh.inverse_extent);
-            let place = (origin - same(simd, bvh.center())) * scale;
+            let place = (origin - same(simd, bvh.center)) * scale;
             let Vector { x, y, z } = place.abs();
             let inside = x.simd_le(CLIP) & y.simd_le(CLIP) & z.simd_le(CLIP);
             ready |= (inside & is_about_unit(direction)).to_bitmask() << (half * LANES);

@@ -252,7 +252,8 @@ impl<'a, 'r, S: Simd> Search<'a, 'r, S> {
             for (k, hit) in hits.iter_mut().enumerate() {
                 let lane = half * EIGHT + k;
                 let late = self.held[lane].zip(decided.hit(k));
-                let late = late.map(|(candidate, intersection)| Found { candidate, intersection });
+                let late =
+                    late.map(|(candidate, intersection)| Found::new(candidate, intersection));
                 let found = Found::nearer(late, self.early[lane].take());
                 *hit = found.map(|found| found.hit(self.rays.moved[lane]));
             }
