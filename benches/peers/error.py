@@ -83,6 +83,7 @@ def main():
     parser.add_argument("--samples", type=int, default=64, help="per pixel here; Mitsuba gets the same time")
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--size", type=int, default=128)
+    parser.add_argument("--sampler", default="sobol", help="here: independent, stratified or sobol")
     parser.add_argument("--variants", default="llvm_ad_rgb,scalar_rgb")
     parser.add_argument("--samplers", default="independent,multijitter,orthogonal", help="of Mitsuba; the best is compared in full")
     options = parser.parse_args()
@@ -90,7 +91,7 @@ def main():
     print("| scene, Mitsuba's variant and sampler | here, samples | there | mean of the image | blocks, z | error × time, here / there |\n|---|---|---|---|---|---|")
     for source in options.scenes:
         task = prepare(source, options.size)
-        here = Found(Here(task, sampler="sobol"), options.samples, options.seeds)
+        here = Found(Here(task, sampler=options.sampler), options.samples, options.seeds)
         name = source.parent.name
         save(here.images.mean(0), f"{name} here")
         for variant in options.variants.split(","):

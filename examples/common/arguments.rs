@@ -95,11 +95,11 @@ pub fn parse_image_path(text: &str) -> Result<PathBuf, String> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum SamplerName {
     /// Plain Monte Carlo.
-    #[default]
     Independent,
     /// Stratified over the samples of a pixel.
     Stratified,
     /// Scrambled Sobol' points: randomised quasi-Monte Carlo.
+    #[default]
     Sobol,
 }
 

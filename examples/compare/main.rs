@@ -194,7 +194,7 @@ fn compare(
         seed: options.seed,
         threads: options.threads.map(|n| n as usize),
         filter: scene.filter,
-        ..Settings::default()
+        ..Plan::default().settings
     };
     let reference = reference(options, scene, depth, &settings, interrupted)?;
     println!("reference: {}", reference.origin());

@@ -80,7 +80,7 @@ fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
         contestants.push(Contestant::<World>::new(name, &**method, is_complete));
     }
     let quiet = &mut |_: &pathspace::report::Step<'_>| ControlFlow::Continue(());
-    let settings = Settings { seed: options.seed, threads: Some(1), ..Settings::default() };
+    let settings = Settings { seed: options.seed, threads: Some(1), ..Plan::default().settings };
     // Variances need no reference; this one only gives brightness a scale.
     let both = AnyIntegrator::Bidirectional.build_up_to(scene.max_bounces);
     let half = Contestant::new("reference", &*both, true);

@@ -68,7 +68,8 @@ pub struct Settings {
     pub threads: Option<usize>,
     /// The pixel filter. Default: the pixel's box.
     pub filter: Filter,
-    /// The source of random numbers. Default: independent.
+    /// The source of random numbers. Default: scrambled Sobol' points, which leave the least
+    /// variance for their time, however many samples there will be.
     pub sampler: SamplerKind,
     /// True to see first which lights [arrive](crate::integrator::Arrivals) in the picture and to
     /// choose among them by that, where there are several. Default: true.
@@ -83,7 +84,7 @@ impl Default for Settings {
             seed: 0,
             threads: None,
             filter: Filter::Box,
-            sampler: SamplerKind::Independent,
+            sampler: SamplerKind::default(),
             observes_lights: true,
         }
     }

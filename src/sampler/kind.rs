@@ -11,11 +11,11 @@ use glam::DVec2;
 pub enum SamplerKind {
     /// [`Independent`]: plain Monte Carlo, whose variance can be estimated from the samples of one
     /// image.
-    #[default]
     Independent,
     /// [`Stratified`] over the samples of each pixel.
     Stratified,
     /// [`Sobol`]: randomised quasi-Monte Carlo.
+    #[default]
     Sobol,
 }
 

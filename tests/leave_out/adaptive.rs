@@ -12,6 +12,7 @@ use pathspace::integrator::{
 use pathspace::math::Rgb;
 use pathspace::path::TechniqueSet;
 use pathspace::render::{Budget, Render, Rendering, Settings, unattended};
+use pathspace::sampler::SamplerKind;
 use pathspace::scene::World;
 use rooms::{Room, lambert, v};
 use worlds::Result;
@@ -56,6 +57,8 @@ fn work(
             threads: Some(1),
             // As where the decision was made; what trials cost is not the set's.
             observes_lights: false,
+            // As the pilot's.
+            sampler: SamplerKind::Independent,
             ..Settings::default()
         };
         let rendering =

@@ -172,7 +172,7 @@ fn study_against(reference: Reference, progressive: &Progressive, seed: u64, pas
         [("progressive", progressive), ("honest", &honest)];
     let [progressive, honest] = contestants(&methods).try_into().unwrap();
     let all = [Contestant { pyramid: true, ..progressive }, honest];
-    let settings = Settings { seed, ..Settings::default() };
+    let settings = Settings { seed, ..Plan::default().settings };
     let budget = Budget::Samples(SEEDS * passes);
     let plan = Plan { budget, seeds: SEEDS, settings, target: 1e-9, ..Plan::default() };
     let info = SceneInfo::default();
@@ -311,7 +311,7 @@ fn the_variance_of_the_reference_is_no_bias() {
     let halves = contestants::<World>(&[("one", &honest), ("other", &honest)]);
     let halves = [&halves[0], &halves[1]];
     let budget = Budget::Samples(64);
-    let plan = ReferencePlan { budget, runs: 16, settings: Settings::default() };
+    let plan = ReferencePlan { budget, runs: 16, settings: Plan::default().settings };
     let reference =
         Reference::render(&scene.world, &*scene.camera, halves, &plan, &mut go_on).unwrap();
     let own = NOISE * NOISE / 64.0;
@@ -330,7 +330,8 @@ fn a_reference_is_rendered_by_unbiased_integrators_only() {
     let scene = cornell_box(SIZE);
     let paths = PathTracer::up_to(2);
     let all = contestants::<World>(&[("path-tracing", &paths), ("map", &BIASED)]);
-    let plan = ReferencePlan { budget: Budget::Samples(8), runs: 2, settings: Settings::default() };
+    let plan =
+        ReferencePlan { budget: Budget::Samples(8), runs: 2, settings: Plan::default().settings };
     let halves = [&all[0], &all[1]];
     let reference =
         Reference::render(&scene.world, &*scene.camera, halves, &plan, &mut go_on).unwrap_err();

@@ -5,7 +5,7 @@ use pathspace::film::Image;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, LightTracer, PathTracer};
 use pathspace::math::Rgb;
-use pathspace::render::{Budget, Settings};
+use pathspace::render::Budget;
 use pathspace::report::{
     Plan, Reference, ReferencePlan, Report, ReportError, SceneInfo, Step, Study, cached_reference,
     study,
@@ -24,7 +24,7 @@ fn small_study() -> Study {
         ("bidirectional", &both),
     ]);
     let reference =
-        ReferencePlan { budget: Budget::Samples(64), runs: 4, settings: Settings::default() };
+        ReferencePlan { budget: Budget::Samples(64), runs: 4, settings: Plan::default().settings };
     let reference =
         Reference::render(&scene.world, &*scene.camera, [&all[0], &all[2]], &reference, &mut go_on)
             .unwrap();
@@ -121,8 +121,11 @@ fn references_are_cached_and_changes_are_noticed() {
     let render = |depth: u32| {
         let (paths, both) = (PathTracer::up_to(depth), Bidirectional::up_to(depth));
         let all = contestants::<World>(&[("bidirectional", &both), ("path-tracing", &paths)]);
-        let plan =
-            ReferencePlan { budget: Budget::Samples(8), runs: 2, settings: Settings::default() };
+        let plan = ReferencePlan {
+            budget: Budget::Samples(8),
+            runs: 2,
+            settings: Plan::default().settings,
+        };
         let mut passes = 0;
         let mut count = |_: &Step<'_>| {
             passes += 1;

@@ -115,7 +115,7 @@ fn assert_shows(cell: &str, value: f64) {
 #[test]
 fn the_image_of_the_unpruned_integrator_is_the_same_to_the_bit() {
     let (world, camera) = mirror();
-    let settings = Settings { budget: Budget::Samples(8), ..Settings::default() };
+    let settings = Settings { budget: Budget::Samples(8), ..Plan::default().settings };
     let render = |method: &dyn Method<World>| {
         method.render(&world, &camera, &settings, &mut unattended).unwrap()
     };

@@ -169,7 +169,7 @@ fn study_of(
         let missing = contestant.method.missing(world, camera).unwrap();
         contestant.complete = missing.iter().all(|paths| paths.drawn_by != DrawnBy::Connections);
     }
-    let settings = Settings { seed: 5, ..Settings::default() };
+    let settings = Settings { seed: 5, ..Plan::default().settings };
     let plan = ReferencePlan { budget: Budget::Samples(2 * samples), runs: 8, settings };
     let halves: [&Contestant<'_, World>; 2] = halves.map(|i| &all[i]);
     let reference = Reference::render(world, camera, halves, &plan, &mut go_on).unwrap();

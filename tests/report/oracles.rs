@@ -15,7 +15,7 @@ use pathspace::integrator::{
 use pathspace::math::Rgb;
 use pathspace::path::{Heuristic, Roulette, Scratch, Survival, TechniqueSet};
 use pathspace::render::{Budget, Settings};
-use pathspace::report::{Interval, Method, MethodReport};
+use pathspace::report::{Interval, Method, MethodReport, Plan};
 use pathspace::sampler::Sampler;
 use pathspace::scene::{Emission, Material, Scene, World, WorldBuilder};
 
@@ -298,7 +298,7 @@ fn a_cap_on_survival_is_recognised_as_heavy_tailed() {
         let (scene, tracer) =
             (SphereCap::new(albedo, 1.0), emission_only(survival, Depth::default()));
         let settings =
-            Settings { budget: Budget::Samples(samples), seed: 5, ..Settings::default() };
+            Settings { budget: Budget::Samples(samples), seed: 5, ..Plan::default().settings };
         let reference = exactly(1.0 / (1.0 - albedo), UVec2::new(32, 32));
         tracer.probe(&scene, &camera, &settings, reference.image()).unwrap().tail.unwrap()
     };

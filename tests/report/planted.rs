@@ -82,7 +82,7 @@ fn a_bias_of_half_a_percent_is_flagged_and_none_is_not() {
     let uniform = UniformArea::default();
     let bright_light = Planted { inner: light, factor: 1.005, spoiled: None };
     let bright_both = Planted { inner: both, factor: 1.005, spoiled: None };
-    let settings = Settings { seed: 1, ..Settings::default() };
+    let settings = Settings { seed: 1, ..Plan::default().settings };
     let halves = contestants::<World>(&[("bidirectional", &both), ("path-tracing", &paths)]);
     let plan = ReferencePlan { budget: Budget::Samples(256), runs: 16, settings };
     let reference = Reference::render(

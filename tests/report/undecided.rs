@@ -47,7 +47,7 @@ fn study_of(methods: &[(&str, &dyn Method<World>)], reference: Reference) -> Stu
 fn reference_of(halves: [&dyn Method<World>; 2]) -> Result<Reference, ReportError> {
     let scene = cornell_box(SIZE);
     let all = contestants::<World>(&[("first", halves[0]), ("second", halves[1])]);
-    let (budget, settings) = (Budget::Samples(SAMPLES), Settings::default());
+    let (budget, settings) = (Budget::Samples(SAMPLES), Plan::default().settings);
     let plan = ReferencePlan { budget, runs: SEEDS, settings };
     Reference::render(&scene.world, &*scene.camera, [&all[0], &all[1]], &plan, &mut go_on)
 }
@@ -207,7 +207,8 @@ fn a_reference_is_not_made_of_what_has_met_nothing() {
 fn a_reference_is_not_made_of_what_cannot_draw_every_path() {
     let (scene, good) = (cornell_box(SIZE), honest(1.0));
     let half = |complete| Contestant::<World>::new("half", &good, complete);
-    let plan = ReferencePlan { budget: Budget::Samples(8), runs: 2, settings: Settings::default() };
+    let plan =
+        ReferencePlan { budget: Budget::Samples(8), runs: 2, settings: Plan::default().settings };
     let halves = [&half(true), &half(false)];
     let error =
         Reference::render(&scene.world, &*scene.camera, halves, &plan, &mut go_on).unwrap_err();
@@ -293,7 +294,7 @@ fn light_tracing_that_starves_is_not_wrong() {
     for (chance, decided) in [(1e-9, false), (1e-4, false), (0.5, true)] {
         let (scene, camera) = starved(chance);
         let all = contestants(&methods);
-        let settings = Settings { seed: 3, ..Settings::default() };
+        let settings = Settings { seed: 3, ..Plan::default().settings };
         let plan = ReferencePlan { budget: Budget::Samples(128), runs: 16, settings };
         for halves in [[&all[0], &all[2]], [&all[0], &all[1]], [&all[1], &all[2]]] {
             let reference = Reference::render(&scene, &camera, halves, &plan, &mut go_on).unwrap();

@@ -3,6 +3,7 @@
 use pathspace::endpoint::Camera;
 use pathspace::math::statistics::Estimate;
 use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::sampler::SamplerKind;
 use pathspace::scene::Scene;
 use std::time::Instant;
 
@@ -60,7 +61,8 @@ impl Images {
         seed: u64,
     ) {
         let budget = Budget::Samples(effort.samples_per_pixel);
-        let settings = Settings { budget, seed, threads: Some(1), ..Settings::default() };
+        let sampler = SamplerKind::Independent;
+        let settings = Settings { budget, seed, threads: Some(1), sampler, ..Settings::default() };
         let start = Instant::now();
         let rendering =
             integrator.render(scene, camera, &settings, &mut unattended).expect("an image");

@@ -2,6 +2,7 @@
 
 use crate::integrator::Bidirectional;
 use crate::render::{Budget, Settings};
+use crate::sampler::SamplerKind;
 
 /// Budget, runs and settings of a study.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +13,8 @@ pub struct Plan {
     /// Independent runs of each integrator; at least two. Default: 8.
     pub seeds: u32,
     /// Filter, sampler, threads, and the seed that those of the runs are derived from. Its budget
-    /// and target error are not used.
+    /// and target error are not used. Default: independent samples, whose variance does not depend
+    /// on how many there are, and whose passes the test of bias takes one by one.
     pub settings: Settings,
     /// relMSE of a run whose time is asked for. Default: 0.01.
     pub target: f64,
@@ -34,7 +36,7 @@ impl Default for Plan {
         Self {
             budget: Budget::Samples(64),
             seeds: 8,
-            settings: Settings::default(),
+            settings: Settings { sampler: SamplerKind::Independent, ..Settings::default() },
             target: 0.01,
             until_target: false,
             baseline: None,
