@@ -341,7 +341,7 @@ fn clusters_of_any_scale_agree_with_all_shapes_one_by_one() {
             shapes.extend(here.iter().map(|shape| placed(shape, place, scale)));
         }
         if flat {
-            shapes.retain(is_flat);
+            keep_simple(&mut shapes);
         }
         let bounds =
             shapes.iter().fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
