@@ -116,8 +116,10 @@
 //! space, and u = 2⁻⁵³. The exact test sees vertices in the ray's coordinates, `x - s z` with |s| ≤
 //! 1, off by u R for either component, 2 u R for s, and 2 u R for product and difference, in all
 //! less than 7 u R. For what is left its [signs](crate::geometry::Triangle::intersect) are exact,
-//! so it accepts nothing but what the ray passes within 7 u R of. The distance is the mean of
-//! those to the vertices and off by 7 u √3 R. The ray that was moved is off by 3 u R.
+//! so it accepts nothing but what the ray passes within 7 u R of, or by chance a triangle that is
+//! smaller than 4 u of its distance from the ray, whose edge functions round to 0; boxes leave that
+//! out. The distance is the mean of those to the vertices and off by 7 u √3 R. The ray that was
+//! moved is off by 3 u R.
 //!
 //! Up to R = 2²⁰ all of that is less than ε / 16, for which every tolerance above has room. From
 //! farther away a walk in f64 pads all boxes by [`blur`], 16 u R, and takes whatever is in the

@@ -5,7 +5,8 @@ use glam::DVec3;
 /// `(p - center) / extent`. A cube around the scene becomes a part of [-1, 1]³, at least a sixth as
 /// wide, such that positions that are f32 numbers stay so, as those of most files are: the extent
 /// is a power of two, and along each axis the centre is 0, or an f32 number so far away that its
-/// difference from one within the cube is an f32 number, too (Sterbenz 1974).
+/// difference from one within the cube is an f32 number, too (Sterbenz 1974); or no f32 number, if
+/// those are too far apart for the cube.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Space {
     pub center: DVec3,

@@ -2,7 +2,7 @@
 //!
 //! Boxes and tolerances of a tree are as coarse as 2⁻¹⁹ of its space. A scene that is stretched,
 //! by one small rectangle far away, say, would lose all of the rest in them: every ray would meet
-//! every box. So [clusters](clusters) of primitives that would be lost get a space of their own,
+//! every box. So [`clusters`] of primitives that would be lost get a space of their own,
 //! and clusters within them in turn. Most scenes have none, and one tree.
 //!
 //! A region is the box around a cluster, and knows everything that is inside: its tree has the
