@@ -132,6 +132,29 @@ fn triangles_without_area_are_warned_of() {
     );
 }
 
+#[test]
+fn scenes_of_parts_of_too_different_sizes_are_warned_of() {
+    let stretched = |offset: f64| {
+        warnings(|builder, grey| {
+            let ball = Mesh::icosphere(2);
+            builder.add_mesh("ball", &ball, DAffine3::IDENTITY, grey).expect("valid");
+            let wall = Quad {
+                origin: DVec3::X * offset,
+                edge_u: DVec3::Y * 1e-2 * offset,
+                edge_v: DVec3::Z * 1e-2 * offset,
+            };
+            builder.add_quad("far wall", wall, grey).expect("valid");
+        })
+    };
+    assert_eq!((stretched(2.0), stretched(1e9)), (vec![], vec![]));
+    let found = stretched(1e11);
+    assert!(
+        matches!(&found[..], [Warning::Stretched { objects, .. }] if *objects == ["far wall"]),
+        "{found:?}"
+    );
+    assert!(found[0].to_string().contains("because of \"far wall\": "));
+}
+
 /// Six digits are left at 9e9 sizes from the origin.
 #[test]
 fn lost_digits_are_warned_of() {

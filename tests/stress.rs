@@ -1,4 +1,4 @@
-//! The stress matrix of docs/numerics.md, S01–S57, S61, S63, S75–S83: each row a test with an
+//! The stress matrix of docs/numerics.md, S01–S57, S61, S63, S75–S85: each row a test with an
 //! oracle, an exact answer or the same scene without stress; `cargo run --release --example
 //! stability` prints the same cases in more detail. S36 is in leave_out/adaptive.rs; S44 in
 //! merging/cap.rs and analytic/furnace.rs (A12); S53 and S54 in photon_map.rs and
@@ -119,6 +119,8 @@ rows! {
     stress_s55_thin_walls_and_veils, "S55";
     stress_s75_far_pebble, "S75";
     stress_s83_rough_interface, "S83";
+    stress_s84_teapot_in_a_stadium, "S84";
+    stress_s85_stadium_in_a_solar_system, "S85";
 }
 
 #[test]

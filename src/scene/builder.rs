@@ -9,7 +9,7 @@ use super::world::World;
 use crate::endpoint::{AreaLight, Light, LightId, SceneExtent};
 use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
 use crate::material::{Finish, Material, Texture};
-use crate::tree::Bvh;
+use crate::tree::Forest;
 use glam::DAffine3;
 use std::collections::{HashMap, HashSet};
 
@@ -286,9 +286,10 @@ impl WorldBuilder {
         let light_tree = lights::prepare(&mut lights, &extent)?;
         Warning::of_surfaces(&self.surfaces, &self.shapes, &bounds, &mut self.warnings);
         let areas: Vec<f64> = self.shapes.iter().map(Shape::area).collect();
-        let bvh = Bvh::new(self.shapes, &bounds);
+        let forest = Forest::new(self.shapes, &bounds);
+        Warning::of_stretch(&self.surfaces, &forest, &mut self.warnings);
         Ok(World::assemble(
-            bvh,
+            forest,
             bounds,
             self.materials,
             self.surfaces,

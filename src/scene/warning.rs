@@ -5,6 +5,7 @@ use super::surface::Surface;
 use crate::bsdf::{INDEX_MATCHED, LEAST_ALPHA};
 use crate::geometry::{Bounds, Quad, Shape, Triangle};
 use crate::material::Material;
+use crate::tree::Forest;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -34,6 +35,14 @@ pub enum Warning {
         size: f64,
         /// Its largest coordinate.
         coordinate: f64,
+    },
+    /// A part of the scene is smaller than the whole by more than [`Warning::MOST_STRETCH`]. Rays
+    /// from far away meet it with fewer digits than that takes, and slowly.
+    Stretched {
+        /// The surfaces that are not within that part.
+        objects: Vec<String>,
+        /// The size of the scene over that of the part.
+        ratio: f64,
     },
     /// A roughness below 1e-4, where models behave as if it were 0 along both axes, or 1e-4 if the
     /// other one is not as small.
@@ -73,6 +82,8 @@ pub enum Warning {
 impl Warning {
     /// The digits below which [`Warning::FewDigits`] is given.
     pub const LEAST_DIGITS: f64 = 6.0;
+    /// The ratio above which [`Warning::Stretched`] is given.
+    pub const MOST_STRETCH: f64 = 1e9;
     /// Radiances in between have squares that are normal numbers.
     const RADIANCE: std::ops::RangeInclusive<f64> = 1e-150..=1e150;
 
@@ -128,6 +139,20 @@ impl Warning {
             }
         }
         Self::of_coincidence(surfaces, shapes, warnings);
+    }
+
+    /// Adds the warning that a scene has parts of too different sizes.
+    pub(super) fn of_stretch(surfaces: &[Surface], forest: &Forest, warnings: &mut Vec<Self>) {
+        let Some((part, ratio)) = forest.stretched(Self::MOST_STRETCH) else { return };
+        let is_inside = |primitive: u32| {
+            forest.shape(primitive).is_some_and(|shape| part.union(shape.bounds()) == part)
+        };
+        let objects = surfaces
+            .iter()
+            .filter(|s| !(s.first_primitive..s.first_primitive + s.primitives).all(is_inside))
+            .map(|surface| surface.name.clone())
+            .collect();
+        warnings.push(Self::Stretched { objects, ratio });
     }
 
     fn of_bounds(object: Option<&str>, bounds: &Bounds) -> Option<Self> {
@@ -213,6 +238,16 @@ impl fmt::Display for Warning {
                 write!(
                     f,
                     " is {size:.1e} large at coordinates of {coordinate:.1e}: {digits:.1} digits are left; move it closer to the origin"
+                )
+            }
+            Self::Stretched { objects, ratio } => {
+                let names: Vec<String> =
+                    objects.iter().take(3).map(|name| format!("\"{name}\"")).collect();
+                let others = if objects.len() > 3 { " and others" } else { "" };
+                write!(
+                    f,
+                    "the scene is {ratio:.1e} times as large as a part of it because of {}{others}: rays from afar are slow and lose digits; move them closer",
+                    names.join(", ")
                 )
             }
             Self::Roughness { material, alpha } => {

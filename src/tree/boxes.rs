@@ -68,6 +68,8 @@ pub(super) fn enter<S: Simd>(
     node: Node<'_>,
     limit: f32,
 ) -> (i32x8<S>, u64) {
+    #[cfg(test)]
+    super::tests::count(8);
     let plane = |axis: usize, side: bool| {
         let plane = u32x8::load_array_ref(simd, node.planes(axis, side)).bitcast::<f32x8<S>>();
         plane.mul_add(wide.reciprocal[axis], wide.offset[axis]).bitcast::<i32x8<S>>()

@@ -4,32 +4,37 @@
 use super::binary;
 use super::bvh::Bvh;
 use super::layout::{self, FEW, Facet, Wide};
-use super::rounding::PADDING;
+use super::rounding::{self, PADDING};
 use super::space::Space;
 use crate::geometry::{Bounds, Shape};
 use fearless_simd::Level;
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
-use std::time::Instant;
+use std::sync::Arc;
 
 /// The second half of a quad; the first one and everything else are referred to by the primitive's
 /// number.
 const SECOND_HALF: u32 = 1 << 31;
 
 impl Bvh {
-    /// Builds the tree; primitives are numbered in the given order.
-    pub fn new(shapes: Vec<Shape>, bounds: &Bounds) -> Self {
-        let start = Instant::now();
-        let (center, extent) = if shapes.is_empty() {
-            (DVec3::ZERO, 1.0)
-        } else {
-            (bounds.center(), 0.5 * (bounds.max - bounds.min).max_element())
-        };
+    /// Builds the tree over some primitives, which are numbers of shapes, for the space of a box
+    /// around them. Others are larger than the box, of which they are in the tree as far as they
+    /// reach into it; they are in order.
+    pub fn new(
+        shapes: &Arc<[Shape]>,
+        primitives: &[u32],
+        intruders: &[u32],
+        bounds: &Bounds,
+    ) -> Self {
+        let (center, extent) = cube(bounds);
         let inverse_extent = 1.0 / extent;
         let space = Space::new(center, extent);
         let place = |p| space.place(p);
         let facet = |reference: u32| {
             let primitive = reference & !SECOND_HALF;
+            if intruders.binary_search(&primitive).is_ok() {
+                return (primitive, Facet::Opaque);
+            }
             let facet = match &shapes[primitive as usize] {
                 Shape::Triangle(t) => {
                     let [a, b, c] = t.vertices;
@@ -50,13 +55,14 @@ impl Bvh {
             };
             (primitive, facet)
         };
-        let mut references: Vec<u32> = Vec::with_capacity(shapes.len());
-        for (primitive, shape) in shapes.iter().enumerate() {
-            references.push(primitive as u32);
-            if matches!(shape, Shape::Quad(_)) {
-                references.push(primitive as u32 | SECOND_HALF);
+        let mut references: Vec<u32> = Vec::with_capacity(primitives.len() + intruders.len());
+        for &primitive in primitives {
+            references.push(primitive);
+            if matches!(shapes[primitive as usize], Shape::Quad(_)) {
+                references.push(primitive | SECOND_HALF);
             }
         }
+        references.extend(intruders);
         // Every ray would test what is opaque exactly.
         let is_flat = |&reference: &u32| matches!(facet(reference).1, Facet::Triangle { .. });
         let has_few = references.len() <= FEW && references.iter().all(is_flat);
@@ -68,7 +74,16 @@ impl Bvh {
                     (_, Facet::Triangle { corners, .. }) => Bounds::of_points(corners),
                     (primitive, Facet::Opaque) => {
                         let b = shapes[primitive as usize].bounds();
-                        Bounds { min: place(b.min), max: place(b.max) }
+                        let (min, max) = (place(b.min), place(b.max));
+                        if intruders.is_empty() {
+                            Bounds { min, max }
+                        } else {
+                            let blur = rounding::blur(min.abs().max(max.abs()).max_element());
+                            Bounds {
+                                min: (min - blur).max(place(bounds.min)),
+                                max: (max + blur).min(place(bounds.max)),
+                            }
+                        }
                     }
                 };
                 let down = |x: f64| (x as f32).next_down();
@@ -92,13 +107,20 @@ impl Bvh {
         Self {
             wide,
             few,
-            shapes,
+            shapes: Arc::clone(shapes),
             space,
             center,
             extent,
             inverse_extent,
             level: Level::new(),
-            build_time: start.elapsed(),
         }
     }
+}
+
+/// The middle and half the side of the cube around a box.
+pub(super) fn cube(bounds: &Bounds) -> (DVec3, f64) {
+    if bounds.is_empty() {
+        return (DVec3::ZERO, 1.0);
+    }
+    (bounds.center(), 0.5 * (bounds.max - bounds.min).max_element())
 }

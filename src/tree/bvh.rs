@@ -10,15 +10,15 @@ use super::traverse::{Any, Nearest, Step};
 use crate::geometry::{Ray, Shape};
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec3, Vec3};
-use std::time::Duration;
+use std::sync::Arc;
 
-/// A tree over all primitives of a scene.
+/// A tree over primitives of a scene, in one space.
 pub(crate) struct Bvh {
     pub(super) wide: Wide,
     /// All facets of a scene that has few, in which all are triangles.
     pub(super) few: Vec<[Line; Block::LINES]>,
-    /// All primitives, by their number.
-    pub(super) shapes: Vec<Shape>,
+    /// All primitives of the scene, by their number.
+    pub(super) shapes: Arc<[Shape]>,
     pub(super) space: Space,
     /// The middle of the scene and half its largest side.
     pub(super) center: DVec3,
@@ -26,55 +26,12 @@ pub(crate) struct Bvh {
     pub(super) inverse_extent: f64,
     /// The instruction set that this processor has.
     pub(super) level: Level,
-    pub(super) build_time: Duration,
-}
-
-/// The parts of an acceleration structure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct TreeStatistics {
-    /// Nodes, each with up to eight boxes.
-    pub nodes: usize,
-    /// Leaves, each with up to four triangles.
-    pub leaves: usize,
-    /// Memory of nodes, leaves and shapes, bytes.
-    pub bytes: usize,
-    /// Wall-clock time of building it.
-    pub build_time: Duration,
-    /// The instruction set that rays use, chosen at run time.
-    pub instruction_set: &'static str,
 }
 
 impl Bvh {
-    /// Uses another instruction set, which this processor must have.
-    #[cfg(test)]
-    pub fn set_level(&mut self, level: Level) {
-        self.level = level;
-    }
-
-    /// The numbers of the tree's parts.
-    pub fn statistics(&self) -> TreeStatistics {
-        let Wide { lines, nodes, blocks } = &self.wide;
-        TreeStatistics {
-            nodes: *nodes,
-            leaves: *blocks,
-            bytes: size_of_val(&lines[..])
-                + size_of_val(&self.few[..])
-                + size_of_val(&self.shapes[..]),
-            build_time: self.build_time,
-            instruction_set: dispatch!(self.level, simd => instruction_set(simd)),
-        }
-    }
-
-    /// The middle of the scene; zero if there is nothing in it.
-    #[inline]
-    pub fn center(&self) -> DVec3 {
-        self.center
-    }
-
-    /// The shape of a primitive.
-    pub fn shape(&self, primitive: u32) -> Option<&Shape> {
-        self.shapes.get(primitive as usize)
+    /// The name of the instruction set.
+    pub fn instruction_set(&self) -> &'static str {
+        dispatch!(self.level, simd => instruction_set(simd))
     }
 
     /// The nearest hit, of equally near ones that with the lowest primitive, as `result` returns
@@ -250,9 +207,6 @@ fn instruction_set<S: Simd>(_: S) -> &'static str {
 
 impl std::fmt::Debug for Bvh {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Bvh")
-            .field("primitives", &self.shapes.len())
-            .field("nodes", &self.wide.nodes)
-            .finish_non_exhaustive()
+        f.debug_struct("Bvh").field("nodes", &self.wide.nodes).finish_non_exhaustive()
     }
 }

@@ -63,6 +63,8 @@ impl Bvh {
         ray: &Ray,
         contact: Contact,
     ) -> Option<Intersection> {
+        #[cfg(test)]
+        super::tests::count(8);
         if !candidate.is_exact() {
             return self.shapes[candidate.primitive() as usize].intersect_apart_from(ray, contact);
         }

@@ -14,7 +14,7 @@ use glam::DVec3;
 use std::ops::Range;
 
 /// Queries that the kernel is given at a time.
-const BLOCK: usize = 128;
+pub(super) const BLOCK: usize = 128;
 
 /// The fewest queries for which the effort of beginning pays.
 const SOME: usize = 4;
@@ -48,23 +48,9 @@ impl Bvh {
         (b - a).abs().max_element() <= CLOSE * self.extent
     }
 
-    /// The nearest hits of many rays, as [`closest`](Self::closest) finds them, each with its place
-    /// in the iterator, in order.
-    #[inline]
-    pub fn closest_many<'a>(
-        &'a self,
-        queries: impl Iterator<Item = Query>,
-        mut found: impl FnMut(usize, Option<Hit<'a>>),
-    ) {
-        let none = Query::free(DVec3::ZERO, DVec3::ZERO);
-        in_blocks(queries, none, None, |first, queries, hits| {
-            self.closest_of_block(queries, hits);
-            hits.iter().enumerate().for_each(|(i, hit)| found(first + i, *hit));
-        });
-    }
-
+    /// The nearest hits of up to a block of rays, as [`closest`](Self::closest) finds them.
     #[inline(never)]
-    fn closest_of_block<'a>(&'a self, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
+    pub(super) fn closest_of_block<'a>(&'a self, queries: &[Query], hits: &mut [Option<Hit<'a>>]) {
         if queries.len() < SOME {
             return self.closest_one_by_one(queries, hits);
         }
@@ -96,22 +82,10 @@ impl Bvh {
         });
     }
 
-    /// The answers of [`is_free`](Self::is_free) for many segments, or the answer for one that is
-    /// known already, each with its place in the iterator, in order.
-    #[inline]
-    pub fn are_free(
-        &self,
-        segments: impl Iterator<Item = Result<Segment, bool>>,
-        mut answer: impl FnMut(usize, bool),
-    ) {
-        in_blocks(segments, Err(false), false, |first, segments, free| {
-            self.are_free_in_block(segments, free);
-            free.iter().enumerate().for_each(|(i, free)| answer(first + i, *free));
-        });
-    }
-
+    /// The answers of [`is_free`](Self::is_free) for up to a block of segments, or the answer for
+    /// one that is known already.
     #[inline(never)]
-    fn are_free_in_block(&self, segments: &[Result<Segment, bool>], free: &mut [bool]) {
+    pub(super) fn are_free_in_block(&self, segments: &[Result<Segment, bool>], free: &mut [bool]) {
         if segments.len() < SOME {
             return self.are_free_one_by_one(segments, free);
         }
@@ -149,7 +123,7 @@ impl Bvh {
 /// Hands out queries by the block, each block with the place of its first in the iterator and with
 /// memory for as many answers. The contents before do not matter.
 #[inline(always)]
-fn in_blocks<Q: Copy, A: Copy>(
+pub(super) fn in_blocks<Q: Copy, A: Copy>(
     queries: impl Iterator<Item = Q>,
     no_query: Q,
     no_answer: A,

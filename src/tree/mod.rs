@@ -17,9 +17,9 @@
 //! f32 numbers: vertices stay such numbers in the space, and their differences are, too, unless an
 //! edge is longer than its ends' distances from a plane through the space's origin, roughly.
 //!
-//! Top down: [`many`] answers many rays at once, by a [`packet`] or in [`flights`]; [`bvh`] answers
-//! one, [`traverse`] walks through the tree, [`boxes`] and [`facets`] test what it meets and
-//! [`exact`] decides.
+//! Top down: a [`forest`] has the trees of a scene, more than one if parts are tiny; [`many`]
+//! answers many rays at once, by a [`packet`] or in [`flights`]; [`bvh`] answers one, [`traverse`]
+//! walks through the tree, [`boxes`] and [`facets`] test what it meets and [`exact`] decides.
 
 mod binary;
 mod boxes;
@@ -29,6 +29,7 @@ mod collapse;
 mod exact;
 mod facets;
 mod flights;
+mod forest;
 mod layout;
 mod many;
 mod packet;
@@ -40,6 +41,6 @@ mod stack;
 mod tests;
 mod traverse;
 
-pub(crate) use bvh::Bvh;
-pub use bvh::TreeStatistics;
+pub(crate) use forest::Forest;
+pub use forest::TreeStatistics;
 pub(crate) use query::{Hit, Query, Segment};

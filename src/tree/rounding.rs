@@ -65,6 +65,25 @@
 //! takes its place, one that is certainly farther is dropped, and one of which neither is certain
 //! is tested exactly at once. What was dropped is farther than something that is hit, and all that
 //! was not dropped is compared by its exact distance, so the answer is the same.
+//!
+//! # Rays from afar
+//!
+//! A ray that comes from another space is moved to the box of this one for the tests in f32 alone;
+//! the exact test takes it as it is. Let R be the largest component of `v - o`, in units of this
+//! space, and u = 2⁻⁵³. The exact test sees vertices in the ray's coordinates, `x - s z` with |s| ≤
+//! 1, off by u R for either component, 2 u R for s, and 2 u R for product and difference, in all
+//! less than 7 u R. For what is left its [signs](crate::geometry::Triangle::intersect) are exact,
+//! so it accepts nothing but what the ray passes within 7 u R of, or by chance a triangle that is
+//! smaller than 4 u of its distance from the ray, whose edge functions round to 0; boxes leave that
+//! out. The distance is the mean of those to the vertices and off by 7 u √3 R. The ray that was
+//! moved is off by 3 u R.
+//!
+//! Up to R = 2²⁰ all of that is less than ε / 16, for which every tolerance above has room. From
+//! farther away a walk in f64 pads all boxes by [`blur`], 16 u R, and takes whatever is in the
+//! leaves that it meets for a candidate.
+//!
+//! The same holds for rays of a space and shapes that reach in from outside: their boxes are the
+//! parts inside, padded by the blur of their most distant corner, and they are tested exactly.
 
 use glam::DVec3;
 
@@ -99,6 +118,16 @@ pub(super) const CLIP: f64 = 1.0 + 4.0 * PADDING as f64;
 #[inline(always)]
 pub(super) fn uncertainty_of_place(place: DVec3) -> f64 {
     place.abs().max_element() * (8.0 * f64::EPSILON)
+}
+
+/// The distance, in units of a space, up to which rays from other spaces are tested in f32.
+pub(super) const NEAR: f64 = (1u64 << 20) as f64;
+
+/// A bound on how far the exact test may be off where coordinates relative to the ray's origin are
+/// up to `distance`.
+#[inline(always)]
+pub(super) fn blur(distance: f64) -> f64 {
+    distance * (8.0 * f64::EPSILON)
 }
 
 /// The error bounds of the edge functions of a triangle with these edges, and of its distance times

@@ -5,7 +5,8 @@ use glam::DVec3;
 /// `(p - center) / extent`. A cube around the scene becomes a part of [-1, 1]³, at least a sixth as
 /// wide, such that positions that are f32 numbers stay so, as those of most files are: the extent
 /// is a power of two, and along each axis the centre is 0, or an f32 number so far away that its
-/// difference from one within the cube is an f32 number, too (Sterbenz 1974).
+/// difference from one within the cube is an f32 number, too (Sterbenz 1974); or no f32 number, if
+/// those are too far apart for the cube.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Space {
     center: DVec3,
@@ -16,8 +17,15 @@ pub(super) struct Space {
 impl Space {
     /// The space for a cube, given by its centre and half its side.
     pub fn new(center: DVec3, extent: f64) -> Self {
-        let origin =
-            center.map(|x| if x.abs() <= 2.0 * extent { 0.0 } else { f64::from(x as f32) });
+        let origin = center.map(|x| {
+            let near = f64::from(x as f32);
+            match () {
+                () if x.abs() <= 2.0 * extent => 0.0,
+                () if (x - near).abs() <= 0.25 * extent => near,
+                // No two f32 numbers are within the cube.
+                () => x,
+            }
+        });
         let size = (center - origin).abs().max_element() + extent;
         let extent = size.log2().ceil().exp2();
         Self { center: origin, extent, inverse_extent: 1.0 / extent }

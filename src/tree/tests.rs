@@ -1,16 +1,27 @@
 //! The traversal against all shapes one by one, on scenes that are hard for boxes and for f32, with
 //! every instruction set.
 
-use super::bvh::Bvh;
+use super::forest::Forest;
 use super::query::{Ends, Query, Segment};
 use crate::geometry::{Bounds, Contact, Disk, Quad, Ray, Shape, Sphere, SurfacePoint, Triangle};
 use crate::math::warp::square_to_sphere;
 use fearless_simd::Level;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, swizzles::Vec3Swizzles};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use std::cell::Cell;
 
 const NONE: u32 = SurfacePoint::NONE;
+
+thread_local! {
+    static TESTS: Cell<usize> = const { Cell::new(0) };
+}
+
+/// Counts what takes as long as so many boxes of a node: 8 for a node or an exact test, 2 for a
+/// region.
+pub(super) fn count(boxes: usize) {
+    TESTS.set(TESTS.get() + boxes);
+}
 
 fn direction(rng: &mut Pcg64Mcg) -> DVec3 {
     square_to_sphere(DVec2::new(rng.random(), rng.random()))
@@ -112,9 +123,9 @@ fn levels() -> Vec<Level> {
     levels
 }
 
-fn tree(shapes: &[Shape]) -> Bvh {
+fn tree(shapes: &[Shape]) -> Forest {
     let bounds = shapes.iter().fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
-    Bvh::new(shapes.to_vec(), &bounds)
+    Forest::new(shapes.to_vec(), &bounds)
 }
 
 /// Answers that come in any order, each once.
@@ -126,7 +137,7 @@ fn in_order<T>(count: usize, ask: impl FnOnce(&mut dyn FnMut(usize, T))) -> Vec<
     answers.into_iter().map(|answer| answer.expect("an answer to each")).collect()
 }
 
-fn closest_many(bvh: &Bvh, queries: &[Query]) -> Vec<Option<(f64, u32)>> {
+fn closest_many(bvh: &Forest, queries: &[Query]) -> Vec<Option<(f64, u32)>> {
     in_order(queries.len(), |answer| {
         bvh.closest_many(queries.iter().copied(), |index, hit| {
             answer(index, hit.map(|hit| (hit.intersection.t, hit.primitive)))
@@ -134,14 +145,25 @@ fn closest_many(bvh: &Bvh, queries: &[Query]) -> Vec<Option<(f64, u32)>> {
     })
 }
 
-fn are_free(bvh: &Bvh, segments: &[Result<Segment, bool>]) -> Vec<bool> {
+fn are_free(bvh: &Forest, segments: &[Result<Segment, bool>]) -> Vec<bool> {
     in_order(segments.len(), |answer| bvh.are_free(segments.iter().copied(), answer))
+}
+
+/// True if a ray comes near a shape. The exact test cannot tell for a triangle that is smaller than
+/// the rounding of its distance from the ray.
+fn passes(ray: &Ray, shape: &Shape) -> bool {
+    let Bounds { min, max } = shape.bounds();
+    let (min, max) = (min - ray.origin, max - ray.origin);
+    let rounding = 1e-14 * min.abs().max(max.abs()).max_element();
+    let (a, b) = ((min - rounding) / ray.direction, (max + rounding) / ray.direction);
+    a.min(b).max_element().max(0.0) <= a.max(b).min_element()
 }
 
 /// Compares with all shapes one by one, bit by bit; returns how many rays hit, how many of them
 /// what f32 holds exactly, and how many segments are blocked.
 fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize, usize, usize) {
     let mut bvh = tree(shapes);
+    let is_nested = bvh.statistics().trees > 1;
     let (mut hits, mut held, mut blocked) = (0, 0, 0);
     for (level, step) in levels().into_iter().zip([1, 3, 3, 3, 3]) {
         bvh.set_level(level);
@@ -158,6 +180,7 @@ fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize
             let from = |id: u32| if id == ends.origin { Contact::Origin } else { Contact::None };
             let expected = (0u32..)
                 .zip(shapes)
+                .filter(|(_, shape)| !is_nested || passes(&ray, shape))
                 .filter_map(|(id, shape)| Some((shape.intersect_apart_from(&ray, from(id))?.t, id)))
                 .min_by(|a, b| a.partial_cmp(b).expect("numbers"));
             let query = Query { origin, direction, origin_primitive: ends.origin };
@@ -182,7 +205,10 @@ fn compare(shapes: &[Shape], rays: &[(DVec3, DVec3, f64)], name: &str) -> (usize
                 (true, true) => Contact::Both,
             };
             let free = !(0u32..).zip(shapes).any(|(id, shape)| {
-                shape.intersect_apart_from(&ray, within(id)).is_some_and(|hit| hit.t < length)
+                (!is_nested || passes(&ray, shape))
+                    && shape
+                        .intersect_apart_from(&ray, within(id))
+                        .is_some_and(|hit| hit.t < length)
             });
             let segment = Segment { origin, direction, length, ends };
             assert_eq!(bvh.is_free(&segment), free, "{name}, segment {i} of {length}, {level:?}");
@@ -229,23 +255,7 @@ fn the_traversal_agrees_with_all_shapes_one_by_one() {
             let p = p * scale + offset * DVec3::new(1.0, -1.0, 0.5);
             if single { p.as_vec3().as_dvec3() } else { p }
         };
-        let shapes: Vec<Shape> = shapes
-            .iter()
-            .map(|shape| match *shape {
-                Shape::Triangle(t) => Shape::Triangle(Triangle { vertices: t.vertices.map(place) }),
-                Shape::Sphere(s) => {
-                    Shape::Sphere(Sphere { center: place(s.center), radius: s.radius * scale, ..s })
-                }
-                Shape::Disk(d) => {
-                    Shape::Disk(Disk { center: place(d.center), radius: d.radius * scale, ..d })
-                }
-                Shape::Quad(q) => Shape::Quad(Quad {
-                    origin: place(q.origin),
-                    edge_u: q.edge_u * scale,
-                    edge_v: q.edge_v * scale,
-                }),
-            })
-            .collect();
+        let shapes: Vec<Shape> = shapes.iter().map(|shape| placed(shape, place, scale)).collect();
         let rays: Vec<_> = (0..rays).map(|_| ray(&mut rng, &shapes, place)).collect();
         // Rays that start outside are moved first, which only `tests/watertight.rs` can judge.
         let bounds =
@@ -261,6 +271,181 @@ fn the_traversal_agrees_with_all_shapes_one_by_one() {
         );
         // Shapes that are no triangles and long edges through the middle are not held.
         assert!(!single || (held > hits / 16 && held < hits), "{held} of {hits} hits are held");
+    }
+}
+
+/// A shape in another place and of another size.
+fn placed(shape: &Shape, place: impl Fn(DVec3) -> DVec3, scale: f64) -> Shape {
+    match *shape {
+        Shape::Triangle(t) => Shape::Triangle(Triangle { vertices: t.vertices.map(place) }),
+        Shape::Sphere(s) => {
+            Shape::Sphere(Sphere { center: place(s.center), radius: s.radius * scale, ..s })
+        }
+        Shape::Disk(d) => {
+            Shape::Disk(Disk { center: place(d.center), radius: d.radius * scale, ..d })
+        }
+        Shape::Quad(q) => Shape::Quad(Quad {
+            origin: place(q.origin),
+            edge_u: q.edge_u * scale,
+            edge_v: q.edge_v * scale,
+        }),
+    }
+}
+
+/// Clusters of shapes in each other and side by side, with shapes of larger ones through smaller
+/// ones, and rays within and between them.
+#[test]
+fn clusters_of_any_scale_agree_with_all_shapes_one_by_one() {
+    let (seeds, rays) = if cfg!(debug_assertions) { (12, 200) } else { (60, 1500) };
+    let (mut nested, mut wide, mut hits, mut blocked) = (0, 0, 0, 0);
+    for seed in 0..seeds {
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        let (flat, single) = (seed % 3 == 0, seed % 4 == 0);
+        let mut frames = vec![(DVec3::ZERO, 1.0)];
+        let mut shapes: Vec<Shape> = Vec::new();
+        for _ in 0..rng.random_range(1..if seed % 5 == 0 { 30 } else { 6 }) {
+            let (center, scale) = frames[rng.random_range(0..frames.len())];
+            let least: f64 = if seed % 7 == 0 { 1e-13 } else { 1e-8 };
+            let smaller = (scale * 10f64.powf(rng.random_range(-9.0..-2.0))).max(least);
+            frames.push((center + 0.8 * scale * point(&mut rng), smaller));
+        }
+        for (center, scale) in &mut frames {
+            if single {
+                *center = center.as_vec3().as_dvec3();
+                *scale = scale.log2().round().exp2();
+            }
+        }
+        for (i, &(center, scale)) in frames.iter().enumerate() {
+            let place = |p: DVec3| {
+                let p = if single { p.as_vec3().as_dvec3() } else { p };
+                center + scale * p
+            };
+            let mut here: Vec<Shape> = Vec::new();
+            for _ in 0..rng.random_range(4..if i % 3 == 0 { 300 } else { 40 }) {
+                let shape = shape(&mut rng, &here);
+                here.push(shape);
+            }
+            // Floors, walls and skies of what is around.
+            if rng.random_range(0..2) == 0 {
+                let grown = 10f64.powf(rng.random_range(0.0..6.0));
+                let [x, y] = [direction(&mut rng), direction(&mut rng)].map(|d| grown * d);
+                let corner = point(&mut rng) - 0.5 * (x + y);
+                here.push(match rng.random_range(0..3) {
+                    0 => Shape::Quad(Quad { origin: corner, edge_u: x, edge_v: y }),
+                    1 => Shape::Triangle(Triangle { vertices: [corner, corner + x, corner + y] }),
+                    _ => Shape::Sphere(Sphere::new(point(&mut rng) + x, grown)),
+                });
+            }
+            shapes.extend(here.iter().map(|shape| placed(shape, place, scale)));
+        }
+        if flat {
+            shapes.retain(is_flat);
+        }
+        let bounds =
+            shapes.iter().fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
+        let inside = |p: &DVec3| p.cmpge(bounds.min).all() && p.cmple(bounds.max).all();
+        let rays: Vec<_> = (0..rays)
+            .map(|_| {
+                let (center, scale) = frames[rng.random_range(0..frames.len())];
+                ray(&mut rng, &shapes, |p| center + scale * p)
+            })
+            .filter(|(origin, ..)| inside(origin))
+            .collect();
+        let trees = tree(&shapes).statistics().trees;
+        nested += usize::from(trees > 1);
+        wide = wide.max(trees);
+        let found = compare(&shapes, &rays, &format!("clusters {seed}, {trees} trees"));
+        hits += found.0;
+        blocked += found.2;
+    }
+    assert!(nested > seeds as usize / 2 && wide > 9, "{nested} scenes, {wide} trees");
+    let rays = seeds as usize * rays;
+    assert!(hits > rays / 2 && blocked > rays / 4, "{hits} hits, {blocked} blocked of {rays}");
+}
+
+/// The tests of nodes, regions and shapes that a ray takes in a scene, on average, and the number
+/// of trees: rays from point to point within a part of the scene, whose shapes are the first, and
+/// from these shapes.
+fn cost(shapes: &[Shape], center: DVec3, scale: f64, part: usize) -> (f64, usize) {
+    let forest = tree(shapes);
+    let mut rng = Pcg64Mcg::seed_from_u64(3);
+    let rays = if cfg!(debug_assertions) { 200 } else { 1000 };
+    TESTS.set(0);
+    for _ in 0..rays {
+        let origin = center + scale * point(&mut rng);
+        let aim = center + scale * point(&mut rng);
+        let (direction, length) = ((aim - origin).normalize(), aim.distance(origin));
+        forest.closest(Query::free(origin, direction), |_| ());
+        forest.is_free(&Segment::free(origin, direction, length));
+        let on = rng.random_range(0..part);
+        let x = shapes[on].sample_area(DVec2::new(rng.random(), rng.random()));
+        let origin_primitive = on as u32;
+        forest.closest(Query { origin: x.position, direction, origin_primitive }, |_| ());
+    }
+    (TESTS.get() as f64 / f64::from(8 * 3 * rays), forest.statistics().trees)
+}
+
+/// A ray among shapes takes as many tests when there is something far away in any direction.
+#[test]
+fn what_is_far_away_does_not_make_rays_test_more() {
+    let mesh = crate::scene::Mesh::icosphere(4);
+    let ball = |center: DVec3, radius: f64| {
+        let corner = |i: u32| center + radius * mesh.positions[i as usize];
+        let triangle = |t: &[u32; 3]| Shape::Triangle(Triangle { vertices: t.map(corner) });
+        mesh.indices.iter().map(triangle).collect::<Vec<_>>()
+    };
+    let mut rng = Pcg64Mcg::seed_from_u64(5);
+    let mut quad = || {
+        let [edge_u, edge_v] = [direction(&mut rng), direction(&mut rng)].map(|d| 0.5 * d);
+        Shape::Quad(Quad { origin: point(&mut rng), edge_u, edge_v })
+    };
+    let quads: Vec<Shape> = (0..12).map(|_| quad()).collect();
+    // A rectangle, three balls, and a floor under a sky.
+    let stages = |d: DVec3, offset: f64| {
+        let floor = Quad {
+            origin: DVec3::new(-0.4 * offset, -1.2, -0.6 * offset),
+            edge_u: DVec3::Z * offset,
+            edge_v: DVec3::X * offset,
+        };
+        let sky = Sphere::new(DVec3::new(0.1, -0.2, 0.0), 2.0 * offset);
+        [
+            vec![Shape::Quad(Quad { origin: d * offset, edge_u: DVec3::X, edge_v: DVec3::Y })],
+            [d, d.yzx(), d.zxy()].map(|d| ball(d * offset, 1.0)).concat(),
+            vec![Shape::Quad(floor), Shape::Sphere(sky)],
+        ]
+    };
+    for (name, near) in [("ball", ball(DVec3::ZERO, 1.0)), ("quads", quads)] {
+        let with =
+            |far: Vec<Shape>| cost(&[&near[..], &far].concat(), DVec3::ZERO, 1.0, near.len());
+        let close = stages(DVec3::X, 4.0).map(with);
+        assert!(close.iter().all(|(_, trees)| *trees == 1), "{name}: {close:?}");
+        let directions = [DVec3::X, DVec3::new(1.0, -1.0, 0.9), DVec3::new(-0.3, 1.0, 0.0)];
+        for (i, offset) in
+            [10.0, 1e2, 1e3, 3e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e12].into_iter().enumerate()
+        {
+            let d = directions[i % 3];
+            let far = stages(d, offset).map(with);
+            for ((found, trees), (expected, _)) in far.into_iter().zip(close) {
+                assert!(
+                    found <= 1.5 * expected && (offset < 1e6 || trees > 1),
+                    "{name}, {d} · {offset:e}: {far:?}, not {close:?}"
+                );
+            }
+        }
+    }
+    // A ball in a hall in a planet's orbit.
+    let nested = |center: DVec3, sizes: [f64; 3]| {
+        let balls = [ball(center, sizes[0]), ball(center, sizes[1]), ball(DVec3::ZERO, sizes[2])];
+        [[0, 1, 2], [1, 0, 2], [2, 0, 1]].map(|order| {
+            let shapes = order.map(|i| &balls[i][..]).concat();
+            let center = if order[0] == 2 { DVec3::ZERO } else { center };
+            cost(&shapes, center, sizes[order[0]], mesh.indices.len())
+        })
+    };
+    let close = nested(DVec3::new(0.1, 0.2, -0.1), [1.0, 4.0, 16.0]);
+    let far = nested(DVec3::new(3e8, 4e7, -2e8), [1e-3, 1e3, 1e9]);
+    for ((found, trees), (expected, _)) in far.into_iter().zip(close) {
+        assert!(found <= 1.5 * expected && trees == 3, "{far:?}, not {close:?}");
     }
 }
 
@@ -312,7 +497,7 @@ fn queries_at_once_are_answered_like_single_ones() {
             shapes.retain(is_flat);
         }
         let mut bvh = tree(&shapes);
-        assert_eq!(bvh.pays_to_take_turns(), shapes_count == 300);
+        assert_eq!(bvh.outermost().pays_to_take_turns(), shapes_count == 300);
         for level in levels() {
             bvh.set_level(level);
             let mut hits = [0; 2];

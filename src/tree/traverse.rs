@@ -54,6 +54,12 @@ impl Default for Nearest<'_> {
 }
 
 impl Nearest<'_> {
+    /// The walk of a ray up to a limit.
+    #[inline(always)]
+    pub fn before(limit: f32) -> Self {
+        Self { limit: limit.min(FAR), ..Self::default() }
+    }
+
     /// The walk of a ray without hits.
     #[inline(always)]
     pub fn ended() -> Self {

@@ -8,6 +8,7 @@ mod materials;
 mod normals;
 mod photons;
 mod placement;
+mod stretched;
 
 use crate::measure::Method::{self, Bidirectional, Emission, Light, Path};
 use crate::scenes::{camera, cap_sphere, furnace_box, lambert, polygon_irradiance};
@@ -169,6 +170,7 @@ fn decades(exponents: &'static [i32]) -> impl Iterator<Item = f64> {
 pub fn all() -> Vec<Case> {
     let mut cases = Vec::new();
     placement::placement(&mut cases);
+    stretched::stretched(&mut cases);
     energy::energy(&mut cases);
     lights::lights(&mut cases);
     geometry::geometry(&mut cases);

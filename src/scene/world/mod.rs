@@ -15,14 +15,14 @@ use crate::endpoint::LightId;
 use crate::geometry::{Bounds, Shape, SurfacePoint};
 use crate::light_tree::LightTree;
 use crate::material::{Finish, SurfaceBsdf};
-use crate::tree::{Bvh, TreeStatistics};
+use crate::tree::{Forest, TreeStatistics};
 
 /// A scene made by a [`WorldBuilder`](super::WorldBuilder). Immutable; share it between threads.
 ///
 /// Primitives are numbered surface by surface in the order in which surfaces were added. Of
 /// surfaces at the same distance, a ray sees that of the lowest number.
 pub struct World {
-    bvh: Bvh,
+    forest: Forest,
     bounds: Bounds,
     materials: Vec<Finish>,
     surfaces: Vec<Surface>,
@@ -40,7 +40,7 @@ pub struct World {
 impl World {
     #[allow(clippy::too_many_arguments)]
     pub(in crate::scene) fn assemble(
-        bvh: Bvh,
+        forest: Forest,
         bounds: Bounds,
         materials: Vec<Finish>,
         surfaces: Vec<Surface>,
@@ -54,10 +54,10 @@ impl World {
         for (id, surface) in surfaces.iter().enumerate() {
             surface_of.resize(surface_of.len() + surface.primitives as usize, id as u32);
         }
-        let needs = needs::needs(&materials, &surfaces, &lights, environment, &bvh, &bounds);
+        let needs = needs::needs(&materials, &surfaces, &lights, environment, &forest, &bounds);
         let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
         Self {
-            bvh,
+            forest,
             bounds,
             materials,
             surfaces,
@@ -145,13 +145,13 @@ impl World {
     /// The shape of a primitive.
     #[must_use]
     pub fn shape(&self, primitive: u32) -> Option<&Shape> {
-        self.bvh.shape(primitive)
+        self.forest.shape(primitive)
     }
 
     /// The parts of the acceleration structure.
     #[must_use]
     pub fn tree_statistics(&self) -> TreeStatistics {
-        self.bvh.statistics()
+        self.forest.statistics()
     }
 }
 
@@ -159,7 +159,7 @@ impl std::fmt::Debug for World {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let lights: Vec<&str> = self.lights.iter().map(|(name, _)| name.as_str()).collect();
         f.debug_struct("World")
-            .field("bvh", &self.bvh)
+            .field("forest", &self.forest)
             .field("bounds", &self.bounds)
             .field("surfaces", &self.surfaces.len())
             .field("materials", &self.materials)

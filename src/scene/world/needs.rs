@@ -7,7 +7,7 @@ use crate::material::Finish;
 use crate::scene::Needs;
 use crate::scene::lights::BoxedLight;
 use crate::scene::surface::Surface;
-use crate::tree::Bvh;
+use crate::tree::Forest;
 
 /// The features that rendering a world takes.
 pub(super) fn needs(
@@ -15,7 +15,7 @@ pub(super) fn needs(
     surfaces: &[Surface],
     lights: &[(String, BoxedLight)],
     environment: Option<LightId>,
-    shapes: &Bvh,
+    shapes: &Forest,
     bounds: &Bounds,
 ) -> Needs {
     let when = |condition: bool, need: Needs| if condition { need } else { Needs::NONE };

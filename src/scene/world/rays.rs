@@ -16,7 +16,7 @@ impl World {
     /// direction that is not of unit length is made so; a ray that is none hits nothing.
     #[must_use]
     pub fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
-        self.bvh.closest(Query::free(origin, direction), primitive_and_distance)
+        self.forest.closest(Query::free(origin, direction), primitive_and_distance)
     }
 
     /// [`first_hit`](Self::first_hit) of many rays, given by origin and direction. `found` gets
@@ -27,14 +27,15 @@ impl World {
         mut found: impl FnMut(usize, Option<(u32, f64)>),
     ) {
         let queries = rays.map(|(origin, direction)| Query::free(origin, direction));
-        self.bvh.closest_many(queries, |index, hit| found(index, hit.map(primitive_and_distance)));
+        self.forest
+            .closest_many(queries, |index, hit| found(index, hit.map(primitive_and_distance)));
     }
 
     /// True if a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an
     /// end that lie on no surface.
     #[must_use]
     pub fn is_clear(&self, origin: DVec3, direction: DVec3, length: f64) -> bool {
-        self.bvh.is_free(&Segment::free(origin, direction, length))
+        self.forest.is_free(&Segment::free(origin, direction, length))
     }
 
     /// [`is_clear`](Self::is_clear) of many rays, given by origin, direction and length. `answer`
@@ -44,7 +45,7 @@ impl World {
         rays: impl Iterator<Item = (DVec3, DVec3, f64)>,
         answer: impl FnMut(usize, bool),
     ) {
-        self.bvh.are_free(
+        self.forest.are_free(
             rays.map(|(origin, direction, length)| Ok(Segment::free(origin, direction, length))),
             answer,
         );
@@ -53,7 +54,7 @@ impl World {
     /// The surface point of a hit.
     #[inline(always)]
     fn point_of(&self, hit: &Hit<'_>) -> Option<SurfacePoint> {
-        let Some(triangle) = self.bvh.triangle_of(hit) else { return self.point_of_other(hit) };
+        let Some(triangle) = self.forest.triangle_of(hit) else { return self.point_of_other(hit) };
         let x = triangle.point_at(hit.intersection.u, hit.intersection.v);
         Some(self.complete(hit.primitive, Some(triangle), x))
     }
@@ -63,7 +64,7 @@ impl World {
     #[inline(never)]
     fn point_of_other(&self, hit: &Hit<'_>) -> Option<SurfacePoint> {
         let x = self
-            .bvh
+            .forest
             .shape(hit.primitive)?
             .point_at_hit(&Ray::new(hit.origin, hit.direction), &hit.intersection);
         Some(self.complete(hit.primitive, None, x))
@@ -104,7 +105,7 @@ impl Scene for World {
     #[inline]
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         // The point is made where it is needed.
-        self.bvh
+        self.forest
             .closest(Query::leaving(from, direction), |hit| hit)
             .and_then(|hit| self.point_of(&hit))
     }
@@ -113,8 +114,8 @@ impl Scene for World {
     /// other: they have no geometry term.
     #[inline]
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
-        Segment::between(a, b, self.bvh.center())
-            .map_or_else(|visible| visible, |segment| self.bvh.is_free(&segment))
+        Segment::between(a, b, self.forest.center())
+            .map_or_else(|visible| visible, |segment| self.forest.is_free(&segment))
     }
 
     #[inline]
@@ -124,7 +125,7 @@ impl Scene for World {
         mut found: impl FnMut(usize, Option<SurfacePoint>),
     ) {
         let queries = rays.map(|(from, direction)| Query::leaving(from, direction));
-        self.bvh.closest_many(queries, |index, hit| {
+        self.forest.closest_many(queries, |index, hit| {
             found(index, hit.and_then(|hit| self.point_of(&hit)))
         });
     }
@@ -135,7 +136,8 @@ impl Scene for World {
         segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>,
         answer: impl FnMut(usize, bool),
     ) {
-        self.bvh.are_free(segments.map(|(a, b)| Segment::between(a, b, self.bvh.center())), answer);
+        self.forest
+            .are_free(segments.map(|(a, b)| Segment::between(a, b, self.forest.center())), answer);
     }
 
     #[inline]
@@ -203,7 +205,7 @@ impl SurfaceArea for World {
 
     fn sample_surface(&self, u1: f64, u2: DVec2) -> SurfacePoint {
         let chosen = self.area_choice.sample(u1).map(|(index, _)| index);
-        match chosen.and_then(|primitive| Some((primitive, self.bvh.shape(primitive)?))) {
+        match chosen.and_then(|primitive| Some((primitive, self.forest.shape(primitive)?))) {
             Some((primitive, shape)) => {
                 self.complete(primitive, shape.as_triangle(), shape.sample_area(u2))
             }
