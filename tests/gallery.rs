@@ -43,6 +43,8 @@ fn every_scene_builds_and_renders() {
         assert_eq!((scene.name, Some(scene.description)), (name, gallery::description(name)));
         assert_eq!(scene.camera.film().resolution, UVec2::new(9, 7));
         assert!(scene.world.light_count() > 0 && scene.world.warnings().is_empty());
+        // Nothing in it is lost beside the rest.
+        assert_eq!(scene.world.tree_statistics().trees, 1, "{name}");
         let integrators: [(&dyn Render<World>, bool); 4] = [
             (&UniformArea::default(), scene.claims.uniform_area),
             (&PathTracer::default(), scene.claims.path_tracing),

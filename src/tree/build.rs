@@ -63,6 +63,7 @@ impl Bvh {
                 references.push(primitive | SECOND_HALF);
             }
         }
+        references.extend(intruders);
         let few = match intruders {
             [] => Few::new(shapes, primitives.iter().copied(), &space),
             // Every ray would test them exactly.
