@@ -97,13 +97,13 @@ pub trait Steps<'s, S: Scene + ?Sized + 's> {
     /// whatever else.
     fn connect<P: Sampler>(&self, _visit: &mut Visit<'_, 's, S, P>) {}
 
-    /// Decides whether the walk scatters at the vertex, after the shadow rays from there have been
-    /// tested.
+    /// Decides whether the walk scatters at the vertex, once that has been connected.
     fn leave<P: Sampler>(&self, _visit: &mut Visit<'_, 's, S, P>) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 
-    /// Follows the walk into the direction that was sampled; by default with the default roulette.
+    /// Follows the walk into the direction that was sampled, after the shadow rays from the vertex
+    /// have been tested; by default with the default roulette.
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 's, S, P>) -> ControlFlow<()> {
         visit.scatter(&Roulette::default()).flow()
     }
