@@ -26,6 +26,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Independent images per integrator.
 const SEEDS: u64 = 24;
+/// A difference beside the mean of the image that says nothing: of a lamp that is seen exactly
+/// edge-on connections find the light that rounding leaves, and rays do not.
+const ROUNDING: f64 = 1e-7;
 /// Samples per pixel of the first images; they only decide how many are needed.
 const PILOT_SAMPLES: u32 = 16;
 
@@ -312,6 +315,9 @@ pub fn assert_measurements_agree(case: &str, measured: &[Measured], comparison: 
             }
             for &(x, y) in &blocks {
                 let block = difference(&|m| m.block(c, x, y, 4));
+                if block.value.abs() < ROUNDING * own.value {
+                    continue;
+                }
                 let p = block.p_value(own.value);
                 worst_p = worst_p.min(p);
                 if p < level {
