@@ -150,7 +150,7 @@ impl<L: Lane> Lambertian<L> {
         }
     }
 
-    /// Where it reflects between the previous vertex and a direction.
+    /// True where it reflects between the previous vertex and a direction.
     #[inline(always)]
     fn reflects(&self, direction: Vector<L>) -> L::Mask {
         on_same_side(self.normal.dot(direction), self.normal.dot(self.to_previous))

@@ -56,7 +56,7 @@ pub struct Visit<'v, 's, S: Scene + ?Sized + 's, P> {
     pub(super) drawn: &'v mut Drawn,
 }
 
-/// What was drawn for a walk at a vertex.
+/// The point or direction that was drawn for a walk at a vertex.
 #[derive(Clone, Copy)]
 pub(super) enum Drawn {
     Nothing,

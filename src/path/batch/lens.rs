@@ -18,7 +18,7 @@ use std::f64::consts::FRAC_1_PI;
 #[derive(Debug, Default)]
 pub(super) struct PinholeConnections {
     walks: Vec<u32>,
-    /// How many were handed out.
+    /// The number of those handed out.
     taken: usize,
     /// Position, normal, direction to the previous vertex, throughput, albedo.
     given: Rows<15>,

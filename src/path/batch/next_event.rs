@@ -16,7 +16,7 @@ use std::f64::consts::FRAC_1_PI;
 #[derive(Debug, Default)]
 pub(super) struct FlatConnections<'s> {
     list: Vec<FlatConnection<'s>>,
-    /// How many were handed out.
+    /// The number of those handed out.
     taken: usize,
     /// Position, normal, direction to the previous vertex, throughput, albedo; two random numbers
     /// and the density of the point.

@@ -14,7 +14,7 @@ use crate::scene::Scene;
 use fearless_simd::Level;
 use std::ops::ControlFlow;
 
-/// What is done for many walks at a time.
+/// The work that is done for many walks at a time.
 #[derive(Debug, Default)]
 pub(in crate::path) struct Rooms<'s> {
     flat: FlatConnections<'s>,
