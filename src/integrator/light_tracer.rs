@@ -11,7 +11,8 @@
 
 use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
 use crate::path::{
-    Plan, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit, sample_lens_connection,
+    DiffuseSteps, Plan, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit,
+    sample_lens_connection,
 };
 use crate::sampler::Sampler;
 use crate::scene::{Needs, Scene};
@@ -85,5 +86,13 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for LightTracer {
     fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
         visit.scatter(&self.roulette).flow()?;
         visit.limit(visit.plan.depth.limit())
+    }
+
+    fn at_diffuse(&self, plan: &Plan<'a, S>) -> Option<DiffuseSteps> {
+        Some(DiffuseSteps {
+            roulette: self.roulette,
+            last_left: plan.depth.limit(),
+            ..DiffuseSteps::default()
+        })
     }
 }

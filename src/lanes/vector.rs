@@ -1,6 +1,6 @@
 //! Vectors in lanes.
 
-use super::Lane;
+use super::{Lane, Mask};
 use glam::DVec3;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -16,6 +16,12 @@ impl<L: Lane> Vector<L> {
     #[inline(always)]
     pub fn new(x: L, y: L, z: L) -> Self {
         Self { x, y, z }
+    }
+
+    /// The same vector in all lanes, as many as those of `like`.
+    #[inline(always)]
+    pub fn constant(v: DVec3, like: L) -> Self {
+        Self::new(like.constant(v.x), like.constant(v.y), like.constant(v.z))
     }
 
     #[inline(always)]
@@ -42,6 +48,12 @@ impl<L: Lane> Vector<L> {
     #[inline(always)]
     pub fn abs(self) -> Self {
         self.map(L::abs)
+    }
+
+    /// The first vectors where true, the others where false.
+    #[inline(always)]
+    pub fn choose(mask: L::Mask, yes: Self, no: Self) -> Self {
+        Self::new(mask.choose(yes.x, no.x), mask.choose(yes.y, no.y), mask.choose(yes.z, no.z))
     }
 
     #[inline(always)]

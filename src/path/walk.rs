@@ -14,6 +14,7 @@ use crate::math::{PerProjected, Rgb};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
+use std::f64::consts::FRAC_1_PI;
 
 /// The largest number of scattering events of one walk, also where the depth is unbounded: a closed
 /// scene without absorption would hold a walk for ever. What is cut off is reported in
@@ -116,6 +117,38 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         })
     }
 
+    /// A walk under way from one flat diffuse surface to what comes next, given throughput, reference
+    /// and survival, after so many scattering events.
+    pub(super) fn between_diffuse(
+        scene: &'s S,
+        mode: TransportMode,
+        (from, direction): (SurfacePoint, DVec3),
+        [red, green, blue, reference, survival]: [f64; 5],
+        bounces: u32,
+    ) -> Self {
+        Self {
+            scene,
+            mode,
+            from,
+            direction,
+            pdf: PerProjected(FRAC_1_PI),
+            dirac: false,
+            throughput: Rgb::new(red, green, blue),
+            reference,
+            survival,
+            bounces,
+            weight: 1.0,
+        }
+    }
+
+    /// Throughput, reference and survival: the last argument but one of
+    /// [`between_diffuse`](Self::between_diffuse).
+    #[inline(always)]
+    pub(super) fn carried(&self) -> [f64; 5] {
+        let [red, green, blue] = self.throughput.0;
+        [red, green, blue, self.reference, self.survival]
+    }
+
     /// The quantity that it estimates, and so the end that it comes from.
     #[inline]
     #[must_use]
@@ -194,9 +227,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     /// Records that nothing was met.
     #[inline]
     pub(super) fn count_escape(&self, counters: &mut Counters) {
-        if self.mode == TransportMode::Importance {
-            counters.ledger.escaped += self.throughput;
-        }
+        counters.escape(self.mode, self.throughput);
     }
 
     /// Enters a vertex field by field, because it is large.
@@ -317,10 +348,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
 
     /// Records that a limit on the number of bounces ends the walk here.
     pub fn truncate(&self, counters: &mut Counters) {
-        counters.truncated_subpaths += 1;
-        if self.mode == TransportMode::Importance {
-            counters.ledger.truncated += self.throughput;
-        }
+        counters.truncate(self.mode, self.throughput);
     }
 }
 

@@ -8,13 +8,15 @@ mod scattering;
 
 pub(super) use rooms::Rooms;
 
+use super::columns::Shared;
 use super::scratch::Advancing;
 use super::steps::Drawn;
-use super::{End, Out, Plan, Scratch, Site, Steps, Subpaths, Vertex, Visit};
+use super::{DiffuseSteps, End, Out, Plan, Scratch, Site, Steps, Subpaths, Vertex, Visit};
 use crate::bsdf::TransportMode;
 use crate::film::{Sample, Sink};
+use crate::geometry::SurfacePoint;
 use crate::sampler::Sampler;
-use crate::scene::Scene;
+use crate::scene::{FlatSurfaces, Scene};
 use std::ops::ControlFlow;
 
 /// Draws one walk for each sample and lets all of them advance together until the steps end them or
@@ -28,14 +30,27 @@ pub fn advance<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
     scratch: &mut Scratch<'s, S>,
 ) {
     begin(plan, steps, samples, sink, scratch);
+    let diffuse = diffuse_steps(plan, steps);
     let mut batch = Batch { plan, samples, sink, scratch };
-    while !batch.scratch.walks.is_empty() {
-        batch.trace(W::KEEPS);
+    while !(batch.scratch.walks.is_empty() && batch.scratch.columns.is_empty()) {
+        batch.trace(W::KEEPS, diffuse.map(|(_, flats)| flats));
         batch.arrive(steps);
         batch.leave(steps);
+        diffuse.inspect(|diffuse| batch.visit_diffuse(diffuse));
         batch.test_shadow_rays();
         batch.scatter(steps);
     }
+}
+
+/// The steps at diffuse vertices, and the surfaces that have such, if they can be taken in columns.
+fn diffuse_steps<'s, S: Scene + ?Sized, W: Steps<'s, S>>(
+    plan: &Plan<'s, S>,
+    steps: &W,
+) -> Option<(DiffuseSteps, FlatSurfaces<'s>)> {
+    let steps = steps.at_diffuse(plan).filter(|_| !W::KEEPS)?;
+    let sees = !plan.techniques.lens_sampling || plan.stage.camera.as_pinhole().is_some();
+    let fits = sees && steps.heuristic.is_in_lanes() && steps.roulette.constant.is_black();
+    Some((steps, plan.stage.scene.flat_surfaces().filter(|_| fits)?))
 }
 
 /// Shows `visit` each sample with its subpaths, and tests the shadow rays of all of them.
@@ -91,28 +106,69 @@ struct Batch<'b, 's, S: Scene + ?Sized + 's, P> {
 impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
     /// Traces the next ray of each walk and enters what it meets in its subpath.
     #[inline]
-    fn trace(&mut self, keeps: bool) {
-        let Scratch { counters, subpaths, walks, has_ended, drawn, .. } = &mut *self.scratch;
+    fn trace(&mut self, keeps: bool, flats: Option<FlatSurfaces<'s>>) {
+        let Scratch { counters, subpaths, walks, has_ended, drawn, columns, .. } =
+            &mut *self.scratch;
         counters.closest_rays += walks.len() as u64;
         has_ended.clear();
         has_ended.resize(walks.len(), true);
-        drawn.resize(drawn.len().max(walks.len()), Drawn::Nothing);
-        let rays = walks.iter().map(|path| path.walk.ray());
-        self.plan.stage.scene.intersect_many(rays, |i, point| {
-            let Advancing { sample, walk, next } = &walks[i];
+        // Returns false if the walk ends.
+        let mut meet = |path: &Advancing<'s, S>, point: Option<SurfacePoint>| {
+            let Advancing { sample, walk, next } = path;
             let vertices = subpaths[*sample].of(walk.mode());
             // Written where the one before was, if only the last one is kept.
             if vertices.len() <= *next as usize {
                 vertices.push(Vertex::blank());
             }
-            has_ended[i] = !walk.meet(point, &mut vertices[*next as usize]);
-            if keeps && has_ended[i] {
+            let has_met = walk.meet(point, &mut vertices[*next as usize]);
+            if keeps && !has_met {
                 vertices.pop();
             }
+            has_met
+        };
+        let scene = self.plan.stage.scene;
+        scene.intersect_many(walks.iter().map(|path| path.walk.ray()), |i, point| {
+            let path = &walks[i];
+            if let (Some(flats), Some(point)) = (&flats, &point)
+                && columns.accept(flats, path.sample, &path.walk, point)
+            {
+                return;
+            }
+            has_ended[i] = !meet(path, point);
+            if has_ended[i] {
+                path.walk.count_escape(counters);
+            }
         });
-        for (path, _) in walks.iter().zip(has_ended).filter(|(_, has_ended)| **has_ended) {
-            path.walk.count_escape(counters);
+        if let Some(flats) = &flats {
+            columns.trace(scene, flats, counters, |sample, walk, point| {
+                let path = Advancing { sample: sample as usize, walk, next: 0 };
+                if meet(&path, point) {
+                    walks.push(path);
+                    has_ended.push(false);
+                    return true;
+                }
+                false
+            });
         }
+        drawn.resize(drawn.len().max(walks.len()), Drawn::Nothing);
+    }
+
+    /// Connects the vertices of walks in columns, and lets the walks go on.
+    #[inline]
+    fn visit_diffuse(&mut self, &(steps, flats): &(DiffuseSteps, FlatSurfaces<'s>)) {
+        let Scratch { counters, columns, connections, level, .. } = &mut *self.scratch;
+        let (plan, samples, sink) = (self.plan, &mut *self.samples, &mut *self.sink);
+        let level = *level;
+        columns.visit(&mut Shared {
+            plan,
+            flats,
+            steps,
+            samples,
+            sink,
+            connections,
+            counters,
+            level,
+        });
     }
 
     /// Visits the walks that have not ended, each with its number; a break ends it.

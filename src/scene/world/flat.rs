@@ -2,8 +2,12 @@
 
 use crate::geometry::{Quad, Shape, SurfacePoint, Triangle, spanned};
 use crate::lanes::Vector;
+use crate::material::Finish;
+use crate::math::Rgb;
 use crate::scene::surface::Surface;
+use crate::tree::{FlatHit, Forest};
 use glam::{DVec2, DVec3};
+use std::fmt;
 
 /// The most primitives for which it pays: their memory stays in the nearest cache.
 const MOST: usize = 128;
@@ -18,6 +22,72 @@ pub(super) struct Flat {
     normal: DVec3,
     tangent: DVec3,
     surface: u32,
+    /// The albedos of front and back, if it emits nothing and reflects by Lambert's law, the same
+    /// everywhere.
+    diffuse: Option<[Rgb; 2]>,
+}
+
+/// Numbers of a flat diffuse surface.
+pub(crate) const DIFFUSE: usize = 19;
+
+/// The flat diffuse surfaces of a [`World`](super::World) and the rays between them: what walks in
+/// columns ask for instead of surface points and BSDFs. A scene that is made of a world hands them
+/// on, if it changes neither surfaces nor lights.
+#[derive(Clone, Copy)]
+pub struct FlatSurfaces<'a> {
+    pub(crate) forest: &'a Forest,
+    pub(super) flat: &'a [Option<Flat>],
+}
+
+impl<'a> FlatSurfaces<'a> {
+    /// A primitive, if it is flat.
+    #[inline(always)]
+    fn flat(&self, primitive: u32) -> Option<&'a Flat> {
+        self.flat.get(primitive as usize)?.as_ref()
+    }
+
+    /// The point that a ray has hit, if it is on something flat.
+    #[inline(always)]
+    pub(crate) fn point(&self, FlatHit { primitive, u, v }: FlatHit) -> Option<SurfacePoint> {
+        Some(self.flat(primitive)?.point_at(primitive, u, v))
+    }
+
+    /// The numbers of a primitive, if it is flat and diffuse.
+    #[inline(always)]
+    pub(crate) fn diffuse(&self, primitive: u32) -> Option<[f64; DIFFUSE]> {
+        let Flat { spans: [a, b, c], normal: n, is_triangle, diffuse, .. } =
+            self.flat(primitive)?;
+        let [front, back] = diffuse.as_ref()?;
+        let is_triangle = f64::from(u8::from(*is_triangle));
+        let ([r, g, b0], [br, bg, bb]) = (front.0, back.0);
+        Some([
+            a.x,
+            a.y,
+            a.z,
+            b.x,
+            b.y,
+            b.z,
+            c.x,
+            c.y,
+            c.z,
+            n.x,
+            n.y,
+            n.z,
+            is_triangle,
+            r,
+            g,
+            b0,
+            br,
+            bg,
+            bb,
+        ])
+    }
+}
+
+impl fmt::Debug for FlatSurfaces<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FlatSurfaces").field("primitives", &self.flat.len()).finish_non_exhaustive()
+    }
 }
 
 impl Flat {
@@ -26,14 +96,17 @@ impl Flat {
         shapes: &[Shape],
         surface_of: &[u32],
         surfaces: &[Surface],
+        materials: &[Finish],
     ) -> Vec<Option<Self>> {
         if shapes.len() > MOST {
             return Vec::new();
         }
         let prepare = |(shape, surface): (&Shape, &u32)| {
-            if surfaces[*surface as usize].attributes.is_some() {
+            let Surface { attributes: None, light, material, .. } = &surfaces[*surface as usize]
+            else {
                 return None;
-            }
+            };
+            let diffuse = materials[material.0 as usize].diffuse().filter(|_| light.is_none());
             let (spans, rounding) = match shape {
                 Shape::Triangle(t) => (t.vertices, Triangle::ROUNDING),
                 Shape::Quad(q) => ([q.origin, q.edge_u, q.edge_v], Quad::ROUNDING),
@@ -48,6 +121,7 @@ impl Flat {
                 normal,
                 tangent,
                 surface: *surface,
+                diffuse,
             })
         };
         shapes.iter().zip(surface_of).map(prepare).collect()

@@ -1,6 +1,6 @@
 //! The answers of a world: the rays and segments of the [`Scene`] trait, and plain ones.
 
-use super::World;
+use super::{FlatSurfaces, World};
 use crate::endpoint::{AnyLight, Light, LightId, LightKind};
 use crate::geometry::{Intersection, SurfacePoint, Triangle};
 use crate::light_tree::LightTree;
@@ -193,6 +193,11 @@ impl Scene for World {
         let is_seen = |light: &AnyLight| !light.is_black() && light.kind() == kind;
         let lights = self.lights.iter().filter(|(_, light)| is_seen(light));
         Some(lights.map(|(name, _)| name.as_str()).collect())
+    }
+
+    #[inline]
+    fn flat_surfaces(&self) -> Option<FlatSurfaces<'_>> {
+        Some(FlatSurfaces { forest: &self.forest, flat: &self.flat })
     }
 
     #[inline]

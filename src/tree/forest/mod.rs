@@ -21,9 +21,10 @@ mod from_afar;
 use super::bvh::Bvh;
 use super::layout::Wide;
 use super::many::{BLOCK, in_blocks};
-use super::packet::Few;
-use super::query::{Found, Hit, Query, Segment, unit};
-use crate::geometry::{Bounds, Shape, Triangle};
+use super::packet::{self, Few};
+use super::query::{Ends, FlatHit, Found, Hit, Query, Segment, unit};
+use crate::geometry::{Bounds, Intersection, Shape, Triangle};
+use crate::lanes::Rows;
 #[cfg(test)]
 use fearless_simd::Level;
 use from_afar::{Line, Slabs};
@@ -251,6 +252,46 @@ impl Forest {
             self.are_free_in_block(segments, free);
             free.iter().enumerate().for_each(|(i, free)| answer(first + i, *free));
         });
+    }
+
+    /// The nearest hits of rays in columns, which are origins and directions, as
+    /// [`closest`](Self::closest) finds them.
+    pub fn closest_in_columns(&self, rays: &Rows<6>, ends: &[Ends], hits: &mut Vec<FlatHit>) {
+        hits.clear();
+        hits.resize(ends.len(), FlatHit::NONE);
+        if let [only] = &self.regions[..]
+            && packet::closest_in_columns(&only.tree, rays, ends, hits)
+        {
+            return;
+        }
+        let queries = ends.iter().enumerate().map(|(i, ends)| {
+            let [x, y, z, dx, dy, dz] = rays.get(i);
+            let (origin, direction) = (DVec3::new(x, y, z), DVec3::new(dx, dy, dz));
+            Query { origin, direction, origin_primitive: ends.origin }
+        });
+        self.closest_many(queries, |i, _, hit| {
+            if let Some(Hit { primitive, intersection: Intersection { u, v, .. }, .. }) = hit {
+                hits[i] = FlatHit { primitive, u, v };
+            }
+        });
+    }
+
+    /// The answers of [`is_free`](Self::is_free) for segments in columns: origins, directions and
+    /// lengths.
+    pub fn are_free_in_columns(&self, segments: &Rows<7>, ends: &[Ends], free: &mut Vec<bool>) {
+        free.clear();
+        free.resize(ends.len(), false);
+        if let [only] = &self.regions[..]
+            && packet::are_free_in_columns(&only.tree, segments, ends, free)
+        {
+            return;
+        }
+        let of = |(i, ends): (usize, &Ends)| {
+            let [x, y, z, dx, dy, dz, length] = segments.get(i);
+            let (origin, direction) = (DVec3::new(x, y, z), DVec3::new(dx, dy, dz));
+            Ok(Segment { origin, direction, length, ends: *ends })
+        };
+        self.are_free(ends.iter().enumerate().map(of), |i, answer| free[i] = answer);
     }
 
     #[inline(never)]

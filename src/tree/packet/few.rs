@@ -7,10 +7,10 @@ use super::eight::{Corners, meet_flat, meet_sphere};
 use super::plane::Facet;
 use super::rays::{BoxRays, Rays, eight, limited};
 use crate::geometry::{Intersection, Shape, Sphere};
-use crate::lanes::LANES;
+use crate::lanes::{LANES, Rows};
 use crate::tree::bvh::Bvh;
 use crate::tree::layout::FEW;
-use crate::tree::query::{Hit, Query, Segment};
+use crate::tree::query::{Ends, FlatHit, Hit, Query, Segment};
 use crate::tree::rounding::{FAR, UP};
 use crate::tree::space::Space;
 use crate::tree::stack::take;
@@ -51,7 +51,82 @@ fn closest_with<'a, S: Simd>(
 ) {
     for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
         let mut rays = Rays::of(queries);
-        few.closest(simd, bvh, &mut rays, hits);
+        few.closest(simd, bvh, &mut rays, hits.len(), |lane, moved, found| {
+            hits[lane] = found.map(|(primitive, intersection)| Hit {
+                primitive,
+                candidate: None,
+                moved,
+                intersection,
+            });
+        });
+    }
+}
+
+/// [`closest`] of rays in columns.
+#[inline(never)]
+pub(in crate::tree) fn closest_in_columns(
+    bvh: &Bvh,
+    rays: &Rows<6>,
+    ends: &[Ends],
+    hits: &mut [FlatHit],
+) -> bool {
+    let Some(few) = &bvh.few else { return false };
+    dispatch!(bvh.level, simd => closest_in_columns_with(simd, bvh, few, rays, ends, hits));
+    true
+}
+
+#[inline(always)]
+fn closest_in_columns_with<S: Simd>(
+    simd: S,
+    bvh: &Bvh,
+    few: &Few,
+    rays: &Rows<6>,
+    ends: &[Ends],
+    hits: &mut [FlatHit],
+) {
+    let packets = rays.groups().chunks(RAYS / LANES).zip(ends.chunks(RAYS));
+    for ((groups, ends), hits) in packets.zip(hits.chunks_mut(RAYS)) {
+        let mut rays = Rays::of_groups(groups, ends);
+        few.closest(simd, bvh, &mut rays, hits.len(), |lane, _, found| {
+            hits[lane] = found.map_or(FlatHit::NONE, |(primitive, Intersection { u, v, .. })| {
+                FlatHit { primitive, u, v }
+            });
+        });
+    }
+}
+
+/// [`are_free`] of segments in columns, whose lengths are in the last row.
+#[inline(never)]
+pub(in crate::tree) fn are_free_in_columns(
+    bvh: &Bvh,
+    segments: &Rows<7>,
+    ends: &[Ends],
+    free: &mut [bool],
+) -> bool {
+    let Some(few) = &bvh.few else { return false };
+    dispatch!(bvh.level, simd => are_free_in_columns_with(simd, bvh, few, segments, ends, free));
+    true
+}
+
+#[inline(always)]
+fn are_free_in_columns_with<S: Simd>(
+    simd: S,
+    bvh: &Bvh,
+    few: &Few,
+    segments: &Rows<7>,
+    ends: &[Ends],
+    free: &mut [bool],
+) {
+    let packets = segments.groups().chunks(RAYS / LANES).zip(ends.chunks(RAYS));
+    for ((groups, ends), free) in packets.zip(free.chunks_mut(RAYS)) {
+        let (mut rays, mut length) = (Rays::of_groups(groups, ends), [0.0; RAYS]);
+        for (half, group) in groups.iter().enumerate().take(RAYS / LANES) {
+            length.as_chunks_mut().0[half] = group[6];
+        }
+        let blocked = few.in_the_way(simd, bvh, &mut rays, &length);
+        for (lane, answer) in free.iter_mut().enumerate() {
+            *answer = blocked >> lane & 1 == 0;
+        }
     }
 }
 
@@ -136,14 +211,16 @@ impl Few {
             + size_of_val(&self.spheres[..])
     }
 
-    /// Finds the nearest hits of a packet.
+    /// Finds the nearest hits of the first rays of a packet: for each lane how far the ray was
+    /// moved, and primitive and intersection, if any.
     #[inline(always)]
-    fn closest<'a, S: Simd>(
+    fn closest<S: Simd>(
         &self,
         simd: S,
-        bvh: &'a Bvh,
+        bvh: &Bvh,
         rays: &mut Rays,
-        hits: &mut [Option<Hit<'a>>],
+        count: usize,
+        mut found: impl FnMut(usize, f64, Option<(u32, Intersection)>),
     ) {
         let (entered, BoxRays { origin, direction }) = rays.enter(simd, bvh);
         let mut limit = limited(simd, entered, f32x16::splat(simd, FAR));
@@ -190,23 +267,18 @@ impl Few {
             limit = f32x16::load_array(simd, limits);
         }
         let held = held.to_array();
-        for (half, hits) in hits.chunks_mut(LANES).enumerate() {
+        for half in 0..count.div_ceil(LANES) {
             let decided = meet_flat(simd, rays, half, |lane| self.corners.get(held[lane] as usize));
-            for (k, hit) in hits.iter_mut().enumerate() {
-                let lane = half * LANES + k;
-                let late = decided.hit(k).map(|hit| (self.primitives[held[lane] as usize], hit));
-                let found = match (late, early[lane]) {
+            for lane in half * LANES..count.min((half + 1) * LANES) {
+                let late = decided.hit(lane % LANES);
+                let late = late.map(|hit| (self.primitives[held[lane] as usize], hit));
+                let nearest = match (late, early[lane]) {
                     (Some(late), Some(early)) if (early.1.t, early.0) < (late.1.t, late.0) => {
                         Some(early)
                     }
                     (late, early) => late.or(early),
                 };
-                *hit = found.map(|(primitive, intersection)| Hit {
-                    primitive,
-                    candidate: None,
-                    moved: rays.moved[lane],
-                    intersection,
-                });
+                found(lane, rays.moved[lane], nearest);
             }
         }
     }

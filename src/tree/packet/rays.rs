@@ -2,7 +2,7 @@
 
 use super::RAYS;
 use crate::geometry::{Ray, SurfacePoint};
-use crate::lanes::{LANES, Lane, Vector};
+use crate::lanes::{Group, LANES, Lane, Vector};
 use crate::tree::bvh::Bvh;
 use crate::tree::query::{Ends, Query, is_about_unit};
 use crate::tree::rounding::CLIP;
@@ -50,6 +50,24 @@ impl Rays {
             let ends = Ends { origin: query.origin_primitive, ..Ends::FREE };
             rays.set(lane, query.origin, query.direction, ends);
         }
+        rays
+    }
+
+    /// Up to sixteen rays of columns: origins and directions in the first six rows of groups, and the
+    /// primitives at their ends.
+    #[inline(always)]
+    pub fn of_groups<const N: usize>(groups: &[Group<N>], ends: &[Ends]) -> Self {
+        let mut rays = Self::new();
+        for (half, group) in groups.iter().enumerate().take(RAYS / LANES) {
+            for axis in 0..3 {
+                rays.origin[axis].as_chunks_mut().0[half] = group[axis];
+                rays.direction[axis].as_chunks_mut().0[half] = group[3 + axis];
+            }
+        }
+        for (lane, ends) in ends.iter().enumerate().take(RAYS) {
+            (rays.start[lane], rays.end[lane]) = (ends.origin, ends.end);
+        }
+        rays.lanes = (1 << ends.len().min(RAYS)) - 1;
         rays
     }
 

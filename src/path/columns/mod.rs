@@ -1,0 +1,553 @@
+//! Walks from one flat diffuse surface to the next, in columns: each number of all walks side by
+//! side, so that eight of them go through a vertex in lanes.
+//!
+//! A walk comes in where a ray has met such a surface, and leaves, to be gone on with one by one,
+//! where it meets anything else. What the vertices of columns have in common is that they emit
+//! nothing and scatter by Lambert's law, so that steps which do the same at all such vertices
+//! ([`DiffuseSteps`]) need not be asked at each.
+
+mod lanes;
+
+use self::lanes::{
+    ABSORBED, Carried, Directions, LensConnections, LightConnections, Met, NOT_FINITE, Points,
+};
+use super::connect::{emitter_at, lens_connection_at, next_event_at};
+use super::diffuse::{BLACK, INEXACT, UNSEEN};
+use super::shadow_rays::Connections;
+use super::{
+    Counters, Heuristic, MAX_BOUNCES, Out, Plan, RandomWalk, Roulette, SampledEndpoint,
+    StartDensity, Vertex,
+};
+use crate::bsdf::TransportMode;
+use crate::bsdf::shading::ShadedBsdf;
+use crate::endpoint::{FlatLight, Light, LightId, View};
+use crate::film::{Contribution, Sample, Sink, Technique};
+use crate::geometry::SurfacePoint;
+use crate::lanes::Rows;
+use crate::math::{PerArea, Rgb};
+use crate::sampler::{Sampler, Stream};
+use crate::scene::{DIFFUSE, FlatSurfaces, Scene};
+use crate::tree::{Ends, FlatHit};
+use fearless_simd::{Level, dispatch};
+use glam::{DVec2, DVec3};
+
+/// The steps of a walk at flat diffuse vertices that emit nothing, if they are these: the vertex is
+/// connected to a point on a light or on the lens, as the [`Plan`] has it, and the walk goes on.
+#[derive(Clone, Copy, Debug)]
+pub struct DiffuseSteps {
+    /// The weights of connections to lights, of which hits are the only other technique.
+    pub heuristic: Heuristic,
+    /// Termination.
+    pub roulette: Roulette,
+    /// The number of scattering events with which a walk ends before its vertex is connected.
+    pub last_connected: u32,
+    /// The number with which it ends after that.
+    pub last_scattered: u32,
+    /// The number with which it ends on leaving.
+    pub last_left: u32,
+}
+
+impl Default for DiffuseSteps {
+    /// The default weights and roulette, and no limits.
+    fn default() -> Self {
+        Self {
+            heuristic: Heuristic::default(),
+            roulette: Roulette::default(),
+            last_connected: u32::MAX,
+            last_scattered: u32::MAX,
+            last_left: u32::MAX,
+        }
+    }
+}
+
+/// A walk: the sample that it belongs to, and the vertex where it has been last.
+#[derive(Clone, Copy, Debug)]
+struct Walk {
+    sample: u32,
+    at: FlatHit,
+}
+
+/// A connection to a point on a light, which two random numbers choose.
+#[derive(Clone, Copy, Debug)]
+struct LightPoint<'s> {
+    id: LightId,
+    light: &'s FlatLight,
+    /// The density of the point.
+    pdf: PerArea,
+    u: DVec2,
+}
+
+/// Walks between flat diffuse surfaces. All are of one mode and have scattered equally often.
+#[derive(Debug, Default)]
+pub(super) struct Columns<'s> {
+    mode: Option<TransportMode>,
+    bounces: u32,
+    under_way: UnderWay,
+    walks: Vec<Walk>,
+    met: Met,
+    carried: Carried,
+    points: Points,
+    lights: Vec<Option<LightPoint<'s>>>,
+    light_numbers: Rows<3>,
+    to_lights: LightConnections,
+    to_lens: LensConnections,
+    numbers: Rows<2>,
+    directions: Directions,
+    shadow_rays: ShadowRays,
+}
+
+/// Walks that have left a vertex.
+#[derive(Debug, Default)]
+struct UnderWay {
+    walks: Vec<Walk>,
+    /// Origin, direction.
+    rays: Rows<6>,
+    ends: Vec<Ends>,
+    /// Throughput, reference of roulette, survival.
+    carried: Rows<5>,
+    hits: Vec<FlatHit>,
+}
+
+/// Shadow rays, and what they carry.
+#[derive(Debug, Default)]
+struct ShadowRays {
+    /// Origin, direction, length.
+    segments: Rows<7>,
+    ends: Vec<Ends>,
+    carried: Vec<(u32, Contribution)>,
+    free: Vec<bool>,
+}
+
+/// What walks in columns share with those that are gone on with one by one.
+pub(super) struct Shared<'b, 's, S: Scene + ?Sized + 's, P> {
+    pub plan: &'b Plan<'s, S>,
+    pub flats: FlatSurfaces<'s>,
+    pub steps: DiffuseSteps,
+    pub samples: &'b mut [Sample<P>],
+    pub sink: &'b mut dyn Sink,
+    pub connections: &'b mut Connections,
+    pub counters: &'b mut Counters,
+    pub level: Level,
+}
+
+impl<'s> Columns<'s> {
+    /// True if no walk is under way.
+    pub fn is_empty(&self) -> bool {
+        self.under_way.walks.is_empty()
+    }
+
+    /// Takes over a walk that has met a flat diffuse surface. Returns true if it has.
+    #[inline(always)]
+    pub fn accept<S: Scene + ?Sized>(
+        &mut self,
+        flats: &FlatSurfaces<'_>,
+        sample: usize,
+        walk: &RandomWalk<'s, S>,
+        point: &SurfacePoint,
+    ) -> bool {
+        let Some(surface) = flats.diffuse(point.primitive) else { return false };
+        (self.mode, self.bounces) = (Some(walk.mode()), walk.bounces());
+        let at = FlatHit { primitive: point.primitive, u: point.uv.x, v: point.uv.y };
+        let (_, direction) = walk.ray();
+        self.enter(Walk { sample: sample as u32, at }, surface, direction, walk.carried());
+        true
+    }
+
+    #[inline(always)]
+    fn enter(&mut self, walk: Walk, surface: [f64; DIFFUSE], direction: DVec3, carried: [f64; 5]) {
+        let mut met = [0.0; DIFFUSE + 2];
+        met[..DIFFUSE].copy_from_slice(&surface);
+        (met[DIFFUSE], met[DIFFUSE + 1]) = (walk.at.u, walk.at.v);
+        self.walks.push(walk);
+        self.met.push_row(met);
+        self.carried.push([-direction], carried);
+    }
+
+    /// Traces the rays under way. Walks that have not met a flat diffuse surface leave, with the
+    /// point that they have met, if any.
+    pub fn trace<S: Scene + ?Sized>(
+        &mut self,
+        scene: &'s S,
+        flats: &FlatSurfaces<'_>,
+        counters: &mut Counters,
+        mut leave: impl FnMut(u32, RandomWalk<'s, S>, Option<SurfacePoint>) -> bool,
+    ) {
+        let Some(mode) = self.mode else { return };
+        let mut under_way = std::mem::take(&mut self.under_way);
+        let UnderWay { walks, rays, ends, carried, hits } = &mut under_way;
+        counters.closest_rays += walks.len() as u64;
+        flats.forest.closest_in_columns(rays, ends, hits);
+        for (i, (walk, hit)) in walks.iter().zip(&*hits).enumerate() {
+            let [.., x, y, z] = rays.get(i);
+            let (direction, carried) = (DVec3::new(x, y, z), carried.get(i));
+            if let Some(surface) = flats.diffuse(hit.primitive) {
+                self.enter(Walk { at: *hit, ..*walk }, surface, direction, carried);
+                continue;
+            }
+            let [red, green, blue, ..] = carried;
+            if hit.primitive == SurfacePoint::NONE && scene.environment().is_none() {
+                counters.escape(mode, Rgb::new(red, green, blue));
+                continue;
+            }
+            let Some(from) = flats.point(walk.at) else { continue };
+            let point = match flats.point(*hit) {
+                None if hit.primitive != SurfacePoint::NONE => scene.intersect(&from, direction),
+                point => point,
+            };
+            let ray = (from, direction);
+            let next = RandomWalk::between_diffuse(scene, mode, ray, carried, self.bounces);
+            if !leave(walk.sample, next, point) {
+                counters.escape(mode, Rgb::new(red, green, blue));
+            }
+        }
+        walks.clear();
+        rays.clear();
+        ends.clear();
+        carried.clear();
+        self.under_way = under_way;
+    }
+
+    /// Connects the vertices and tests the shadow rays; then lets the walks go on.
+    pub fn visit<S: Scene + ?Sized, P: Sampler>(&mut self, shared: &mut Shared<'_, 's, S, P>) {
+        self.connect(shared);
+        self.test_shadow_rays(&shared.flats, shared.counters, shared.sink);
+        self.leave(&shared.steps, shared.samples, shared.counters);
+    }
+
+    /// Connects the vertices, and samples the directions of walks that go on.
+    fn connect<S: Scene + ?Sized, P: Sampler>(&mut self, shared: &mut Shared<'_, 's, S, P>) {
+        let (Some(mode), false) = (self.mode, self.walks.is_empty()) else { return };
+        if self.bounces >= shared.steps.last_connected {
+            return self.truncate(mode, shared.counters);
+        }
+        let (level, Plan { techniques, depth, .. }) = (shared.level, shared.plan);
+        self.points.resize(self.walks.len());
+        place(level, self);
+        if depth.contains(self.bounces + 1) {
+            match mode {
+                TransportMode::Radiance if techniques.next_event => self.connect_to_lights(shared),
+                TransportMode::Importance if techniques.lens_sampling => {
+                    self.connect_to_lens(shared)
+                }
+                _ => {}
+            }
+        }
+        if self.bounces >= shared.steps.last_scattered.min(MAX_BOUNCES) {
+            return self.truncate(mode, shared.counters);
+        }
+        self.numbers.clear();
+        for walk in &self.walks {
+            let sampler = &mut shared.samples[walk.sample as usize].sampler;
+            sampler.stream(match mode {
+                TransportMode::Radiance => Stream::CameraVertex(self.bounces + 1),
+                TransportMode::Importance => Stream::LightVertex(self.bounces + 1),
+            });
+            let (_, u) = sampler.next_1d_2d();
+            self.numbers.push_row(u.to_array());
+        }
+        shared.counters.scattered += self.walks.len() as u64;
+        self.directions.resize(self.walks.len());
+        scatter(level, self);
+    }
+
+    fn connect_to_lights<S: Scene + ?Sized, P: Sampler>(
+        &mut self,
+        shared: &mut Shared<'_, 's, S, P>,
+    ) {
+        self.lights.clear();
+        self.light_numbers.clear();
+        for k in 0..self.walks.len() {
+            let light = self.sample_light(k, shared);
+            let (u, pdf) = light.map_or((DVec2::ZERO, 1.0), |light| (light.u, light.pdf.value()));
+            self.light_numbers.push_row([u.x, u.y, pdf]);
+            self.lights.push(light);
+        }
+        self.to_lights.resize(self.walks.len());
+        let has_hits = shared.plan.techniques.bsdf_sampling;
+        let how = (shared.steps.heuristic, has_hits, shared.flats.forest.center());
+        connect_to_lights(shared.level, self, how);
+        for k in 0..self.walks.len() {
+            let Some(light) = &self.lights[k] else { continue };
+            let [segment @ .., red, green, blue, weight, state] = self.to_lights.get(k);
+            if state == INEXACT {
+                let LightPoint { id, light, pdf, u } = *light;
+                let emitter = SampledEndpoint { point: light.point_at(u), light: Some(id), pdf };
+                self.connect_alone(k, &emitter, shared);
+                continue;
+            }
+            shared.counters.connections += 1;
+            if state != BLACK {
+                let Walk { sample, at } = self.walks[k];
+                let contribution = Contribution {
+                    raster: shared.samples[sample as usize].film.raster,
+                    value: Rgb::new(red, green, blue),
+                    weight,
+                    technique: Technique::new(1, self.bounces as u16 + 2),
+                };
+                let ends = [at.primitive, light.light.primitive];
+                self.shadow_rays.push(segment, ends, (sample, contribution));
+            }
+        }
+    }
+
+    /// Samples a point on a light for a vertex, and connects it to that if lanes cannot.
+    #[inline(always)]
+    fn sample_light<S: Scene + ?Sized, P: Sampler>(
+        &self,
+        k: usize,
+        shared: &mut Shared<'_, 's, S, P>,
+    ) -> Option<LightPoint<'s>> {
+        let sampler = &mut shared.samples[self.walks[k].sample as usize].sampler;
+        sampler.stream(Stream::NextEvent(self.bounces + 1));
+        let (u0, (u1, u)) = (sampler.next_1d(), sampler.next_1d_2d());
+        let [x, y, z, error, nx, ny, nz, ..] = self.points.get(k);
+        let position = DVec3::new(x, y, z);
+        let receiver = SurfacePoint {
+            primitive: self.walks[k].at.primitive,
+            ..SurfacePoint::on_surface(position, error, DVec3::new(nx, ny, nz))
+        };
+        let stage = &shared.plan.stage;
+        let (id, pmf) = stage.pick_light_for(&receiver, u0)?;
+        match stage.scene.light(id).as_flat() {
+            Some(light) if !light.is_near(position) => {
+                Some(LightPoint { id, light, pdf: light.pdf * pmf, u })
+            }
+            _ => {
+                if let Some(emitter) = emitter_at(stage, &receiver, (id, pmf), u1, u) {
+                    self.connect_alone(k, &emitter, shared);
+                }
+                None
+            }
+        }
+    }
+
+    /// The vertex of a walk, as it is where walks are gone on with one by one.
+    fn vertex<S: Scene + ?Sized>(
+        &self,
+        k: usize,
+        scene: &'s S,
+        flats: &FlatSurfaces<'_>,
+    ) -> Option<Vertex<S::Bsdf<'s>>> {
+        let point = flats.point(self.walks[k].at)?;
+        let [x, y, z, red, green, blue, ..] = self.carried.get(k);
+        Some(Vertex {
+            bsdf: Some(ShadedBsdf::new(scene.bsdf(&point), &point)),
+            throughput: Rgb::new(red, green, blue),
+            to_previous: DVec3::new(x, y, z),
+            ..Vertex::endpoint(point, None, StartDensity::default())
+        })
+    }
+
+    /// Connects a vertex to a point on a light without lanes.
+    #[inline(never)]
+    fn connect_alone<S: Scene + ?Sized, P>(
+        &self,
+        k: usize,
+        emitter: &SampledEndpoint,
+        Shared { plan, flats, steps, samples, sink, connections, counters, .. }: &mut Shared<
+            '_,
+            's,
+            S,
+            P,
+        >,
+    ) {
+        let Some(vertex) = self.vertex(k, plan.stage.scene, flats) else { return };
+        let sample = self.walks[k].sample as usize;
+        let mut out = Out { sample, sink: &mut **sink, connections };
+        let Some(next) = next_event_at(plan, &vertex, emitter, &mut out, counters) else { return };
+        counters.shadow_rays += 1;
+        let hit = next.pdf_of_hit.value();
+        let contribution = Contribution {
+            raster: samples[sample].film.raster,
+            value: next.value,
+            weight: steps.heuristic.weight([hit / next.pdf.value()]),
+            technique: Technique::new(1, self.bounces as u16 + 2),
+        };
+        let end = out.keep(&vertex.point);
+        out.connect([end, next.end], contribution);
+    }
+
+    fn connect_to_lens<S: Scene + ?Sized, P: Sampler>(
+        &mut self,
+        shared: &mut Shared<'_, 's, S, P>,
+    ) {
+        let bounces = self.bounces + 1;
+        let stage = &shared.plan.stage;
+        let Some(view) = stage.camera.as_pinhole() else { return };
+        self.to_lens.resize(self.walks.len());
+        connect_to_pinhole(shared.level, self, view, shared.flats.forest.center());
+        for k in 0..self.walks.len() {
+            let Walk { sample, at } = self.walks[k];
+            let Sample { film, sampler } = &mut shared.samples[sample as usize];
+            sampler.stream(Stream::LensSampling(bounces));
+            sampler.skip_1d();
+            sampler.skip_2d();
+            let [segment @ .., red, green, blue, x, y, state] = self.to_lens.get(k);
+            if state == INEXACT {
+                self.connect_to_lens_alone(k, view, shared);
+                continue;
+            }
+            if state == UNSEEN {
+                continue;
+            }
+            let raster = DVec2::new(x, y) - film.offset;
+            if stage.film.pixel_index(raster).is_none() {
+                continue;
+            }
+            shared.counters.connections += 1;
+            if state != BLACK {
+                let contribution = Contribution {
+                    raster,
+                    value: Rgb::new(red, green, blue),
+                    weight: 1.0,
+                    technique: Technique::new(bounces as u16 + 1, 1),
+                };
+                let ends = [at.primitive, SurfacePoint::NONE];
+                self.shadow_rays.push(segment, ends, (sample, contribution));
+            }
+        }
+    }
+
+    /// Connects a vertex to the pinhole without lanes.
+    #[inline(never)]
+    fn connect_to_lens_alone<S: Scene + ?Sized, P>(
+        &self,
+        k: usize,
+        view: &View,
+        shared: &mut Shared<'_, 's, S, P>,
+    ) {
+        let Shared { plan: Plan { stage, .. }, flats, samples, sink, counters, .. } = shared;
+        let Some(vertex) = self.vertex(k, stage.scene, flats) else { return };
+        let sample = self.walks[k].sample as usize;
+        let mut out = Out { sample, sink: &mut **sink, connections: shared.connections };
+        let point = SurfacePoint::dirac(view.position);
+        let lens = SampledEndpoint { point, light: None, pdf: PerArea(1.0) };
+        let (end, film) = (out.keep(&vertex.point), &samples[sample].film);
+        let (from, bounces) = ((&vertex, Some(end)), self.bounces + 1);
+        let found = lens_connection_at(stage, from, bounces, film, &lens, &mut out, counters);
+        if let Some(found) = found {
+            out.connect(found.ends, found.contribution);
+        }
+    }
+
+    /// Tests the shadow rays and gives what is visible to the sink.
+    fn test_shadow_rays(
+        &mut self,
+        flats: &FlatSurfaces<'_>,
+        counters: &mut Counters,
+        sink: &mut dyn Sink,
+    ) {
+        let ShadowRays { segments, ends, carried, free } = &mut self.shadow_rays;
+        counters.shadow_rays += ends.len() as u64;
+        flats.forest.are_free_in_columns(segments, ends, free);
+        for ((sample, contribution), _) in carried.iter().zip(free).filter(|(_, free)| **free) {
+            sink.add(*sample as usize, contribution);
+        }
+        segments.clear();
+        ends.clear();
+        carried.clear();
+    }
+
+    /// Follows the walks into their directions, with roulette.
+    fn leave<P: Sampler>(
+        &mut self,
+        steps: &DiffuseSteps,
+        samples: &mut [Sample<P>],
+        counters: &mut Counters,
+    ) {
+        let Some(mode) = self.mode else { return };
+        self.bounces += 1;
+        for (k, walk) in self.walks.iter().enumerate() {
+            let [ray @ .., red, green, blue, relative, state] = self.directions.get(k);
+            let mut throughput = Rgb::new(red, green, blue);
+            let [_, _, _, red, green, blue, reference, survival] = self.carried.get(k);
+            let before = Rgb::new(red, green, blue);
+            if mode == TransportMode::Importance {
+                match state {
+                    ABSORBED => counters.ledger.absorbed += before,
+                    NOT_FINITE => counters.ledger.rejected += before,
+                    _ => counters.ledger.absorbed += before - throughput,
+                }
+            }
+            if state == NOT_FINITE {
+                counters.non_finite += 1;
+            }
+            if state == ABSORBED || state == NOT_FINITE {
+                continue;
+            }
+            let xi = || samples[walk.sample as usize].sampler.next_1d();
+            let scattered = steps.roulette.play(mode, self.bounces, relative, &mut throughput, xi);
+            if !scattered.goes_on {
+                continue;
+            }
+            if self.bounces >= steps.last_left {
+                counters.truncate(mode, throughput);
+                continue;
+            }
+            let [red, green, blue] = throughput.0;
+            let UnderWay { walks, rays, ends, carried, .. } = &mut self.under_way;
+            walks.push(*walk);
+            rays.push_row(ray);
+            ends.push(Ends { origin: walk.at.primitive, ..Ends::FREE });
+            carried.push_row([red, green, blue, reference, survival * scattered.survival]);
+        }
+        self.forget_vertices();
+    }
+
+    /// Ends all walks at their vertices by a limit.
+    fn truncate(&mut self, mode: TransportMode, counters: &mut Counters) {
+        for k in 0..self.walks.len() {
+            let [_, _, _, red, green, blue, ..] = self.carried.get(k);
+            counters.truncate(mode, Rgb::new(red, green, blue));
+        }
+        self.forget_vertices();
+    }
+
+    fn forget_vertices(&mut self) {
+        self.walks.clear();
+        self.met.clear();
+        self.carried.clear();
+    }
+}
+
+impl ShadowRays {
+    /// Adds the segment of a vertex and something else, given by their primitives.
+    #[inline(always)]
+    fn push(&mut self, segment: [f64; 8], ends: [u32; 2], carried: (u32, Contribution)) {
+        let [segment @ .., is_forward] = segment;
+        let [at, other] = ends;
+        let (origin, end) = if is_forward == 0.0 { (other, at) } else { (at, other) };
+        self.segments.push_row(segment);
+        self.ends.push(Ends { origin, end });
+        self.carried.push(carried);
+    }
+}
+
+// What is compiled for all instruction sets is not to be compiled for every scene, too.
+
+#[inline(never)]
+fn place(level: Level, Columns { met, carried, points, .. }: &mut Columns<'_>) {
+    dispatch!(level, simd => lanes::place(simd, met, carried, points));
+}
+
+#[inline(never)]
+fn connect_to_lights(level: Level, columns: &mut Columns<'_>, how: (Heuristic, bool, DVec3)) {
+    let Columns { points, carried, lights, light_numbers, to_lights, .. } = columns;
+    let vertices = (&*points, &*carried);
+    dispatch!(level, simd => {
+        lanes::connect_to_lights(simd, vertices, (lights, light_numbers), how, to_lights)
+    });
+}
+
+#[inline(never)]
+fn connect_to_pinhole(level: Level, columns: &mut Columns<'_>, view: &View, center: DVec3) {
+    let Columns { points, carried, to_lens, .. } = columns;
+    let vertices = (&*points, &*carried);
+    dispatch!(level, simd => lanes::connect_to_pinhole(simd, vertices, (view, center), to_lens));
+}
+
+#[inline(never)]
+fn scatter(level: Level, columns: &mut Columns<'_>) {
+    let Columns { points, carried, numbers, directions, .. } = columns;
+    dispatch!(level, simd => lanes::scatter(simd, (points, carried), numbers, directions));
+}
