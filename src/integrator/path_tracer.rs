@@ -111,7 +111,8 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PathTracer {
             roulette: self.roulette,
             last_connected: plan.depth.limit(),
             last_scattered: last_scattered(plan),
-            last_left: u32::MAX,
+            from_camera: true,
+            ..DiffuseSteps::default()
         })
     }
 }

@@ -47,6 +47,13 @@ impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
     }
 }
 
+impl<'s, S: Scene + ?Sized + 's> Scratch<'s, S> {
+    /// Makes room for the subpaths of so many samples.
+    pub(super) fn make_room(&mut self, samples: usize) {
+        self.subpaths.resize_with(self.subpaths.len().max(samples), Subpaths::default);
+    }
+}
+
 impl<'s, S: Scene + ?Sized + 's> fmt::Debug for Scratch<'s, S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Scratch")

@@ -14,7 +14,6 @@ use crate::math::{PerProjected, Rgb};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
-use std::f64::consts::FRAC_1_PI;
 
 /// The largest number of scattering events of one walk, also where the depth is unbounded: a closed
 /// scene without absorption would hold a walk for ever. What is cut off is reported in
@@ -117,12 +116,12 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         })
     }
 
-    /// A walk under way from one flat diffuse surface to what comes next, given throughput, reference
-    /// and survival, after so many scattering events.
-    pub(super) fn between_diffuse(
+    /// A walk under way on a ray of some density, with throughput, reference and survival, after so
+    /// many scattering events, none of which was that of a Dirac lobe.
+    pub(super) fn under_way(
         scene: &'s S,
         mode: TransportMode,
-        (from, direction): (SurfacePoint, DVec3),
+        (from, direction, pdf): (SurfacePoint, DVec3, PerProjected),
         [red, green, blue, reference, survival]: [f64; 5],
         bounces: u32,
     ) -> Self {
@@ -131,7 +130,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
             mode,
             from,
             direction,
-            pdf: PerProjected(FRAC_1_PI),
+            pdf,
             dirac: false,
             throughput: Rgb::new(red, green, blue),
             reference,
@@ -141,8 +140,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         }
     }
 
-    /// Throughput, reference and survival: the last argument but one of
-    /// [`between_diffuse`](Self::between_diffuse).
+    /// Throughput, reference and survival, as for [`under_way`](Self::under_way).
     #[inline(always)]
     pub(super) fn carried(&self) -> [f64; 5] {
         let [red, green, blue] = self.throughput.0;

@@ -11,7 +11,7 @@ pub(super) use rooms::Rooms;
 use super::columns::Shared;
 use super::scratch::Advancing;
 use super::steps::Drawn;
-use super::{DiffuseSteps, End, Out, Plan, Scratch, Site, Steps, Subpaths, Vertex, Visit};
+use super::{DiffuseSteps, End, Out, Plan, Scratch, Site, Steps, Vertex, Visit};
 use crate::bsdf::TransportMode;
 use crate::film::{Sample, Sink};
 use crate::geometry::SurfacePoint;
@@ -29,13 +29,21 @@ pub fn advance<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
     sink: &mut dyn Sink,
     scratch: &mut Scratch<'s, S>,
 ) {
-    begin(plan, steps, samples, sink, scratch);
     let diffuse = diffuse_steps(plan, steps);
+    match (diffuse, plan.stage.camera.as_pinhole()) {
+        (Some((DiffuseSteps { from_camera: true, .. }, _)), Some(view)) => {
+            scratch.make_room(samples.len());
+            scratch.columns.begin(view, scratch.level, samples);
+        }
+        _ => begin(plan, steps, samples, sink, scratch),
+    }
     let mut batch = Batch { plan, samples, sink, scratch };
     while !(batch.scratch.walks.is_empty() && batch.scratch.columns.is_empty()) {
         batch.trace(W::KEEPS, diffuse.map(|(_, flats)| flats));
-        batch.arrive(steps);
-        batch.leave(steps);
+        if !batch.scratch.walks.is_empty() {
+            batch.arrive(steps);
+            batch.leave(steps);
+        }
         diffuse.inspect(|diffuse| batch.visit_diffuse(diffuse));
         batch.test_shadow_rays();
         batch.scatter(steps);
@@ -62,8 +70,8 @@ pub fn join<'s, S: Scene + ?Sized, P: Sampler>(
     scratch: &mut Scratch<'s, S>,
     mut visit: impl FnMut(&mut Site<'_, 's, S, P>),
 ) {
+    scratch.make_room(samples.len());
     let Scratch { counters, subpaths, connections, pairs, level, .. } = scratch;
-    subpaths.resize_with(subpaths.len().max(samples.len()), Subpaths::default);
     for (number, (sample, subpaths)) in samples.iter_mut().zip(&mut *subpaths).enumerate() {
         let out = Out { sample: number, sink: &mut *sink, connections };
         pairs.clear();
@@ -140,7 +148,7 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
             }
         });
         if let Some(flats) = &flats {
-            columns.trace(scene, flats, counters, |sample, walk, point| {
+            columns.trace(&self.plan.stage, flats, counters, |sample, walk, point| {
                 let path = Advancing { sample: sample as usize, walk, next: 0 };
                 if meet(&path, point) {
                     walks.push(path);
@@ -241,12 +249,10 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
     fn scatter<W: Steps<'s, S>>(&mut self, steps: &W) {
         self.visit(|_, visit| steps.scatter(visit));
         let Scratch { walks, has_ended, .. } = &mut *self.scratch;
-        for i in (0..walks.len()).rev() {
-            if has_ended[i] {
-                walks.swap_remove(i);
-            } else if W::KEEPS {
-                walks[i].next += 1;
-            }
-        }
+        let mut has_ended = has_ended.iter();
+        walks.retain_mut(|walk| {
+            walk.next += u32::from(W::KEEPS);
+            has_ended.next() == Some(&false)
+        });
     }
 }

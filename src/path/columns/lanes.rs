@@ -32,6 +32,17 @@ pub(super) const ABSORBED: f64 = 0.0;
 /// The state of a walk whose throughput is infinite or not a number; of one that goes on it is 1.
 pub(super) const NOT_FINITE: f64 = 2.0;
 
+/// Directions through window coordinates, and whether the lens has any there.
+#[inline(always)]
+pub(super) fn begin<S: Simd>(simd: S, view: &View, window: &Rows<2>, starts: &mut Rows<4>) {
+    for (window, start) in window.groups().iter().zip(starts.groups_mut()) {
+        let direction = view.direction_at(load(simd, window));
+        let density = view.pinhole_density(direction);
+        let Vector { x, y, z } = direction;
+        store(start, [x, y, z, density.is_positive().indicator(x)]);
+    }
+}
+
 /// The points of vertices.
 #[inline(always)]
 pub(super) fn place<S: Simd>(simd: S, met: &Met, carried: &Carried, points: &mut Points) {

@@ -15,7 +15,7 @@ use super::connect::{emitter_at, lens_connection_at, next_event_at};
 use super::diffuse::{BLACK, INEXACT, UNSEEN};
 use super::shadow_rays::Connections;
 use super::{
-    Counters, Heuristic, MAX_BOUNCES, Out, Plan, RandomWalk, Roulette, SampledEndpoint,
+    Counters, Heuristic, MAX_BOUNCES, Out, Plan, RandomWalk, Roulette, SampledEndpoint, Stage,
     StartDensity, Vertex,
 };
 use crate::bsdf::TransportMode;
@@ -24,12 +24,13 @@ use crate::endpoint::{FlatLight, Light, LightId, View};
 use crate::film::{Contribution, Sample, Sink, Technique};
 use crate::geometry::SurfacePoint;
 use crate::lanes::Rows;
-use crate::math::{PerArea, Rgb};
+use crate::math::{PerArea, PerProjected, Rgb};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{DIFFUSE, FlatSurfaces, Scene};
 use crate::tree::{Ends, FlatHit};
 use fearless_simd::{Level, dispatch};
 use glam::{DVec2, DVec3};
+use std::f64::consts::FRAC_1_PI;
 
 /// The steps of a walk at flat diffuse vertices that emit nothing, if they are these: the vertex is
 /// connected to a point on a light or on the lens, as the [`Plan`] has it, and the walk goes on.
@@ -45,6 +46,8 @@ pub struct DiffuseSteps {
     pub last_scattered: u32,
     /// The number with which it ends on leaving.
     pub last_left: u32,
+    /// True if walks begin at the camera, where nothing is done.
+    pub from_camera: bool,
 }
 
 impl Default for DiffuseSteps {
@@ -56,6 +59,7 @@ impl Default for DiffuseSteps {
             last_connected: u32::MAX,
             last_scattered: u32::MAX,
             last_left: u32::MAX,
+            from_camera: false,
         }
     }
 }
@@ -92,6 +96,7 @@ pub(super) struct Columns<'s> {
     to_lights: LightConnections,
     to_lens: LensConnections,
     numbers: Rows<2>,
+    starts: Rows<4>,
     directions: Directions,
     shadow_rays: ShadowRays,
 }
@@ -136,6 +141,31 @@ impl<'s> Columns<'s> {
         self.under_way.walks.is_empty()
     }
 
+    /// Begins the walk of each sample at a pinhole.
+    pub fn begin<P: Sampler>(&mut self, view: &View, level: Level, samples: &mut [Sample<P>]) {
+        (self.mode, self.bounces) = (Some(TransportMode::Radiance), 0);
+        self.numbers.clear();
+        for Sample { film, sampler } in samples.iter_mut() {
+            sampler.stream(Stream::Lens);
+            sampler.skip_1d();
+            sampler.skip_2d();
+            self.numbers.push_row(view.film.to_window(film.raster + film.offset).to_array());
+        }
+        self.starts.resize(samples.len());
+        begin(level, self, view);
+        for sample in 0..samples.len() {
+            let [x, y, z, state] = self.starts.get(sample);
+            if state != BLACK {
+                let walk = Walk { sample: sample as u32, at: FlatHit::NONE };
+                let UnderWay { walks, rays, ends, carried, .. } = &mut self.under_way;
+                walks.push(walk);
+                rays.push([view.position, DVec3::new(x, y, z)], []);
+                ends.push(Ends::FREE);
+                carried.push_row([1.0; 5]);
+            }
+        }
+    }
+
     /// Takes over a walk that has met a flat diffuse surface. Returns true if it has.
     #[inline(always)]
     pub fn accept<S: Scene + ?Sized>(
@@ -167,7 +197,7 @@ impl<'s> Columns<'s> {
     /// point that they have met, if any.
     pub fn trace<S: Scene + ?Sized>(
         &mut self,
-        scene: &'s S,
+        &Stage { scene, camera, .. }: &Stage<'s, S>,
         flats: &FlatSurfaces<'_>,
         counters: &mut Counters,
         mut leave: impl FnMut(u32, RandomWalk<'s, S>, Option<SurfacePoint>) -> bool,
@@ -189,13 +219,20 @@ impl<'s> Columns<'s> {
                 counters.escape(mode, Rgb::new(red, green, blue));
                 continue;
             }
-            let Some(from) = flats.point(walk.at) else { continue };
+            let (from, pdf) = match (flats.point(walk.at), camera.as_pinhole()) {
+                (Some(from), _) => (from, PerProjected(FRAC_1_PI)),
+                (None, Some(view)) => {
+                    let lens = SurfacePoint::dirac(view.position);
+                    (lens, camera.direction_pdf(&lens, direction))
+                }
+                (None, None) => continue,
+            };
             let point = match flats.point(*hit) {
                 None if hit.primitive != SurfacePoint::NONE => scene.intersect(&from, direction),
                 point => point,
             };
-            let ray = (from, direction);
-            let next = RandomWalk::between_diffuse(scene, mode, ray, carried, self.bounces);
+            let ray = (from, direction, pdf);
+            let next = RandomWalk::under_way(scene, mode, ray, carried, self.bounces);
             if !leave(walk.sample, next, point) {
                 counters.escape(mode, Rgb::new(red, green, blue));
             }
@@ -524,6 +561,11 @@ impl ShadowRays {
 }
 
 // What is compiled for all instruction sets is not to be compiled for every scene, too.
+
+#[inline(never)]
+fn begin(level: Level, Columns { numbers, starts, .. }: &mut Columns<'_>, view: &View) {
+    dispatch!(level, simd => lanes::begin(simd, view, numbers, starts));
+}
 
 #[inline(never)]
 fn place(level: Level, Columns { met, carried, points, .. }: &mut Columns<'_>) {
