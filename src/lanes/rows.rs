@@ -81,6 +81,12 @@ impl<const N: usize> Rows<N> {
         &mut self.groups[..self.len.div_ceil(LANES)]
     }
 
+    /// A number of a path.
+    #[inline(always)]
+    pub fn number(&self, path: usize, row: usize) -> f64 {
+        self.groups[path / LANES][row][path % LANES]
+    }
+
     /// The numbers of a path.
     #[inline(always)]
     pub fn get(&self, path: usize) -> [f64; N] {

@@ -7,8 +7,10 @@ use crate::endpoint::{FlatLanes, View};
 use crate::lanes::{Lane, Mask, Vector};
 use std::f64::consts::FRAC_1_PI;
 
-/// The state of a connection that carries nothing; of one that does it is 1.
+/// The state of a connection that carries nothing.
 pub(super) const BLACK: f64 = 0.0;
+/// The state of one that carries something.
+pub(super) const LIT: f64 = 1.0;
 /// The state where the edge is too short or too long for the formula of lanes.
 pub(super) const INEXACT: f64 = 2.0;
 /// The state of a connection that the camera does not see.

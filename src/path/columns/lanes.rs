@@ -5,7 +5,7 @@ use crate::endpoint::{FlatLanes, View};
 use crate::geometry::{Quad, Triangle, moved_towards, spanned};
 use crate::lanes::{Group, LANES, Lane, Mask, Rows, Vector, load, store};
 use crate::path::Heuristic;
-use crate::path::diffuse::{Diffuse, INEXACT, LightPoints, Pinhole};
+use crate::path::diffuse::{Diffuse, INEXACT, LIT, LightPoints, Pinhole};
 use crate::scene::DIFFUSE;
 use crate::tree::{LaneEnd, LaneSegment};
 use fearless_simd::{Simd, f64x8};
@@ -20,8 +20,11 @@ pub(super) type Carried = Rows<8>;
 /// Position, error bound, normal, albedo on the side that is seen.
 pub(super) type Points = Rows<10>;
 /// Origin, direction and length of a segment, and whether it starts at the vertex; estimate,
-/// weight, state.
+/// weight, state. The length is 0 unless the state is `LIT`.
 pub(super) type LightConnections = Rows<13>;
+/// Its rows of the last two.
+pub(super) const IS_FORWARD: usize = 7;
+pub(super) const STATE: usize = 12;
 /// The same segment; estimate, place on the film, state.
 pub(super) type LensConnections = Rows<14>;
 /// Origin and direction of a ray; throughput, largest component relative to the reference, state.
@@ -108,6 +111,7 @@ pub(super) fn connect_to_lights<S: Simd>(
         let segment = LaneSegment::between(end, on_light, center);
         let state = unless_unclear(&segment, state);
         let [ox, oy, oz, dx, dy, dz, length, is_forward] = numbers_of(&segment);
+        let length = state.equals(pdf.constant(LIT)).choose(length, pdf.constant(0.0));
         let Vector { x, y, z } = value;
         store(found, [ox, oy, oz, dx, dy, dz, length, is_forward, x, y, z, weight, state]);
     }

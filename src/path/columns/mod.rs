@@ -9,10 +9,11 @@
 mod lanes;
 
 use self::lanes::{
-    ABSORBED, Carried, Directions, LensConnections, LightConnections, Met, NOT_FINITE, Points,
+    ABSORBED, Carried, Directions, IS_FORWARD, LensConnections, LightConnections, Met, NOT_FINITE,
+    Points, STATE,
 };
 use super::connect::{emitter_at, lens_connection_at, next_event_at};
-use super::diffuse::{BLACK, INEXACT, UNSEEN};
+use super::diffuse::{BLACK, INEXACT, LIT, UNSEEN};
 use super::shadow_rays::Connections;
 use super::{
     Counters, Heuristic, MAX_BOUNCES, Out, Plan, RandomWalk, Roulette, SampledEndpoint, Stage,
@@ -99,6 +100,8 @@ pub(super) struct Columns<'s> {
     starts: Rows<4>,
     directions: Directions,
     shadow_rays: ShadowRays,
+    shadow_ends: Vec<Ends>,
+    free: Vec<bool>,
 }
 
 /// Walks that have left a vertex.
@@ -113,14 +116,13 @@ struct UnderWay {
     hits: Vec<FlatHit>,
 }
 
-/// Shadow rays, and what they carry.
+/// Shadow rays to the lens, and what they carry.
 #[derive(Debug, Default)]
 struct ShadowRays {
     /// Origin, direction, length.
     segments: Rows<7>,
     ends: Vec<Ends>,
     carried: Vec<(u32, Contribution)>,
-    free: Vec<bool>,
 }
 
 /// What walks in columns share with those that are gone on with one by one.
@@ -247,7 +249,6 @@ impl<'s> Columns<'s> {
     /// Connects the vertices and tests the shadow rays; then lets the walks go on.
     pub fn visit<S: Scene + ?Sized, P: Sampler>(&mut self, shared: &mut Shared<'_, 's, S, P>) {
         self.connect(shared);
-        self.test_shadow_rays(&shared.flats, shared.counters, shared.sink);
         self.leave(&shared.steps, shared.samples, shared.counters);
     }
 
@@ -293,6 +294,7 @@ impl<'s> Columns<'s> {
     ) {
         self.lights.clear();
         self.light_numbers.clear();
+        self.shadow_ends.clear();
         for k in 0..self.walks.len() {
             let light = self.sample_light(k, shared);
             let (u, pdf) = light.map_or((DVec2::ZERO, 1.0), |light| (light.u, light.pdf.value()));
@@ -304,8 +306,16 @@ impl<'s> Columns<'s> {
         let how = (shared.steps.heuristic, has_hits, shared.flats.forest.center());
         connect_to_lights(shared.level, self, how);
         for k in 0..self.walks.len() {
-            let Some(light) = &self.lights[k] else { continue };
-            let [segment @ .., red, green, blue, weight, state] = self.to_lights.get(k);
+            let Some(light) = &self.lights[k] else {
+                self.shadow_ends.push(Ends::FREE);
+                continue;
+            };
+            let (state, at) = (self.to_lights.number(k, STATE), self.walks[k].at);
+            let (origin, end) = match self.to_lights.number(k, IS_FORWARD) {
+                0.0 => (light.light.primitive, at.primitive),
+                _ => (at.primitive, light.light.primitive),
+            };
+            self.shadow_ends.push(Ends { origin, end });
             if state == INEXACT {
                 let LightPoint { id, light, pdf, u } = *light;
                 let emitter = SampledEndpoint { point: light.point_at(u), light: Some(id), pdf };
@@ -313,16 +323,18 @@ impl<'s> Columns<'s> {
                 continue;
             }
             shared.counters.connections += 1;
-            if state != BLACK {
-                let Walk { sample, at } = self.walks[k];
-                let contribution = Contribution {
-                    raster: shared.samples[sample as usize].film.raster,
-                    value: Rgb::new(red, green, blue),
-                    weight,
-                    technique: Technique::new(1, self.bounces as u16 + 2),
-                };
-                let ends = [at.primitive, light.light.primitive];
-                self.shadow_rays.push(segment, ends, (sample, contribution));
+            shared.counters.shadow_rays += u64::from(state == LIT);
+        }
+        let (segments, ends, free) = (&self.to_lights, &self.shadow_ends, &mut self.free);
+        shared.flats.forest.are_free_in_columns(segments, ends, free);
+        let technique = Technique::new(1, self.bounces as u16 + 2);
+        for (k, _) in self.free.iter().enumerate().filter(|(_, free)| **free) {
+            let [.., red, green, blue, weight, state] = self.to_lights.get(k);
+            if state == LIT && self.lights[k].is_some() {
+                let sample = self.walks[k].sample as usize;
+                let raster = shared.samples[sample].film.raster;
+                let value = Rgb::new(red, green, blue);
+                shared.sink.add(sample, &Contribution { raster, value, weight, technique });
             }
         }
     }
@@ -413,15 +425,16 @@ impl<'s> Columns<'s> {
         let Some(view) = stage.camera.as_pinhole() else { return };
         self.to_lens.resize(self.walks.len());
         connect_to_pinhole(shared.level, self, view, shared.flats.forest.center());
-        for k in 0..self.walks.len() {
-            let Walk { sample, at } = self.walks[k];
-            let Sample { film, sampler } = &mut shared.samples[sample as usize];
+        let mut inexact = Vec::new();
+        let ShadowRays { segments, ends, carried } = &mut self.shadow_rays;
+        for (k, Walk { sample, at }) in self.walks.iter().enumerate() {
+            let Sample { film, sampler } = &mut shared.samples[*sample as usize];
             sampler.stream(Stream::LensSampling(bounces));
             sampler.skip_1d();
             sampler.skip_2d();
-            let [segment @ .., red, green, blue, x, y, state] = self.to_lens.get(k);
+            let [segment @ .., is_forward, red, green, blue, x, y, state] = self.to_lens.get(k);
             if state == INEXACT {
-                self.connect_to_lens_alone(k, view, shared);
+                inexact.push(k);
                 continue;
             }
             if state == UNSEEN {
@@ -432,17 +445,28 @@ impl<'s> Columns<'s> {
                 continue;
             }
             shared.counters.connections += 1;
-            if state != BLACK {
-                let contribution = Contribution {
-                    raster,
-                    value: Rgb::new(red, green, blue),
-                    weight: 1.0,
-                    technique: Technique::new(bounces as u16 + 1, 1),
+            if state == LIT {
+                let value = Rgb::new(red, green, blue);
+                let technique = Technique::new(bounces as u16 + 1, 1);
+                segments.push_row(segment);
+                let (origin, end) = match is_forward {
+                    0.0 => (SurfacePoint::NONE, at.primitive),
+                    _ => (at.primitive, SurfacePoint::NONE),
                 };
-                let ends = [at.primitive, SurfacePoint::NONE];
-                self.shadow_rays.push(segment, ends, (sample, contribution));
+                ends.push(Ends { origin, end });
+                carried.push((*sample, Contribution { raster, value, weight: 1.0, technique }));
             }
         }
+        shared.counters.shadow_rays += ends.len() as u64;
+        shared.flats.forest.are_free_in_columns(segments, ends, &mut self.free);
+        let seen = carried.iter().zip(&self.free).filter(|(_, free)| **free);
+        for ((sample, contribution), _) in seen {
+            shared.sink.add(*sample as usize, contribution);
+        }
+        segments.clear();
+        ends.clear();
+        carried.clear();
+        inexact.into_iter().for_each(|k| self.connect_to_lens_alone(k, view, shared));
     }
 
     /// Connects a vertex to the pinhole without lanes.
@@ -465,24 +489,6 @@ impl<'s> Columns<'s> {
         if let Some(found) = found {
             out.connect(found.ends, found.contribution);
         }
-    }
-
-    /// Tests the shadow rays and gives what is visible to the sink.
-    fn test_shadow_rays(
-        &mut self,
-        flats: &FlatSurfaces<'_>,
-        counters: &mut Counters,
-        sink: &mut dyn Sink,
-    ) {
-        let ShadowRays { segments, ends, carried, free } = &mut self.shadow_rays;
-        counters.shadow_rays += ends.len() as u64;
-        flats.forest.are_free_in_columns(segments, ends, free);
-        for ((sample, contribution), _) in carried.iter().zip(free).filter(|(_, free)| **free) {
-            sink.add(*sample as usize, contribution);
-        }
-        segments.clear();
-        ends.clear();
-        carried.clear();
     }
 
     /// Follows the walks into their directions, with roulette.
@@ -544,19 +550,6 @@ impl<'s> Columns<'s> {
         self.walks.clear();
         self.met.clear();
         self.carried.clear();
-    }
-}
-
-impl ShadowRays {
-    /// Adds the segment of a vertex and something else, given by their primitives.
-    #[inline(always)]
-    fn push(&mut self, segment: [f64; 8], ends: [u32; 2], carried: (u32, Contribution)) {
-        let [segment @ .., is_forward] = segment;
-        let [at, other] = ends;
-        let (origin, end) = if is_forward == 0.0 { (other, at) } else { (at, other) };
-        self.segments.push_row(segment);
-        self.ends.push(Ends { origin, end });
-        self.carried.push(carried);
     }
 }
 

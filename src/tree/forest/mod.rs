@@ -277,8 +277,13 @@ impl Forest {
     }
 
     /// The answers of [`is_free`](Self::is_free) for segments in columns: origins, directions and
-    /// lengths.
-    pub fn are_free_in_columns(&self, segments: &Rows<7>, ends: &[Ends], free: &mut Vec<bool>) {
+    /// lengths are the first seven rows. One without a length is free.
+    pub fn are_free_in_columns<const N: usize>(
+        &self,
+        segments: &Rows<N>,
+        ends: &[Ends],
+        free: &mut Vec<bool>,
+    ) {
         free.clear();
         free.resize(ends.len(), false);
         if let [only] = &self.regions[..]
@@ -287,9 +292,15 @@ impl Forest {
             return;
         }
         let of = |(i, ends): (usize, &Ends)| {
-            let [x, y, z, dx, dy, dz, length] = segments.get(i);
-            let (origin, direction) = (DVec3::new(x, y, z), DVec3::new(dx, dy, dz));
-            Ok(Segment { origin, direction, length, ends: *ends })
+            let row = |row| segments.number(i, row);
+            let length = row(6);
+            if length > 0.0 {
+                let origin = DVec3::new(row(0), row(1), row(2));
+                let direction = DVec3::new(row(3), row(4), row(5));
+                Ok(Segment { origin, direction, length, ends: *ends })
+            } else {
+                Err(true)
+            }
         };
         self.are_free(ends.iter().enumerate().map(of), |i, answer| free[i] = answer);
     }

@@ -85,8 +85,9 @@ fn closest_in_columns_with<S: Simd>(
     hits: &mut [FlatHit],
 ) {
     let packets = rays.groups().chunks(RAYS / LANES).zip(ends.chunks(RAYS));
+    let mut rays = Rays::new();
     for ((groups, ends), hits) in packets.zip(hits.chunks_mut(RAYS)) {
-        let mut rays = Rays::of_groups(groups, ends);
+        rays.fill(groups, ends);
         few.closest(simd, bvh, &mut rays, hits.len(), |lane, _, found| {
             hits[lane] = found.map_or(FlatHit::NONE, |(primitive, Intersection { u, v, .. })| {
                 FlatHit { primitive, u, v }
@@ -95,11 +96,11 @@ fn closest_in_columns_with<S: Simd>(
     }
 }
 
-/// [`are_free`] of segments in columns, whose lengths are in the last row.
+/// [`are_free`] of segments in columns, whose lengths are in the seventh row.
 #[inline(never)]
-pub(in crate::tree) fn are_free_in_columns(
+pub(in crate::tree) fn are_free_in_columns<const N: usize>(
     bvh: &Bvh,
-    segments: &Rows<7>,
+    segments: &Rows<N>,
     ends: &[Ends],
     free: &mut [bool],
 ) -> bool {
@@ -109,17 +110,18 @@ pub(in crate::tree) fn are_free_in_columns(
 }
 
 #[inline(always)]
-fn are_free_in_columns_with<S: Simd>(
+fn are_free_in_columns_with<S: Simd, const N: usize>(
     simd: S,
     bvh: &Bvh,
     few: &Few,
-    segments: &Rows<7>,
+    segments: &Rows<N>,
     ends: &[Ends],
     free: &mut [bool],
 ) {
     let packets = segments.groups().chunks(RAYS / LANES).zip(ends.chunks(RAYS));
+    let (mut rays, mut length) = (Rays::new(), [0.0; RAYS]);
     for ((groups, ends), free) in packets.zip(free.chunks_mut(RAYS)) {
-        let (mut rays, mut length) = (Rays::of_groups(groups, ends), [0.0; RAYS]);
+        rays.fill(groups, ends);
         for (half, group) in groups.iter().enumerate().take(RAYS / LANES) {
             length.as_chunks_mut().0[half] = group[6];
         }

@@ -53,22 +53,21 @@ impl Rays {
         rays
     }
 
-    /// Up to sixteen rays of columns: origins and directions in the first six rows of groups, and the
-    /// primitives at their ends.
+    /// Replaces the rays by up to sixteen of columns: origins and directions are the first six rows
+    /// of two groups. Their ends are given, too.
     #[inline(always)]
-    pub fn of_groups<const N: usize>(groups: &[Group<N>], ends: &[Ends]) -> Self {
-        let mut rays = Self::new();
+    pub fn fill<const N: usize>(&mut self, groups: &[Group<N>], ends: &[Ends]) {
         for (half, group) in groups.iter().enumerate().take(RAYS / LANES) {
             for axis in 0..3 {
-                rays.origin[axis].as_chunks_mut().0[half] = group[axis];
-                rays.direction[axis].as_chunks_mut().0[half] = group[3 + axis];
+                self.origin[axis].as_chunks_mut().0[half] = group[axis];
+                self.direction[axis].as_chunks_mut().0[half] = group[3 + axis];
             }
         }
         for (lane, ends) in ends.iter().enumerate().take(RAYS) {
-            (rays.start[lane], rays.end[lane]) = (ends.origin, ends.end);
+            (self.start[lane], self.end[lane]) = (ends.origin, ends.end);
         }
-        rays.lanes = (1 << ends.len().min(RAYS)) - 1;
-        rays
+        self.moved = [0.0; RAYS];
+        self.lanes = (1 << ends.len().min(RAYS)) - 1;
     }
 
     #[inline(always)]
