@@ -178,8 +178,8 @@ impl<'s> Columns<'s> {
         point: &SurfacePoint,
     ) -> bool {
         let Some(surface) = flats.diffuse(point.primitive) else { return false };
+        let Some(at) = flats.hit(point) else { return false };
         (self.mode, self.bounces) = (Some(walk.mode()), walk.bounces());
-        let at = FlatHit { primitive: point.primitive, u: point.uv.x, v: point.uv.y };
         let (_, direction) = walk.ray();
         self.enter(Walk { sample: sample as u32, at }, surface, direction, walk.carried());
         true
@@ -208,7 +208,7 @@ impl<'s> Columns<'s> {
         let mut under_way = std::mem::take(&mut self.under_way);
         let UnderWay { walks, rays, ends, carried, hits } = &mut under_way;
         counters.closest_rays += walks.len() as u64;
-        flats.forest.closest_in_columns(rays, ends, hits);
+        flats.forest().closest_in_columns(rays, ends, hits);
         for (i, (walk, hit)) in walks.iter().zip(&*hits).enumerate() {
             let [.., x, y, z] = rays.get(i);
             let (direction, carried) = (DVec3::new(x, y, z), carried.get(i));
@@ -303,7 +303,7 @@ impl<'s> Columns<'s> {
         }
         self.to_lights.resize(self.walks.len());
         let has_hits = shared.plan.techniques.bsdf_sampling;
-        let how = (shared.steps.heuristic, has_hits, shared.flats.forest.center());
+        let how = (shared.steps.heuristic, has_hits, shared.flats.forest().center());
         connect_to_lights(shared.level, self, how);
         for k in 0..self.walks.len() {
             let Some(light) = &self.lights[k] else {
@@ -326,7 +326,7 @@ impl<'s> Columns<'s> {
             shared.counters.shadow_rays += u64::from(state == LIT);
         }
         let (segments, ends, free) = (&self.to_lights, &self.shadow_ends, &mut self.free);
-        shared.flats.forest.are_free_in_columns(segments, ends, free);
+        shared.flats.forest().are_free_in_columns(segments, ends, free);
         let technique = Technique::new(1, self.bounces as u16 + 2);
         for (k, _) in self.free.iter().enumerate().filter(|(_, free)| **free) {
             let [.., red, green, blue, weight, state] = self.to_lights.get(k);
@@ -424,7 +424,7 @@ impl<'s> Columns<'s> {
         let stage = &shared.plan.stage;
         let Some(view) = stage.camera.as_pinhole() else { return };
         self.to_lens.resize(self.walks.len());
-        connect_to_pinhole(shared.level, self, view, shared.flats.forest.center());
+        connect_to_pinhole(shared.level, self, view, shared.flats.forest().center());
         let mut inexact = Vec::new();
         let ShadowRays { segments, ends, carried } = &mut self.shadow_rays;
         for (k, Walk { sample, at }) in self.walks.iter().enumerate() {
@@ -458,7 +458,7 @@ impl<'s> Columns<'s> {
             }
         }
         shared.counters.shadow_rays += ends.len() as u64;
-        shared.flats.forest.are_free_in_columns(segments, ends, &mut self.free);
+        shared.flats.forest().are_free_in_columns(segments, ends, &mut self.free);
         let seen = carried.iter().zip(&self.free).filter(|(_, free)| **free);
         for ((sample, contribution), _) in seen {
             shared.sink.add(*sample as usize, contribution);

@@ -55,8 +55,10 @@ impl World {
     #[inline(always)]
     fn point_of(&self, ray: &Query, hit: &Hit<'_>) -> Option<SurfacePoint> {
         let Intersection { u, v, .. } = hit.intersection;
-        if let Some(Some(flat)) = self.flat.get(hit.primitive as usize) {
-            return Some(flat.point_at(hit.primitive, u, v));
+        if let Some(Some(flat)) = self.flat.get(hit.primitive as usize)
+            && let Some(point) = flat.point_at(hit.primitive, u, v)
+        {
+            return Some(point);
         }
         let Some(triangle) = self.forest.triangle_of(hit) else {
             return self.point_of_other(ray, hit);
@@ -76,7 +78,7 @@ impl World {
     /// Completes a point of a shape, perhaps of a triangle, with everything that the scene knows
     /// about it.
     #[inline(always)]
-    fn complete(
+    pub(super) fn complete(
         &self,
         primitive: u32,
         triangle: Option<Triangle>,
@@ -197,7 +199,7 @@ impl Scene for World {
 
     #[inline]
     fn flat_surfaces(&self) -> Option<FlatSurfaces<'_>> {
-        Some(FlatSurfaces { forest: &self.forest, flat: &self.flat })
+        Some(FlatSurfaces(self))
     }
 
     #[inline]
