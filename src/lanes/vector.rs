@@ -25,11 +25,6 @@ impl<L: Lane> Vector<L> {
     }
 
     #[inline(always)]
-    pub fn map(self, f: impl Fn(L) -> L) -> Self {
-        Self::new(f(self.x), f(self.y), f(self.z))
-    }
-
-    #[inline(always)]
     pub fn dot(self, other: Self) -> L {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
@@ -47,7 +42,7 @@ impl<L: Lane> Vector<L> {
 
     #[inline(always)]
     pub fn abs(self) -> Self {
-        self.map(L::abs)
+        Self::new(self.x.abs(), self.y.abs(), self.z.abs())
     }
 
     /// The first vectors where true, the others where false.
@@ -80,7 +75,7 @@ impl<L: Lane> Neg for Vector<L> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.map(L::neg)
+        Self::new(-self.x, -self.y, -self.z)
     }
 }
 

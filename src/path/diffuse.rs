@@ -61,8 +61,7 @@ impl<L: Lane> Diffuse<L> {
         let reflects = on_same_side(self.normal.dot(direction), self.normal.dot(self.to_previous));
         let throughput = pdf.constant(1.0) / pdf;
         let [red, green, blue] = light.radiance;
-        let incoming = |radiance: L| geometry * (radiance * throughput);
-        let incoming = Vector::new(incoming(red), incoming(green), incoming(blue));
+        let incoming = Vector::new(red, green, blue) * throughput * geometry;
         let value = self.throughput * self.f() * incoming;
         let state = (emits & reflects & !is_black(value)).indicator(pdf);
         let state = is_exact.choose(state, pdf.constant(INEXACT));
@@ -93,7 +92,7 @@ impl<L: Lane> Diffuse<L> {
 
     #[inline(always)]
     fn f(&self) -> Vector<L> {
-        self.albedo.map(|albedo| albedo * FRAC_1_PI)
+        self.albedo * self.albedo.x.constant(FRAC_1_PI)
     }
 }
 
