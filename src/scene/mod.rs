@@ -32,7 +32,7 @@ pub use mesh::Mesh;
 pub use needs::Needs;
 pub use surface::{Emission, MaterialId, SurfaceId};
 pub use warning::Warning;
-pub(crate) use world::DIFFUSE;
+pub(crate) use world::{DIFFUSE, Diffuse, FlatHit, Meeting};
 pub use world::{FlatSurfaces, World};
 
 use crate::bsdf::Bsdf;

@@ -192,19 +192,6 @@ impl Hit<'_> {
     }
 }
 
-/// The nearest hit of a ray of columns: primitive and surface parameters.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FlatHit {
-    pub primitive: u32,
-    pub u: f64,
-    pub v: f64,
-}
-
-impl FlatHit {
-    /// None.
-    pub const NONE: Self = Self { primitive: SurfacePoint::NONE, u: 0.0, v: 0.0 };
-}
-
 /// The answer of the exact test.
 pub(super) struct Found<'a> {
     pub primitive: u32,

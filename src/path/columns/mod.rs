@@ -27,8 +27,8 @@ use crate::geometry::SurfacePoint;
 use crate::lanes::Rows;
 use crate::math::{PerArea, PerProjected, Rgb};
 use crate::sampler::{Sampler, Stream};
-use crate::scene::{DIFFUSE, FlatSurfaces, Scene};
-use crate::tree::{Ends, FlatHit};
+use crate::scene::{DIFFUSE, Diffuse, FlatHit, FlatSurfaces, Meeting, Scene};
+use crate::tree::Ends;
 use fearless_simd::{Level, dispatch};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
@@ -72,6 +72,9 @@ struct Walk {
     at: FlatHit,
 }
 
+/// The place of a walk that begins at the camera.
+const NOWHERE: FlatHit = FlatHit { primitive: SurfacePoint::NONE, u: 0.0, v: 0.0 };
+
 /// A connection to a point on a light, which two random numbers choose.
 #[derive(Clone, Copy, Debug)]
 struct LightPoint<'s> {
@@ -113,7 +116,6 @@ struct UnderWay {
     ends: Vec<Ends>,
     /// Throughput, reference of roulette, survival.
     carried: Rows<5>,
-    hits: Vec<FlatHit>,
 }
 
 /// Shadow rays to the lens, and what they carry.
@@ -158,7 +160,7 @@ impl<'s> Columns<'s> {
         for sample in 0..samples.len() {
             let [x, y, z, state] = self.starts.get(sample);
             if state != BLACK {
-                let walk = Walk { sample: sample as u32, at: FlatHit::NONE };
+                let walk = Walk { sample: sample as u32, at: NOWHERE };
                 let UnderWay { walks, rays, ends, carried, .. } = &mut self.under_way;
                 walks.push(walk);
                 rays.push([view.position, DVec3::new(x, y, z)], []);
@@ -177,8 +179,7 @@ impl<'s> Columns<'s> {
         walk: &RandomWalk<'s, S>,
         point: &SurfacePoint,
     ) -> bool {
-        let Some(surface) = flats.diffuse(point.primitive) else { return false };
-        let Some(at) = flats.hit(point) else { return false };
+        let Some((at, surface)) = flats.diffuse_at(point) else { return false };
         (self.mode, self.bounces) = (Some(walk.mode()), walk.bounces());
         let (_, direction) = walk.ray();
         self.enter(Walk { sample: sample as u32, at }, surface, direction, walk.carried());
@@ -186,9 +187,9 @@ impl<'s> Columns<'s> {
     }
 
     #[inline(always)]
-    fn enter(&mut self, walk: Walk, surface: [f64; DIFFUSE], direction: DVec3, carried: [f64; 5]) {
+    fn enter(&mut self, walk: Walk, surface: Diffuse<'_>, direction: DVec3, carried: [f64; 5]) {
         let mut met = [0.0; DIFFUSE + 2];
-        met[..DIFFUSE].copy_from_slice(&surface);
+        met[..DIFFUSE].copy_from_slice(&surface.numbers());
         (met[DIFFUSE], met[DIFFUSE + 1]) = (walk.at.u, walk.at.v);
         self.walks.push(walk);
         self.met.push_row(met);
@@ -206,20 +207,23 @@ impl<'s> Columns<'s> {
     ) {
         let Some(mode) = self.mode else { return };
         let mut under_way = std::mem::take(&mut self.under_way);
-        let UnderWay { walks, rays, ends, carried, hits } = &mut under_way;
+        let UnderWay { walks, rays, ends, carried } = &mut under_way;
         counters.closest_rays += walks.len() as u64;
-        flats.forest().closest_in_columns(rays, ends, hits);
-        for (i, (walk, hit)) in walks.iter().zip(&*hits).enumerate() {
+        flats.meet(rays, ends, |i, met| {
+            let (walk, carried) = (walks[i], carried.get(i));
             let [.., x, y, z] = rays.get(i);
-            let (direction, carried) = (DVec3::new(x, y, z), carried.get(i));
-            if let Some(surface) = flats.diffuse(hit.primitive) {
-                self.enter(Walk { at: *hit, ..*walk }, surface, direction, carried);
-                continue;
-            }
+            let direction = DVec3::new(x, y, z);
+            let point = match met {
+                Meeting::Diffuse(at, surface) => {
+                    return self.enter(Walk { at, ..walk }, surface, direction, carried);
+                }
+                Meeting::Other(point) => Some(point),
+                Meeting::Nothing => None,
+            };
             let [red, green, blue, ..] = carried;
-            if hit.primitive == SurfacePoint::NONE && scene.environment().is_none() {
-                counters.escape(mode, Rgb::new(red, green, blue));
-                continue;
+            let throughput = Rgb::new(red, green, blue);
+            if point.is_none() && scene.environment().is_none() {
+                return counters.escape(mode, throughput);
             }
             let (from, pdf) = match (flats.point(walk.at), camera.as_pinhole()) {
                 (Some(from), _) => (from, PerProjected(FRAC_1_PI)),
@@ -227,18 +231,14 @@ impl<'s> Columns<'s> {
                     let lens = SurfacePoint::dirac(view.position);
                     (lens, camera.direction_pdf(&lens, direction))
                 }
-                (None, None) => continue,
-            };
-            let point = match flats.point(*hit) {
-                None if hit.primitive != SurfacePoint::NONE => scene.intersect(&from, direction),
-                point => point,
+                (None, None) => return,
             };
             let ray = (from, direction, pdf);
             let next = RandomWalk::under_way(scene, mode, ray, carried, self.bounces);
             if !leave(walk.sample, next, point) {
-                counters.escape(mode, Rgb::new(red, green, blue));
+                counters.escape(mode, throughput);
             }
-        }
+        });
         walks.clear();
         rays.clear();
         ends.clear();

@@ -1,13 +1,13 @@
 //! Flat primitives with everything prepared that a point of them takes.
 
 use super::World;
-use crate::geometry::{Quad, Shape, SurfacePoint, Triangle, spanned};
-use crate::lanes::Vector;
+use crate::geometry::{Intersection, Quad, Shape, SurfacePoint, Triangle, spanned};
+use crate::lanes::{Rows, Vector};
 use crate::material::Finish;
 use crate::math::Rgb;
 use crate::scene::mesh::Attributes;
 use crate::scene::surface::Surface;
-use crate::tree::{FlatHit, Forest};
+use crate::tree::{Ends, Forest, Hit, Query};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
@@ -40,40 +40,36 @@ pub(crate) const DIFFUSE: usize = 19;
 #[derive(Clone, Copy)]
 pub struct FlatSurfaces<'a>(pub(super) &'a World);
 
-impl<'a> FlatSurfaces<'a> {
-    /// The rays between surfaces.
-    #[inline(always)]
-    pub(crate) fn forest(&self) -> &'a Forest {
-        &self.0.forest
-    }
+/// A place on something flat.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FlatHit {
+    pub primitive: u32,
+    pub u: f64,
+    pub v: f64,
+}
 
-    /// The point that a ray has hit, if it is on something flat.
-    #[inline(always)]
-    pub(crate) fn point(&self, FlatHit { primitive, u, v }: FlatHit) -> Option<SurfacePoint> {
-        let flat = self.0.flat.get(primitive as usize)?.as_ref()?;
-        flat.point_at(primitive, u, v).or_else(|| {
-            let triangle = self.0.forest.shape(primitive)?.as_triangle()?;
-            Some(self.0.complete(primitive, Some(triangle), triangle.point_at(u, v)))
-        })
-    }
+/// What a ray has met.
+pub(crate) enum Meeting<'f> {
+    Nothing,
+    Diffuse(FlatHit, Diffuse<'f>),
+    Other(SurfacePoint),
+}
 
-    /// The hit of a ray that has met a point, if the point tells.
-    #[inline(always)]
-    pub(crate) fn hit(&self, point: &SurfacePoint) -> Option<FlatHit> {
-        let flat = self.0.flat.get(point.primitive as usize)?.as_ref()?;
-        let hit = FlatHit { primitive: point.primitive, u: point.uv.x, v: point.uv.y };
-        (!flat.has_uvs).then_some(hit)
-    }
+/// A flat diffuse surface.
+#[derive(Clone, Copy)]
+pub(crate) struct Diffuse<'f> {
+    flat: &'f Flat,
+    albedos: &'f [Rgb; 2],
+}
 
-    /// The numbers of a primitive, if it is flat and diffuse.
+impl Diffuse<'_> {
+    /// The numbers that lanes read.
     #[inline(always)]
-    pub(crate) fn diffuse(&self, primitive: u32) -> Option<[f64; DIFFUSE]> {
-        let Flat { spans: [a, b, c], normal: n, is_triangle, diffuse, .. } =
-            self.0.flat.get(primitive as usize)?.as_ref()?;
-        let [front, back] = diffuse.as_ref()?;
+    pub(crate) fn numbers(&self) -> [f64; DIFFUSE] {
+        let Flat { spans: [a, b, c], normal: n, is_triangle, .. } = self.flat;
         let is_triangle = f64::from(u8::from(*is_triangle));
-        let ([f0, f1, f2], [b0, b1, b2]) = (front.0, back.0);
-        Some([
+        let [Rgb([f0, f1, f2]), Rgb([b0, b1, b2])] = *self.albedos;
+        [
             a.x,
             a.y,
             a.z,
@@ -93,7 +89,83 @@ impl<'a> FlatSurfaces<'a> {
             b0,
             b1,
             b2,
-        ])
+        ]
+    }
+}
+
+impl FlatSurfaces<'_> {
+    /// The rays between surfaces.
+    #[inline(always)]
+    pub(crate) fn forest(&self) -> &Forest {
+        &self.0.forest
+    }
+
+    /// What rays in columns meet first, in their order.
+    #[inline(always)]
+    pub(crate) fn meet(&self, rays: &Rows<6>, ends: &[Ends], mut met: impl FnMut(usize, Meeting)) {
+        let Self(world) = self;
+        world.forest.closest_in_columns(rays, ends, |i, hit| {
+            let computed;
+            let flat = match hit.map(|hit| world.flat.get(hit.primitive as usize)) {
+                Some(Some(flat)) => flat,
+                Some(None) => {
+                    computed = hit.and_then(|hit| world.flat_at(&hit));
+                    &computed
+                }
+                None => &None,
+            };
+            // One call, so that it is inlined.
+            met(
+                i,
+                match (hit, flat.as_ref().and_then(Flat::as_diffuse)) {
+                    (
+                        Some(Hit { primitive, intersection: Intersection { u, v, .. }, .. }),
+                        Some(surface),
+                    ) => Meeting::Diffuse(FlatHit { primitive, u, v }, surface),
+                    (Some(hit), None) => world.other(&rays.get(i), &hit),
+                    (None, _) => Meeting::Nothing,
+                },
+            );
+        });
+    }
+
+    /// The point at a place on something flat.
+    pub(crate) fn point(&self, FlatHit { primitive, u, v }: FlatHit) -> Option<SurfacePoint> {
+        let Self(world) = self;
+        let x = match world.forest.shape(primitive)? {
+            Shape::Triangle(triangle) => triangle.point_at(u, v),
+            Shape::Quad(quad) => quad.point_at(u, v),
+            Shape::Sphere(_) | Shape::Disk(_) => return None,
+        };
+        Some(world.complete(primitive, world.forest.shape(primitive)?.as_triangle(), x))
+    }
+
+    /// The place and the surface of a point, if that is flat and diffuse and the point tells its
+    /// place.
+    #[inline(always)]
+    pub(crate) fn diffuse_at(&self, x: &SurfacePoint) -> Option<(FlatHit, Diffuse<'_>)> {
+        let flat = self.0.flat.get(x.primitive as usize)?.as_ref()?;
+        let at = FlatHit { primitive: x.primitive, u: x.uv.x, v: x.uv.y };
+        if flat.has_uvs { None } else { Some((at, flat.as_diffuse()?)) }
+    }
+}
+
+impl World {
+    /// What a ray has met that is not flat and diffuse.
+    #[inline(never)]
+    fn other(&self, &[x, y, z, dx, dy, dz]: &[f64; 6], hit: &Hit<'_>) -> Meeting<'static> {
+        let ray = Query::free(DVec3::new(x, y, z), DVec3::new(dx, dy, dz));
+        self.point_of(&ray, hit).map_or(Meeting::Nothing, Meeting::Other)
+    }
+
+    /// The flat primitive that was hit, if it is one.
+    fn flat_at(&self, hit: &Hit<'_>) -> Option<Flat> {
+        let surface = *self.surface_of.get(hit.primitive as usize)?;
+        let shape = match self.forest.triangle_of(hit) {
+            Some(triangle) => Shape::Triangle(triangle),
+            None => *self.forest.shape(hit.primitive)?,
+        };
+        Flat::new(&shape, surface, &self.surfaces, &self.materials)
     }
 }
 
@@ -116,31 +188,45 @@ impl Flat {
         if shapes.len() > MOST {
             return Vec::new();
         }
-        let prepare = |(shape, surface): (&Shape, &u32)| {
-            let Surface { attributes, light, material, .. } = &surfaces[*surface as usize];
-            if attributes.as_ref().is_some_and(Attributes::is_smooth) {
-                return None;
+        let new =
+            |(shape, surface): (&Shape, &u32)| Self::new(shape, *surface, surfaces, materials);
+        shapes.iter().zip(surface_of).map(new).collect()
+    }
+
+    /// A primitive of a surface; `None` if it is not flat.
+    #[inline]
+    fn new(
+        shape: &Shape,
+        surface: u32,
+        surfaces: &[Surface],
+        materials: &[Finish],
+    ) -> Option<Self> {
+        let Surface { attributes, light, material, .. } = &surfaces[surface as usize];
+        if attributes.as_ref().is_some_and(Attributes::is_smooth) {
+            return None;
+        }
+        let (spans, x, rounding) = match shape {
+            Shape::Triangle(t) => (t.vertices, t.point_at(0.0, 0.0), Triangle::ROUNDING),
+            Shape::Quad(q) => {
+                ([q.origin, q.edge_u, q.edge_v], q.point_at(0.0, 0.0), Quad::ROUNDING)
             }
-            let diffuse = materials[material.0 as usize].diffuse().filter(|_| light.is_none());
-            let (spans, rounding) = match shape {
-                Shape::Triangle(t) => (t.vertices, Triangle::ROUNDING),
-                Shape::Quad(q) => ([q.origin, q.edge_u, q.edge_v], Quad::ROUNDING),
-                Shape::Sphere(_) | Shape::Disk(_) => return None,
-            };
-            let SurfacePoint { geometric_normal: normal, tangent, .. } =
-                shape.sample_area(DVec2::ZERO);
-            Some(Self {
-                spans: spans.map(Vector::from),
-                is_triangle: matches!(shape, Shape::Triangle(_)),
-                rounding,
-                normal,
-                tangent,
-                surface: *surface,
-                has_uvs: attributes.is_some(),
-                diffuse,
-            })
+            Shape::Sphere(_) | Shape::Disk(_) => return None,
         };
-        shapes.iter().zip(surface_of).map(prepare).collect()
+        Some(Self {
+            spans: spans.map(Vector::from),
+            is_triangle: matches!(shape, Shape::Triangle(_)),
+            rounding,
+            normal: x.geometric_normal,
+            tangent: x.tangent,
+            surface,
+            has_uvs: attributes.is_some(),
+            diffuse: materials[material.0 as usize].diffuse().filter(|_| light.is_none()),
+        })
+    }
+
+    #[inline(always)]
+    fn as_diffuse(&self) -> Option<Diffuse<'_>> {
+        Some(Diffuse { flat: self, albedos: self.diffuse.as_ref()? })
     }
 
     /// The point with parameters u and v: that of the shape, to the bit. `None` if vertices have

@@ -9,9 +9,9 @@ mod rays;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use self::flat::DIFFUSE;
 use self::flat::Flat;
 pub use self::flat::FlatSurfaces;
+pub(crate) use self::flat::{DIFFUSE, Diffuse, FlatHit, Meeting};
 use super::lights::Choice;
 use super::surface::{MaterialId, Surface, SurfaceId};
 use super::{Needs, Warning};

@@ -53,7 +53,7 @@ impl World {
 
     /// The surface point of a ray's hit.
     #[inline(always)]
-    fn point_of(&self, ray: &Query, hit: &Hit<'_>) -> Option<SurfacePoint> {
+    pub(super) fn point_of(&self, ray: &Query, hit: &Hit<'_>) -> Option<SurfacePoint> {
         let Intersection { u, v, .. } = hit.intersection;
         if let Some(Some(flat)) = self.flat.get(hit.primitive as usize)
             && let Some(point) = flat.point_at(hit.primitive, u, v)

@@ -22,9 +22,9 @@ use super::bvh::Bvh;
 use super::layout::Wide;
 use super::many::{BLOCK, in_blocks};
 use super::packet::{self, Few};
-use super::query::{Ends, FlatHit, Found, Hit, Query, Segment, unit};
-use crate::geometry::{Bounds, Intersection, Shape, Triangle};
-use crate::lanes::Rows;
+use super::query::{Ends, Found, Hit, Query, Segment, unit};
+use crate::geometry::{Bounds, Shape, Triangle};
+use crate::lanes::{LANES, Rows};
 #[cfg(test)]
 use fearless_simd::Level;
 use from_afar::{Line, Slabs};
@@ -254,26 +254,41 @@ impl Forest {
         });
     }
 
+    /// The tree and its primitives, if there is only one and they are few.
+    fn few(&self) -> Option<(&Bvh, &Few)> {
+        let [Region { tree, .. }] = &self.regions[..] else { return None };
+        Some((tree, tree.few.as_ref()?))
+    }
+
     /// The nearest hits of rays in columns, which are origins and directions, as
-    /// [`closest`](Self::closest) finds them.
-    pub fn closest_in_columns(&self, rays: &Rows<6>, ends: &[Ends], hits: &mut Vec<FlatHit>) {
-        hits.clear();
-        hits.resize(ends.len(), FlatHit::NONE);
-        if let [only] = &self.regions[..]
-            && packet::closest_in_columns(&only.tree, rays, ends, hits)
-        {
-            return;
-        }
-        let queries = ends.iter().enumerate().map(|(i, ends)| {
-            let [x, y, z, dx, dy, dz] = rays.get(i);
-            let (origin, direction) = (DVec3::new(x, y, z), DVec3::new(dx, dy, dz));
-            Query { origin, direction, origin_primitive: ends.origin }
-        });
-        self.closest_many(queries, |i, _, hit| {
-            if let Some(Hit { primitive, intersection: Intersection { u, v, .. }, .. }) = hit {
-                hits[i] = FlatHit { primitive, u, v };
+    /// [`closest_many`](Self::closest_many) finds them.
+    #[inline]
+    pub fn closest_in_columns<'a>(
+        &'a self,
+        rays: &Rows<6>,
+        ends: &[Ends],
+        mut found: impl FnMut(usize, Option<Hit<'a>>),
+    ) {
+        let (few, mut hits) = (self.few(), [None; BLOCK]);
+        let mut queries = [Query::free(DVec3::ZERO, DVec3::ZERO); BLOCK];
+        let blocks = rays.groups().chunks(BLOCK / LANES).zip(ends.chunks(BLOCK));
+        for ((groups, ends), first) in blocks.zip((0..).step_by(BLOCK)) {
+            let hits = &mut hits[..ends.len()];
+            if let Some((tree, few)) = few {
+                packet::closest_in_columns(tree, few, groups, ends, hits);
+            } else {
+                for (i, (query, ends)) in queries.iter_mut().zip(ends).enumerate() {
+                    let [x, y, z, dx, dy, dz] = rays.get(first + i);
+                    *query = Query {
+                        origin: DVec3::new(x, y, z),
+                        direction: DVec3::new(dx, dy, dz),
+                        origin_primitive: ends.origin,
+                    };
+                }
+                self.closest_of_block(&queries[..ends.len()], hits);
             }
-        });
+            hits.iter().enumerate().for_each(|(i, hit)| found(first + i, *hit));
+        }
     }
 
     /// The answers of [`is_free`](Self::is_free) for segments in columns: origins, directions and
@@ -286,10 +301,8 @@ impl Forest {
     ) {
         free.clear();
         free.resize(ends.len(), false);
-        if let [only] = &self.regions[..]
-            && packet::are_free_in_columns(&only.tree, segments, ends, free)
-        {
-            return;
+        if let Some((tree, few)) = self.few() {
+            return packet::are_free_in_columns(tree, few, segments, ends, free);
         }
         let of = |(i, ends): (usize, &Ends)| {
             let row = |row| segments.number(i, row);

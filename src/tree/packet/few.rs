@@ -7,10 +7,10 @@ use super::eight::{Corners, meet_flat, meet_sphere};
 use super::plane::Facet;
 use super::rays::{BoxRays, Rays, eight, limited};
 use crate::geometry::{Intersection, Shape, Sphere};
-use crate::lanes::{LANES, Rows};
+use crate::lanes::{Group, LANES, Rows};
 use crate::tree::bvh::Bvh;
 use crate::tree::layout::FEW;
-use crate::tree::query::{Ends, FlatHit, Hit, Query, Segment};
+use crate::tree::query::{Ends, Hit, Query, Segment};
 use crate::tree::rounding::{FAR, UP};
 use crate::tree::space::Space;
 use crate::tree::stack::take;
@@ -51,48 +51,36 @@ fn closest_with<'a, S: Simd>(
 ) {
     for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
         let mut rays = Rays::of(queries);
-        few.closest(simd, bvh, &mut rays, hits.len(), |lane, moved, found| {
-            hits[lane] = found.map(|(primitive, intersection)| Hit {
-                primitive,
-                candidate: None,
-                moved,
-                intersection,
-            });
-        });
+        few.closest(simd, bvh, &mut rays, hits);
     }
 }
 
 /// [`closest`] of rays in columns.
 #[inline(never)]
-pub(in crate::tree) fn closest_in_columns(
-    bvh: &Bvh,
-    rays: &Rows<6>,
+pub(in crate::tree) fn closest_in_columns<'a>(
+    bvh: &'a Bvh,
+    few: &Few,
+    rays: &[Group<6>],
     ends: &[Ends],
-    hits: &mut [FlatHit],
-) -> bool {
-    let Some(few) = &bvh.few else { return false };
+    hits: &mut [Option<Hit<'a>>],
+) {
     dispatch!(bvh.level, simd => closest_in_columns_with(simd, bvh, few, rays, ends, hits));
-    true
 }
 
 #[inline(always)]
-fn closest_in_columns_with<S: Simd>(
+fn closest_in_columns_with<'a, S: Simd>(
     simd: S,
-    bvh: &Bvh,
+    bvh: &'a Bvh,
     few: &Few,
-    rays: &Rows<6>,
+    rays: &[Group<6>],
     ends: &[Ends],
-    hits: &mut [FlatHit],
+    hits: &mut [Option<Hit<'a>>],
 ) {
-    let packets = rays.groups().chunks(RAYS / LANES).zip(ends.chunks(RAYS));
+    let packets = rays.chunks(RAYS / LANES).zip(ends.chunks(RAYS));
     let mut rays = Rays::new();
     for ((groups, ends), hits) in packets.zip(hits.chunks_mut(RAYS)) {
         rays.fill(groups, ends);
-        few.closest(simd, bvh, &mut rays, hits.len(), |lane, _, found| {
-            hits[lane] = found.map_or(FlatHit::NONE, |(primitive, Intersection { u, v, .. })| {
-                FlatHit { primitive, u, v }
-            });
-        });
+        few.closest(simd, bvh, &mut rays, hits);
     }
 }
 
@@ -100,13 +88,12 @@ fn closest_in_columns_with<S: Simd>(
 #[inline(never)]
 pub(in crate::tree) fn are_free_in_columns<const N: usize>(
     bvh: &Bvh,
+    few: &Few,
     segments: &Rows<N>,
     ends: &[Ends],
     free: &mut [bool],
-) -> bool {
-    let Some(few) = &bvh.few else { return false };
+) {
     dispatch!(bvh.level, simd => are_free_in_columns_with(simd, bvh, few, segments, ends, free));
-    true
 }
 
 #[inline(always)]
@@ -213,16 +200,14 @@ impl Few {
             + size_of_val(&self.spheres[..])
     }
 
-    /// Finds the nearest hits of the first rays of a packet: for each lane how far the ray was
-    /// moved, and primitive and intersection, if any.
+    /// Finds the nearest hits of a packet.
     #[inline(always)]
-    fn closest<S: Simd>(
+    fn closest<'a, S: Simd>(
         &self,
         simd: S,
-        bvh: &Bvh,
+        bvh: &'a Bvh,
         rays: &mut Rays,
-        count: usize,
-        mut found: impl FnMut(usize, f64, Option<(u32, Intersection)>),
+        hits: &mut [Option<Hit<'a>>],
     ) {
         let (entered, BoxRays { origin, direction }) = rays.enter(simd, bvh);
         let mut limit = limited(simd, entered, f32x16::splat(simd, FAR));
@@ -269,18 +254,23 @@ impl Few {
             limit = f32x16::load_array(simd, limits);
         }
         let held = held.to_array();
-        for half in 0..count.div_ceil(LANES) {
+        for (half, hits) in hits.chunks_mut(LANES).enumerate() {
             let decided = meet_flat(simd, rays, half, |lane| self.corners.get(held[lane] as usize));
-            for lane in half * LANES..count.min((half + 1) * LANES) {
-                let late = decided.hit(lane % LANES);
-                let late = late.map(|hit| (self.primitives[held[lane] as usize], hit));
-                let nearest = match (late, early[lane]) {
+            for (k, hit) in hits.iter_mut().enumerate() {
+                let lane = half * LANES + k;
+                let late = decided.hit(k).map(|hit| (self.primitives[held[lane] as usize], hit));
+                let found = match (late, early[lane]) {
                     (Some(late), Some(early)) if (early.1.t, early.0) < (late.1.t, late.0) => {
                         Some(early)
                     }
                     (late, early) => late.or(early),
                 };
-                found(lane, rays.moved[lane], nearest);
+                *hit = found.map(|(primitive, intersection)| Hit {
+                    primitive,
+                    candidate: None,
+                    moved: rays.moved[lane],
+                    intersection,
+                });
             }
         }
     }
