@@ -10,7 +10,7 @@
 
 use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
 use crate::endpoint::{Endpoint, Light};
-use crate::path::{DiffuseSteps, Heuristic, Plan, Roulette, Steps, TechniqueSet, Visit};
+use crate::path::{Begin, DiffuseSteps, Heuristic, Plan, Roulette, Steps, TechniqueSet, Visit};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use std::ops::ControlFlow;
@@ -111,7 +111,7 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PathTracer {
             roulette: self.roulette,
             last_connected: plan.depth.limit(),
             last_scattered: last_scattered(plan),
-            from_camera: true,
+            begin: Begin::AtCamera,
             ..DiffuseSteps::default()
         })
     }

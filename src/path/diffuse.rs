@@ -71,17 +71,9 @@ impl<L: Lane> Diffuse<L> {
     /// Connections to a pinhole.
     #[inline(always)]
     pub fn lens_connection(&self, view: &View) -> Pinhole<L> {
-        let constant = |x| self.position.x.constant(x);
-        let lens = Vector::constant(view.position, self.position.x);
-        let (direction, geometry, is_exact) =
-            edge::between(lens, self.position, |w| self.normal.dot(w).abs());
-        let (raster, is_seen) = view.raster(direction);
-        let reflects = on_same_side(self.normal.dot(self.to_previous), self.normal.dot(-direction));
-        let importance = geometry * view.pinhole_density(direction);
-        let value = self.throughput * self.f() * importance;
-        let state = (reflects & !is_black(value)).indicator(geometry);
-        let state = is_seen.choose(state, constant(UNSEEN));
-        Pinhole { raster, value, state: is_exact.choose(state, constant(INEXACT)) }
+        let z_to_previous = self.normal.dot(self.to_previous);
+        let reflects = |to_lens| on_same_side(z_to_previous, self.normal.dot(to_lens));
+        to_pinhole(view, self.position, self.normal, self.throughput * self.f(), reflects)
     }
 
     /// Directions of reflection, and where they are any.
@@ -94,6 +86,26 @@ impl<L: Lane> Diffuse<L> {
     fn f(&self) -> Vector<L> {
         self.albedo * self.albedo.x.constant(FRAC_1_PI)
     }
+}
+
+/// Connections of points to a pinhole, given the throughput with the light that they send to it, and
+/// whether they do so into a direction.
+#[inline(always)]
+pub(super) fn to_pinhole<L: Lane>(
+    view: &View,
+    position: Vector<L>,
+    normal: Vector<L>,
+    sent: Vector<L>,
+    sends: impl FnOnce(Vector<L>) -> L::Mask,
+) -> Pinhole<L> {
+    let lens = Vector::constant(view.position, position.x);
+    let (direction, geometry, is_exact) = edge::between(lens, position, |w| normal.dot(w).abs());
+    let (raster, is_seen) = view.raster(direction);
+    let value = sent * (geometry * view.pinhole_density(direction));
+    let constant = |x| geometry.constant(x);
+    let state = (sends(-direction) & !is_black(value)).indicator(geometry);
+    let state = is_seen.choose(state, constant(UNSEEN));
+    Pinhole { raster, value, state: is_exact.choose(state, constant(INEXACT)) }
 }
 
 /// Directions of Lambertian reflection, given normals, the directions that light comes from or goes

@@ -59,7 +59,7 @@ mod view;
 mod walk;
 
 pub use batch::{advance, join};
-pub use columns::DiffuseSteps;
+pub use columns::{Begin, DiffuseSteps};
 pub use connect::{
     LensConnection, NextEvent, SampledEndpoint, sample_emitter, sample_lens, sample_lens_connection,
 };

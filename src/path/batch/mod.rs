@@ -8,7 +8,7 @@ mod scattering;
 
 pub(super) use rooms::Rooms;
 
-use super::columns::Shared;
+use super::columns::{Columns, Shared};
 use super::scratch::Advancing;
 use super::steps::Drawn;
 use super::{DiffuseSteps, End, Out, Plan, Scratch, Site, Steps, Vertex, Visit};
@@ -30,21 +30,20 @@ pub fn advance<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
     scratch: &mut Scratch<'s, S>,
 ) {
     let diffuse = diffuse_steps(plan, steps);
-    match (diffuse, plan.stage.camera.as_pinhole()) {
-        (Some((DiffuseSteps { from_camera: true, .. }, _)), Some(view)) => {
-            scratch.make_room(samples.len());
-            scratch.columns.begin(view, scratch.level, samples);
-        }
-        _ => begin(plan, steps, samples, sink, scratch),
-    }
     let mut batch = Batch { plan, samples, sink, scratch };
+    batch.scratch.make_room(batch.samples.len());
+    if !diffuse.is_some_and(|diffuse| batch.in_columns(&diffuse, Columns::begin)) {
+        begin(plan, steps, batch.samples, batch.sink, batch.scratch);
+    }
     while !(batch.scratch.walks.is_empty() && batch.scratch.columns.is_empty()) {
         batch.trace(W::KEEPS, diffuse.map(|(_, flats)| flats));
         if !batch.scratch.walks.is_empty() {
             batch.arrive(steps);
             batch.leave(steps);
         }
-        diffuse.inspect(|diffuse| batch.visit_diffuse(diffuse));
+        if let Some(diffuse) = &diffuse {
+            batch.in_columns(diffuse, Columns::visit);
+        }
         batch.test_shadow_rays();
         batch.scatter(steps);
     }
@@ -161,22 +160,19 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
         drawn.resize(drawn.len().max(walks.len()), Drawn::Nothing);
     }
 
-    /// Connects the vertices of walks in columns, and lets the walks go on.
+    /// Does something with the walks in columns.
     #[inline]
-    fn visit_diffuse(&mut self, &(steps, flats): &(DiffuseSteps, FlatSurfaces<'s>)) {
+    fn in_columns<R>(
+        &mut self,
+        &(steps, flats): &(DiffuseSteps, FlatSurfaces<'s>),
+        done: impl FnOnce(&mut Columns<'s>, &mut Shared<'_, 's, S, P>) -> R,
+    ) -> R {
         let Scratch { counters, columns, connections, level, .. } = &mut *self.scratch;
         let (plan, samples, sink) = (self.plan, &mut *self.samples, &mut *self.sink);
         let level = *level;
-        columns.visit(&mut Shared {
-            plan,
-            flats,
-            steps,
-            samples,
-            sink,
-            connections,
-            counters,
-            level,
-        });
+        let shared =
+            &mut Shared { plan, flats, steps, samples, sink, connections, counters, level };
+        done(columns, shared)
     }
 
     /// Visits the walks that have not ended, each with its number; a break ends it.

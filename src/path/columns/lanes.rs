@@ -1,11 +1,12 @@
 //! The arithmetic of vertices in lanes.
 
 use super::LightPoint;
-use crate::endpoint::{FlatLanes, View};
-use crate::geometry::{Quad, Triangle, moved_towards, spanned};
+use crate::endpoint::{FlatLanes, FlatLight, View};
+use crate::geometry::{Quad, Triangle, around, moved_towards, spanned};
 use crate::lanes::{Group, LANES, Lane, Mask, Rows, Vector, load, store};
+use crate::math::warp::cosine_hemisphere;
 use crate::path::Heuristic;
-use crate::path::diffuse::{Diffuse, INEXACT, LIT, LightPoints, Pinhole};
+use crate::path::diffuse::{Diffuse, INEXACT, LIT, LightPoints, Pinhole, to_pinhole};
 use crate::scene::DIFFUSE;
 use crate::tree::{LaneEnd, LaneSegment};
 use fearless_simd::{Simd, f64x8};
@@ -117,18 +118,53 @@ pub(super) fn connect_to_lights<S: Simd>(
     }
 }
 
-/// Connections to a pinhole.
+/// Points of a light that are uniform by area, as vertices of the throughput 1 / density and with
+/// the emitted radiance in place of an albedo; and directions from there. Given four random numbers
+/// for each.
+#[inline(always)]
+pub(super) fn emit<S: Simd>(
+    simd: S,
+    light: &FlatLight,
+    numbers: &Rows<4>,
+    points: &mut Points,
+    starts: &mut Rows<9>,
+) {
+    let lanes = FlatLanes::gather(simd, std::iter::once(Some(light)));
+    let groups = points.groups_mut().iter_mut().zip(starts.groups_mut());
+    for (numbers, (point, start)) in numbers.groups().iter().zip(groups) {
+        let [u0, u1, u2, u3] = load(simd, numbers);
+        let (position, error, [u, v]) = lanes.point_at([u0, u1]);
+        let (Vector { x, y, z }, n, [r, g, b]) = (position, lanes.normal, lanes.radiance);
+        store(point, [x, y, z, error, n.x, n.y, n.z, r, g, b]);
+        let local = cosine_hemisphere([u2, u3]);
+        let [tangent, bitangent] = around(n);
+        let direction = tangent * local.x + bitangent * local.y + n * local.z;
+        let o = moved_towards(position, error, n, direction);
+        // A direction in the tangent plane may round to the other side.
+        let leaves = n.dot(direction).is_positive().indicator(u);
+        let Vector { x, y, z } = direction;
+        store(start, [o.x, o.y, o.z, x, y, z, u, v, leaves]);
+    }
+}
+
+/// Connections to a pinhole; of starts if that is what the vertices are.
 #[inline(always)]
 pub(super) fn connect_to_pinhole<S: Simd>(
     simd: S,
     (points, carried): (&Points, &Carried),
-    (view, center): (&View, DVec3),
+    (view, center, are_starts): (&View, DVec3, bool),
     found: &mut LensConnections,
 ) {
     let groups = points.groups().iter().zip(carried.groups());
     for ((point, carried), found) in groups.zip(found.groups_mut()) {
         let (vertices, end) = vertices(simd, point, carried);
-        let Pinhole { raster, value, state } = vertices.lens_connection(view);
+        let Pinhole { raster, value, state } = if are_starts {
+            let (radiance, LaneEnd { position, normal, .. }) = (vertices.albedo, end);
+            let emits = |to_lens| normal.dot(to_lens).is_positive();
+            to_pinhole(view, position, normal, vertices.throughput * radiance, emits)
+        } else {
+            vertices.lens_connection(view)
+        };
         let zero = state.constant(0.0);
         let lens = LaneEnd {
             position: Vector::constant(view.position, zero),

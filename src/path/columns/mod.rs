@@ -47,8 +47,22 @@ pub struct DiffuseSteps {
     pub last_scattered: u32,
     /// The number with which it ends on leaving.
     pub last_left: u32,
-    /// True if walks begin at the camera, where nothing is done.
-    pub from_camera: bool,
+    /// The beginning of walks.
+    pub begin: Begin,
+}
+
+/// The beginning of walks that advance in columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Begin {
+    /// As [`Steps::begin`](super::Steps::begin) has it.
+    Shown,
+    /// At the camera, where nothing is done.
+    AtCamera,
+    /// At a light, which is connected to the lens.
+    AtLight {
+        /// True if it is of use to go on from there.
+        goes_on: bool,
+    },
 }
 
 impl Default for DiffuseSteps {
@@ -60,7 +74,7 @@ impl Default for DiffuseSteps {
             last_connected: u32::MAX,
             last_scattered: u32::MAX,
             last_left: u32::MAX,
-            from_camera: false,
+            begin: Begin::Shown,
         }
     }
 }
@@ -100,7 +114,9 @@ pub(super) struct Columns<'s> {
     to_lights: LightConnections,
     to_lens: LensConnections,
     numbers: Rows<2>,
-    starts: Rows<4>,
+    from_lens: Rows<4>,
+    emission: Rows<4>,
+    from_light: Rows<9>,
     directions: Directions,
     shadow_rays: ShadowRays,
     shadow_ends: Vec<Ends>,
@@ -145,9 +161,34 @@ impl<'s> Columns<'s> {
         self.under_way.walks.is_empty()
     }
 
-    /// Begins the walk of each sample at a pinhole.
-    pub fn begin<P: Sampler>(&mut self, view: &View, level: Level, samples: &mut [Sample<P>]) {
-        (self.mode, self.bounces) = (Some(TransportMode::Radiance), 0);
+    /// Begins the walks of all samples, if they begin as columns can.
+    pub fn begin<S: Scene + ?Sized, P: Sampler>(
+        &mut self,
+        shared: &mut Shared<'_, 's, S, P>,
+    ) -> bool {
+        let stage = &shared.plan.stage;
+        let Some(view) = stage.camera.as_pinhole() else { return false };
+        self.bounces = 0;
+        match shared.steps.begin {
+            Begin::Shown => return false,
+            Begin::AtCamera => self.begin_at_camera(view, shared.level, shared.samples),
+            Begin::AtLight { .. } if !shared.plan.techniques.lens_sampling => {}
+            Begin::AtLight { goes_on } => {
+                let Some(id) = stage.only_light() else { return false };
+                let Some(light) = stage.scene.light(id).as_flat() else { return false };
+                self.begin_at_light((id, light), goes_on, shared);
+            }
+        }
+        true
+    }
+
+    fn begin_at_camera<P: Sampler>(
+        &mut self,
+        view: &View,
+        level: Level,
+        samples: &mut [Sample<P>],
+    ) {
+        self.mode = Some(TransportMode::Radiance);
         self.numbers.clear();
         for Sample { film, sampler } in samples.iter_mut() {
             sampler.stream(Stream::Lens);
@@ -155,19 +196,68 @@ impl<'s> Columns<'s> {
             sampler.skip_2d();
             self.numbers.push_row(view.film.to_window(film.raster + film.offset).to_array());
         }
-        self.starts.resize(samples.len());
+        self.from_lens.resize(samples.len());
         begin(level, self, view);
         for sample in 0..samples.len() {
-            let [x, y, z, state] = self.starts.get(sample);
+            let [x, y, z, state] = self.from_lens.get(sample);
             if state != BLACK {
                 let walk = Walk { sample: sample as u32, at: NOWHERE };
-                let UnderWay { walks, rays, ends, carried, .. } = &mut self.under_way;
-                walks.push(walk);
-                rays.push([view.position, DVec3::new(x, y, z)], []);
-                ends.push(Ends::FREE);
-                carried.push_row([1.0; 5]);
+                self.under_way.push(
+                    walk,
+                    [view.position.x, view.position.y, view.position.z, x, y, z],
+                    [1.0; 5],
+                );
             }
         }
+    }
+
+    fn begin_at_light<S: Scene + ?Sized, P: Sampler>(
+        &mut self,
+        (id, light): (LightId, &FlatLight),
+        goes_on: bool,
+        shared: &mut Shared<'_, 's, S, P>,
+    ) {
+        let Shared { plan: Plan { depth, .. }, level, samples, counters, .. } = shared;
+        self.mode = Some(TransportMode::Importance);
+        self.emission.clear();
+        for Sample { sampler, .. } in samples.iter_mut() {
+            sampler.stream(Stream::Emission);
+            // There is no choice of a light, nor of a shape of it.
+            sampler.skip_1d();
+            sampler.skip_1d();
+            let (u, v) = (sampler.next_2d(), sampler.next_2d());
+            self.emission.push_row([u.x, u.y, v.x, v.y]);
+        }
+        counters.light_subpaths += samples.len() as u64;
+        self.points.resize(samples.len());
+        self.from_light.resize(samples.len());
+        emit(*level, self, light);
+        let start = Rgb::splat(1.0 / light.pdf.value());
+        for sample in 0..samples.len() {
+            let [.., u, v, _] = self.from_light.get(sample);
+            let at = FlatHit { primitive: light.primitive, u, v };
+            self.walks.push(Walk { sample: sample as u32, at });
+            self.carried.push([DVec3::ZERO, DVec3::from_array(start.0)], [0.0; 2]);
+        }
+        if depth.contains(0) {
+            self.connect_to_lens(Some(id), shared);
+        }
+        let throughput = light.radiance / FRAC_1_PI * start;
+        let [red, green, blue] = throughput.0;
+        let carried = [red, green, blue, throughput.max_component(), 1.0];
+        for (k, walk) in self.walks.iter().enumerate() {
+            let [ray @ .., _, _, leaves] = self.from_light.get(k);
+            if leaves == 0.0 {
+                continue;
+            }
+            shared.counters.ledger.emitted += throughput;
+            if goes_on {
+                self.under_way.push(*walk, ray, carried);
+            } else {
+                shared.counters.truncate(TransportMode::Importance, throughput);
+            }
+        }
+        self.forget_vertices();
     }
 
     /// Takes over a walk that has met a flat diffuse surface. Returns true if it has.
@@ -265,7 +355,7 @@ impl<'s> Columns<'s> {
             match mode {
                 TransportMode::Radiance if techniques.next_event => self.connect_to_lights(shared),
                 TransportMode::Importance if techniques.lens_sampling => {
-                    self.connect_to_lens(shared)
+                    self.connect_to_lens(None, shared);
                 }
                 _ => {}
             }
@@ -295,8 +385,9 @@ impl<'s> Columns<'s> {
         self.lights.clear();
         self.light_numbers.clear();
         self.shadow_ends.clear();
+        let only = shared.plan.stage.only_light();
         for k in 0..self.walks.len() {
-            let light = self.sample_light(k, shared);
+            let light = self.sample_light(k, only, shared);
             let (u, pdf) = light.map_or((DVec2::ZERO, 1.0), |light| (light.u, light.pdf.value()));
             self.light_numbers.push_row([u.x, u.y, pdf]);
             self.lights.push(light);
@@ -344,6 +435,7 @@ impl<'s> Columns<'s> {
     fn sample_light<S: Scene + ?Sized, P: Sampler>(
         &self,
         k: usize,
+        only: Option<LightId>,
         shared: &mut Shared<'_, 's, S, P>,
     ) -> Option<LightPoint<'s>> {
         let sampler = &mut shared.samples[self.walks[k].sample as usize].sampler;
@@ -351,23 +443,24 @@ impl<'s> Columns<'s> {
         let (u0, (u1, u)) = (sampler.next_1d(), sampler.next_1d_2d());
         let [x, y, z, error, nx, ny, nz, ..] = self.points.get(k);
         let position = DVec3::new(x, y, z);
-        let receiver = SurfacePoint {
+        let receiver = || SurfacePoint {
             primitive: self.walks[k].at.primitive,
             ..SurfacePoint::on_surface(position, error, DVec3::new(nx, ny, nz))
         };
         let stage = &shared.plan.stage;
-        let (id, pmf) = stage.pick_light_for(&receiver, u0)?;
-        match stage.scene.light(id).as_flat() {
-            Some(light) if !light.is_near(position) => {
-                Some(LightPoint { id, light, pdf: light.pdf * pmf, u })
-            }
-            _ => {
-                if let Some(emitter) = emitter_at(stage, &receiver, (id, pmf), u1, u) {
-                    self.connect_alone(k, &emitter, shared);
-                }
-                None
-            }
+        let (id, pmf) = match only {
+            Some(id) => (id, 1.0),
+            None => stage.pick_light_for(&receiver(), u0)?,
+        };
+        if let Some(light) = stage.scene.light(id).as_flat()
+            && !light.is_near(position)
+        {
+            return Some(LightPoint { id, light, pdf: light.pdf * pmf, u });
         }
+        if let Some(emitter) = emitter_at(stage, &receiver(), (id, pmf), u1, u) {
+            self.connect_alone(k, &emitter, shared);
+        }
+        None
     }
 
     /// The vertex of a walk, as it is where walks are gone on with one by one.
@@ -416,15 +509,18 @@ impl<'s> Columns<'s> {
         out.connect([end, next.end], contribution);
     }
 
+    /// Connects the vertices to the pinhole; they are the starts of walks at a light if one is given.
     fn connect_to_lens<S: Scene + ?Sized, P: Sampler>(
         &mut self,
+        start: Option<LightId>,
         shared: &mut Shared<'_, 's, S, P>,
     ) {
-        let bounces = self.bounces + 1;
+        let bounces = self.bounces + u32::from(start.is_none());
         let stage = &shared.plan.stage;
         let Some(view) = stage.camera.as_pinhole() else { return };
         self.to_lens.resize(self.walks.len());
-        connect_to_pinhole(shared.level, self, view, shared.flats.forest().center());
+        let center = shared.flats.forest().center();
+        connect_to_pinhole(shared.level, self, (view, center, start.is_some()));
         let mut inexact = Vec::new();
         let ShadowRays { segments, ends, carried } = &mut self.shadow_rays;
         for (k, Walk { sample, at }) in self.walks.iter().enumerate() {
@@ -466,7 +562,7 @@ impl<'s> Columns<'s> {
         segments.clear();
         ends.clear();
         carried.clear();
-        inexact.into_iter().for_each(|k| self.connect_to_lens_alone(k, view, shared));
+        inexact.into_iter().for_each(|k| self.connect_to_lens_alone(k, start, view, shared));
     }
 
     /// Connects a vertex to the pinhole without lanes.
@@ -474,17 +570,22 @@ impl<'s> Columns<'s> {
     fn connect_to_lens_alone<S: Scene + ?Sized, P>(
         &self,
         k: usize,
+        start: Option<LightId>,
         view: &View,
         shared: &mut Shared<'_, 's, S, P>,
     ) {
         let Shared { plan: Plan { stage, .. }, flats, samples, sink, counters, .. } = shared;
-        let Some(vertex) = self.vertex(k, stage.scene, flats) else { return };
+        let Some(mut vertex) = self.vertex(k, stage.scene, flats) else { return };
+        if start.is_some() {
+            (vertex.bsdf, vertex.light) = (None, start);
+        }
         let sample = self.walks[k].sample as usize;
         let mut out = Out { sample, sink: &mut **sink, connections: shared.connections };
         let point = SurfacePoint::dirac(view.position);
         let lens = SampledEndpoint { point, light: None, pdf: PerArea(1.0) };
         let (end, film) = (out.keep(&vertex.point), &samples[sample].film);
-        let (from, bounces) = ((&vertex, Some(end)), self.bounces + 1);
+        let bounces = self.bounces + u32::from(start.is_none());
+        let from = (&vertex, Some(end));
         let found = lens_connection_at(stage, from, bounces, film, &lens, &mut out, counters);
         if let Some(found) = found {
             out.connect(found.ends, found.contribution);
@@ -528,11 +629,8 @@ impl<'s> Columns<'s> {
                 continue;
             }
             let [red, green, blue] = throughput.0;
-            let UnderWay { walks, rays, ends, carried, .. } = &mut self.under_way;
-            walks.push(*walk);
-            rays.push_row(ray);
-            ends.push(Ends { origin: walk.at.primitive, ..Ends::FREE });
-            carried.push_row([red, green, blue, reference, survival * scattered.survival]);
+            let carried = [red, green, blue, reference, survival * scattered.survival];
+            self.under_way.push(*walk, ray, carried);
         }
         self.forget_vertices();
     }
@@ -553,11 +651,21 @@ impl<'s> Columns<'s> {
     }
 }
 
+impl UnderWay {
+    #[inline(always)]
+    fn push(&mut self, walk: Walk, ray: [f64; 6], carried: [f64; 5]) {
+        self.walks.push(walk);
+        self.rays.push_row(ray);
+        self.ends.push(Ends { origin: walk.at.primitive, ..Ends::FREE });
+        self.carried.push_row(carried);
+    }
+}
+
 // What is compiled for all instruction sets is not to be compiled for every scene, too.
 
 #[inline(never)]
-fn begin(level: Level, Columns { numbers, starts, .. }: &mut Columns<'_>, view: &View) {
-    dispatch!(level, simd => lanes::begin(simd, view, numbers, starts));
+fn begin(level: Level, Columns { numbers, from_lens, .. }: &mut Columns<'_>, view: &View) {
+    dispatch!(level, simd => lanes::begin(simd, view, numbers, from_lens));
 }
 
 #[inline(never)]
@@ -575,10 +683,16 @@ fn connect_to_lights(level: Level, columns: &mut Columns<'_>, how: (Heuristic, b
 }
 
 #[inline(never)]
-fn connect_to_pinhole(level: Level, columns: &mut Columns<'_>, view: &View, center: DVec3) {
+fn connect_to_pinhole(level: Level, columns: &mut Columns<'_>, how: (&View, DVec3, bool)) {
     let Columns { points, carried, to_lens, .. } = columns;
     let vertices = (&*points, &*carried);
-    dispatch!(level, simd => lanes::connect_to_pinhole(simd, vertices, (view, center), to_lens));
+    dispatch!(level, simd => lanes::connect_to_pinhole(simd, vertices, how, to_lens));
+}
+
+#[inline(never)]
+fn emit(level: Level, columns: &mut Columns<'_>, light: &FlatLight) {
+    let Columns { emission, points, from_light, .. } = columns;
+    dispatch!(level, simd => lanes::emit(simd, light, emission, points, from_light));
 }
 
 #[inline(never)]
