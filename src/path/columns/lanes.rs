@@ -1,6 +1,6 @@
 //! The arithmetic of vertices in lanes.
 
-use super::LightPoint;
+use super::to_lights::LightPoint;
 use crate::endpoint::{FlatLanes, FlatLight, View};
 use crate::geometry::{Quad, Triangle, around, moved_towards, spanned};
 use crate::lanes::{Group, LANES, Lane, Mask, Rows, Vector, load, store};

@@ -6,31 +6,33 @@
 //! nothing and scatter by Lambert's law, so that steps which do the same at all such vertices
 //! ([`DiffuseSteps`]) need not be asked at each.
 
+mod begin;
 mod lanes;
+mod to_lens;
+mod to_lights;
+
+pub use begin::Begin;
 
 use self::lanes::{
-    ABSORBED, Carried, Directions, IS_FORWARD, LensConnections, LightConnections, Met, NOT_FINITE,
-    Points, STATE,
+    ABSORBED, Carried, Directions, LensConnections, LightConnections, Met, NOT_FINITE, Points,
 };
-use super::connect::{emitter_at, lens_connection_at, next_event_at};
-use super::diffuse::{BLACK, INEXACT, LIT, UNSEEN};
+use self::to_lens::ShadowRays;
+use self::to_lights::LightPoint;
 use super::shadow_rays::Connections;
 use super::{
-    Counters, Heuristic, MAX_BOUNCES, Out, Plan, RandomWalk, Roulette, SampledEndpoint, Stage,
-    StartDensity, Vertex,
+    Counters, Heuristic, MAX_BOUNCES, Plan, RandomWalk, Roulette, Stage, StartDensity, Vertex,
 };
 use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
-use crate::endpoint::{FlatLight, Light, LightId, View};
-use crate::film::{Contribution, Sample, Sink, Technique};
+use crate::film::{Sample, Sink};
 use crate::geometry::SurfacePoint;
 use crate::lanes::Rows;
-use crate::math::{PerArea, PerProjected, Rgb};
+use crate::math::{PerProjected, Rgb};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{DIFFUSE, Diffuse, FlatHit, FlatSurfaces, Meeting, Scene};
 use crate::tree::Ends;
 use fearless_simd::{Level, dispatch};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use std::f64::consts::FRAC_1_PI;
 
 /// The steps of a walk at flat diffuse vertices that emit nothing, if they are these: the vertex is
@@ -49,20 +51,6 @@ pub struct DiffuseSteps {
     pub last_left: u32,
     /// The beginning of walks.
     pub begin: Begin,
-}
-
-/// The beginning of walks that advance in columns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Begin {
-    /// As [`Steps::begin`](super::Steps::begin) has it.
-    Shown,
-    /// At the camera, where nothing is done.
-    AtCamera,
-    /// At a light, which is connected to the lens.
-    AtLight {
-        /// True if it is of use to go on from there.
-        goes_on: bool,
-    },
 }
 
 impl Default for DiffuseSteps {
@@ -86,41 +74,35 @@ struct Walk {
     at: FlatHit,
 }
 
-/// The place of a walk that begins at the camera.
-const NOWHERE: FlatHit = FlatHit { primitive: SurfacePoint::NONE, u: 0.0, v: 0.0 };
-
-/// A connection to a point on a light, which two random numbers choose.
-#[derive(Clone, Copy, Debug)]
-struct LightPoint<'s> {
-    id: LightId,
-    light: &'s FlatLight,
-    /// The density of the point.
-    pdf: PerArea,
-    u: DVec2,
-}
-
 /// Walks between flat diffuse surfaces. All are of one mode and have scattered equally often.
 #[derive(Debug, Default)]
 pub(super) struct Columns<'s> {
     mode: Option<TransportMode>,
     bounces: u32,
     under_way: UnderWay,
+    /// The walks at vertices, and what they have met and carry.
     walks: Vec<Walk>,
     met: Met,
     carried: Carried,
     points: Points,
+    /// The points on lights that vertices are connected to, if lanes can do that: random numbers and
+    /// densities, and what comes of them.
     lights: Vec<Option<LightPoint<'s>>>,
     light_numbers: Rows<3>,
     to_lights: LightConnections,
-    to_lens: LensConnections,
-    numbers: Rows<2>,
-    from_lens: Rows<4>,
-    emission: Rows<4>,
-    from_light: Rows<9>,
-    directions: Directions,
-    shadow_rays: ShadowRays,
+    /// The ends of the shadow rays to lights, and which shadow rays are free.
     shadow_ends: Vec<Ends>,
     free: Vec<bool>,
+    to_lens: LensConnections,
+    shadow_rays: ShadowRays,
+    /// Random numbers of directions, or window coordinates of starts.
+    numbers: Rows<2>,
+    directions: Directions,
+    /// Directions of starts at the camera, and whether there are any.
+    from_lens: Rows<4>,
+    /// Random numbers of starts at a light; their rays, places and whether there are any.
+    emission: Rows<4>,
+    from_light: Rows<9>,
 }
 
 /// Walks that have left a vertex.
@@ -132,15 +114,6 @@ struct UnderWay {
     ends: Vec<Ends>,
     /// Throughput, reference of roulette, survival.
     carried: Rows<5>,
-}
-
-/// Shadow rays to the lens, and what they carry.
-#[derive(Debug, Default)]
-struct ShadowRays {
-    /// Origin, direction, length.
-    segments: Rows<7>,
-    ends: Vec<Ends>,
-    carried: Vec<(u32, Contribution)>,
 }
 
 /// What walks in columns share with those that are gone on with one by one.
@@ -159,105 +132,6 @@ impl<'s> Columns<'s> {
     /// True if no walk is under way.
     pub fn is_empty(&self) -> bool {
         self.under_way.walks.is_empty()
-    }
-
-    /// Begins the walks of all samples, if they begin as columns can.
-    pub fn begin<S: Scene + ?Sized, P: Sampler>(
-        &mut self,
-        shared: &mut Shared<'_, 's, S, P>,
-    ) -> bool {
-        let stage = &shared.plan.stage;
-        let Some(view) = stage.camera.as_pinhole() else { return false };
-        self.bounces = 0;
-        match shared.steps.begin {
-            Begin::Shown => return false,
-            Begin::AtCamera => self.begin_at_camera(view, shared.level, shared.samples),
-            Begin::AtLight { .. } if !shared.plan.techniques.lens_sampling => {}
-            Begin::AtLight { goes_on } => {
-                let Some(id) = stage.only_light() else { return false };
-                let Some(light) = stage.scene.light(id).as_flat() else { return false };
-                self.begin_at_light((id, light), goes_on, shared);
-            }
-        }
-        true
-    }
-
-    fn begin_at_camera<P: Sampler>(
-        &mut self,
-        view: &View,
-        level: Level,
-        samples: &mut [Sample<P>],
-    ) {
-        self.mode = Some(TransportMode::Radiance);
-        self.numbers.clear();
-        for Sample { film, sampler } in samples.iter_mut() {
-            sampler.stream(Stream::Lens);
-            sampler.skip_1d();
-            sampler.skip_2d();
-            self.numbers.push_row(view.film.to_window(film.raster + film.offset).to_array());
-        }
-        self.from_lens.resize(samples.len());
-        begin(level, self, view);
-        for sample in 0..samples.len() {
-            let [x, y, z, state] = self.from_lens.get(sample);
-            if state != BLACK {
-                let walk = Walk { sample: sample as u32, at: NOWHERE };
-                self.under_way.push(
-                    walk,
-                    [view.position.x, view.position.y, view.position.z, x, y, z],
-                    [1.0; 5],
-                );
-            }
-        }
-    }
-
-    fn begin_at_light<S: Scene + ?Sized, P: Sampler>(
-        &mut self,
-        (id, light): (LightId, &FlatLight),
-        goes_on: bool,
-        shared: &mut Shared<'_, 's, S, P>,
-    ) {
-        let Shared { plan: Plan { depth, .. }, level, samples, counters, .. } = shared;
-        self.mode = Some(TransportMode::Importance);
-        self.emission.clear();
-        for Sample { sampler, .. } in samples.iter_mut() {
-            sampler.stream(Stream::Emission);
-            // There is no choice of a light, nor of a shape of it.
-            sampler.skip_1d();
-            sampler.skip_1d();
-            let (u, v) = (sampler.next_2d(), sampler.next_2d());
-            self.emission.push_row([u.x, u.y, v.x, v.y]);
-        }
-        counters.light_subpaths += samples.len() as u64;
-        self.points.resize(samples.len());
-        self.from_light.resize(samples.len());
-        emit(*level, self, light);
-        let start = Rgb::splat(1.0 / light.pdf.value());
-        for sample in 0..samples.len() {
-            let [.., u, v, _] = self.from_light.get(sample);
-            let at = FlatHit { primitive: light.primitive, u, v };
-            self.walks.push(Walk { sample: sample as u32, at });
-            self.carried.push([DVec3::ZERO, DVec3::from_array(start.0)], [0.0; 2]);
-        }
-        if depth.contains(0) {
-            self.connect_to_lens(Some(id), shared);
-        }
-        let throughput = light.radiance / FRAC_1_PI * start;
-        let [red, green, blue] = throughput.0;
-        let carried = [red, green, blue, throughput.max_component(), 1.0];
-        for (k, walk) in self.walks.iter().enumerate() {
-            let [ray @ .., _, _, leaves] = self.from_light.get(k);
-            if leaves == 0.0 {
-                continue;
-            }
-            shared.counters.ledger.emitted += throughput;
-            if goes_on {
-                self.under_way.push(*walk, ray, carried);
-            } else {
-                shared.counters.truncate(TransportMode::Importance, throughput);
-            }
-        }
-        self.forget_vertices();
     }
 
     /// Takes over a walk that has met a flat diffuse surface. Returns true if it has.
@@ -378,91 +252,6 @@ impl<'s> Columns<'s> {
         scatter(level, self);
     }
 
-    fn connect_to_lights<S: Scene + ?Sized, P: Sampler>(
-        &mut self,
-        shared: &mut Shared<'_, 's, S, P>,
-    ) {
-        self.lights.clear();
-        self.light_numbers.clear();
-        self.shadow_ends.clear();
-        let only = shared.plan.stage.only_light();
-        for k in 0..self.walks.len() {
-            let light = self.sample_light(k, only, shared);
-            let (u, pdf) = light.map_or((DVec2::ZERO, 1.0), |light| (light.u, light.pdf.value()));
-            self.light_numbers.push_row([u.x, u.y, pdf]);
-            self.lights.push(light);
-        }
-        self.to_lights.resize(self.walks.len());
-        let has_hits = shared.plan.techniques.bsdf_sampling;
-        let how = (shared.steps.heuristic, has_hits, shared.flats.forest().center());
-        connect_to_lights(shared.level, self, how);
-        for k in 0..self.walks.len() {
-            let Some(light) = &self.lights[k] else {
-                self.shadow_ends.push(Ends::FREE);
-                continue;
-            };
-            let (state, at) = (self.to_lights.number(k, STATE), self.walks[k].at);
-            let (origin, end) = match self.to_lights.number(k, IS_FORWARD) {
-                0.0 => (light.light.primitive, at.primitive),
-                _ => (at.primitive, light.light.primitive),
-            };
-            self.shadow_ends.push(Ends { origin, end });
-            if state == INEXACT {
-                let LightPoint { id, light, pdf, u } = *light;
-                let emitter = SampledEndpoint { point: light.point_at(u), light: Some(id), pdf };
-                self.connect_alone(k, &emitter, shared);
-                continue;
-            }
-            shared.counters.connections += 1;
-            shared.counters.shadow_rays += u64::from(state == LIT);
-        }
-        let (segments, ends, free) = (&self.to_lights, &self.shadow_ends, &mut self.free);
-        shared.flats.forest().are_free_in_columns(segments, ends, free);
-        let technique = Technique::new(1, self.bounces as u16 + 2);
-        for (k, _) in self.free.iter().enumerate().filter(|(_, free)| **free) {
-            let [.., red, green, blue, weight, state] = self.to_lights.get(k);
-            if state == LIT && self.lights[k].is_some() {
-                let sample = self.walks[k].sample as usize;
-                let raster = shared.samples[sample].film.raster;
-                let value = Rgb::new(red, green, blue);
-                shared.sink.add(sample, &Contribution { raster, value, weight, technique });
-            }
-        }
-    }
-
-    /// Samples a point on a light for a vertex, and connects it to that if lanes cannot.
-    #[inline(always)]
-    fn sample_light<S: Scene + ?Sized, P: Sampler>(
-        &self,
-        k: usize,
-        only: Option<LightId>,
-        shared: &mut Shared<'_, 's, S, P>,
-    ) -> Option<LightPoint<'s>> {
-        let sampler = &mut shared.samples[self.walks[k].sample as usize].sampler;
-        sampler.stream(Stream::NextEvent(self.bounces + 1));
-        let (u0, (u1, u)) = (sampler.next_1d(), sampler.next_1d_2d());
-        let [x, y, z, error, nx, ny, nz, ..] = self.points.get(k);
-        let position = DVec3::new(x, y, z);
-        let receiver = || SurfacePoint {
-            primitive: self.walks[k].at.primitive,
-            ..SurfacePoint::on_surface(position, error, DVec3::new(nx, ny, nz))
-        };
-        let stage = &shared.plan.stage;
-        let (id, pmf) = match only {
-            Some(id) => (id, 1.0),
-            None => stage.pick_light_for(&receiver(), u0)?,
-        };
-        if let Some(light) = stage.scene.light(id).as_flat()
-            && !light.is_near(position)
-        {
-            return Some(LightPoint { id, light, pdf: light.pdf * pmf, u });
-        }
-        if let Some(emitter) = emitter_at(stage, &receiver(), (id, pmf), u1, u) {
-            self.connect_alone(k, &emitter, shared);
-        }
-        None
-    }
-
     /// The vertex of a walk, as it is where walks are gone on with one by one.
     fn vertex<S: Scene + ?Sized>(
         &self,
@@ -478,118 +267,6 @@ impl<'s> Columns<'s> {
             to_previous: DVec3::new(x, y, z),
             ..Vertex::endpoint(point, None, StartDensity::default())
         })
-    }
-
-    /// Connects a vertex to a point on a light without lanes.
-    #[inline(never)]
-    fn connect_alone<S: Scene + ?Sized, P>(
-        &self,
-        k: usize,
-        emitter: &SampledEndpoint,
-        Shared { plan, flats, steps, samples, sink, connections, counters, .. }: &mut Shared<
-            '_,
-            's,
-            S,
-            P,
-        >,
-    ) {
-        let Some(vertex) = self.vertex(k, plan.stage.scene, flats) else { return };
-        let sample = self.walks[k].sample as usize;
-        let mut out = Out { sample, sink: &mut **sink, connections };
-        let Some(next) = next_event_at(plan, &vertex, emitter, &mut out, counters) else { return };
-        counters.shadow_rays += 1;
-        let hit = next.pdf_of_hit.value();
-        let contribution = Contribution {
-            raster: samples[sample].film.raster,
-            value: next.value,
-            weight: steps.heuristic.weight([hit / next.pdf.value()]),
-            technique: Technique::new(1, self.bounces as u16 + 2),
-        };
-        let end = out.keep(&vertex.point);
-        out.connect([end, next.end], contribution);
-    }
-
-    /// Connects the vertices to the pinhole; they are the starts of walks at a light if one is given.
-    fn connect_to_lens<S: Scene + ?Sized, P: Sampler>(
-        &mut self,
-        start: Option<LightId>,
-        shared: &mut Shared<'_, 's, S, P>,
-    ) {
-        let bounces = self.bounces + u32::from(start.is_none());
-        let stage = &shared.plan.stage;
-        let Some(view) = stage.camera.as_pinhole() else { return };
-        self.to_lens.resize(self.walks.len());
-        let center = shared.flats.forest().center();
-        connect_to_pinhole(shared.level, self, (view, center, start.is_some()));
-        let mut inexact = Vec::new();
-        let ShadowRays { segments, ends, carried } = &mut self.shadow_rays;
-        for (k, Walk { sample, at }) in self.walks.iter().enumerate() {
-            let Sample { film, sampler } = &mut shared.samples[*sample as usize];
-            sampler.stream(Stream::LensSampling(bounces));
-            sampler.skip_1d();
-            sampler.skip_2d();
-            let [segment @ .., is_forward, red, green, blue, x, y, state] = self.to_lens.get(k);
-            if state == INEXACT {
-                inexact.push(k);
-                continue;
-            }
-            if state == UNSEEN {
-                continue;
-            }
-            let raster = DVec2::new(x, y) - film.offset;
-            if stage.film.pixel_index(raster).is_none() {
-                continue;
-            }
-            shared.counters.connections += 1;
-            if state == LIT {
-                let value = Rgb::new(red, green, blue);
-                let technique = Technique::new(bounces as u16 + 1, 1);
-                segments.push_row(segment);
-                let (origin, end) = match is_forward {
-                    0.0 => (SurfacePoint::NONE, at.primitive),
-                    _ => (at.primitive, SurfacePoint::NONE),
-                };
-                ends.push(Ends { origin, end });
-                carried.push((*sample, Contribution { raster, value, weight: 1.0, technique }));
-            }
-        }
-        shared.counters.shadow_rays += ends.len() as u64;
-        shared.flats.forest().are_free_in_columns(segments, ends, &mut self.free);
-        let seen = carried.iter().zip(&self.free).filter(|(_, free)| **free);
-        for ((sample, contribution), _) in seen {
-            shared.sink.add(*sample as usize, contribution);
-        }
-        segments.clear();
-        ends.clear();
-        carried.clear();
-        inexact.into_iter().for_each(|k| self.connect_to_lens_alone(k, start, view, shared));
-    }
-
-    /// Connects a vertex to the pinhole without lanes.
-    #[inline(never)]
-    fn connect_to_lens_alone<S: Scene + ?Sized, P>(
-        &self,
-        k: usize,
-        start: Option<LightId>,
-        view: &View,
-        shared: &mut Shared<'_, 's, S, P>,
-    ) {
-        let Shared { plan: Plan { stage, .. }, flats, samples, sink, counters, .. } = shared;
-        let Some(mut vertex) = self.vertex(k, stage.scene, flats) else { return };
-        if start.is_some() {
-            (vertex.bsdf, vertex.light) = (None, start);
-        }
-        let sample = self.walks[k].sample as usize;
-        let mut out = Out { sample, sink: &mut **sink, connections: shared.connections };
-        let point = SurfacePoint::dirac(view.position);
-        let lens = SampledEndpoint { point, light: None, pdf: PerArea(1.0) };
-        let (end, film) = (out.keep(&vertex.point), &samples[sample].film);
-        let bounces = self.bounces + u32::from(start.is_none());
-        let from = (&vertex, Some(end));
-        let found = lens_connection_at(stage, from, bounces, film, &lens, &mut out, counters);
-        if let Some(found) = found {
-            out.connect(found.ends, found.contribution);
-        }
     }
 
     /// Follows the walks into their directions, with roulette.
@@ -661,38 +338,11 @@ impl UnderWay {
     }
 }
 
-// What is compiled for all instruction sets is not to be compiled for every scene, too.
-
-#[inline(never)]
-fn begin(level: Level, Columns { numbers, from_lens, .. }: &mut Columns<'_>, view: &View) {
-    dispatch!(level, simd => lanes::begin(simd, view, numbers, from_lens));
-}
+// Apart, so that what is compiled for all instruction sets is not so for every scene.
 
 #[inline(never)]
 fn place(level: Level, Columns { met, carried, points, .. }: &mut Columns<'_>) {
     dispatch!(level, simd => lanes::place(simd, met, carried, points));
-}
-
-#[inline(never)]
-fn connect_to_lights(level: Level, columns: &mut Columns<'_>, how: (Heuristic, bool, DVec3)) {
-    let Columns { points, carried, lights, light_numbers, to_lights, .. } = columns;
-    let vertices = (&*points, &*carried);
-    dispatch!(level, simd => {
-        lanes::connect_to_lights(simd, vertices, (lights, light_numbers), how, to_lights)
-    });
-}
-
-#[inline(never)]
-fn connect_to_pinhole(level: Level, columns: &mut Columns<'_>, how: (&View, DVec3, bool)) {
-    let Columns { points, carried, to_lens, .. } = columns;
-    let vertices = (&*points, &*carried);
-    dispatch!(level, simd => lanes::connect_to_pinhole(simd, vertices, how, to_lens));
-}
-
-#[inline(never)]
-fn emit(level: Level, columns: &mut Columns<'_>, light: &FlatLight) {
-    let Columns { emission, points, from_light, .. } = columns;
-    dispatch!(level, simd => lanes::emit(simd, light, emission, points, from_light));
 }
 
 #[inline(never)]
