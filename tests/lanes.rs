@@ -218,8 +218,12 @@ fn walks_in_columns_are_those_of_the_open_traits() -> Result<(), Box<dyn Error>>
         ("lens", &rooms::lens_camera()),
         ("parallel", &rooms::parallel_camera()),
     ];
-    let depths =
-        [Depth::default(), Depth::up_to(0), Depth { min_bounces: 2, max_bounces: Some(3) }];
+    let depths = [
+        Depth::default(),
+        Depth::up_to(0),
+        Depth::up_to(2),
+        Depth { min_bounces: 2, max_bounces: Some(3) },
+    ];
     let roulettes = [
         Roulette { start: 0, ..Roulette::default() },
         Roulette { survival: Survival::Fixed(0.7), ..Roulette::default() },
@@ -234,7 +238,9 @@ fn walks_in_columns_are_those_of_the_open_traits() -> Result<(), Box<dyn Error>>
     for (name, world) in worlds() {
         let formless = Formless(&world);
         for (camera_name, camera) in cameras {
-            for (i, (depth, roulette)) in depths.into_iter().zip(roulettes).enumerate() {
+            let choices =
+                depths.into_iter().flat_map(|d| roulettes.into_iter().map(move |r| (d, r)));
+            for (i, (depth, roulette)) in choices.enumerate() {
                 let name = format!("{name}, {camera_name}, {i}");
                 let sampler = [SamplerKind::Independent, SamplerKind::Sobol][i % 2];
                 let light = LightTracer { depth, roulette };

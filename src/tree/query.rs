@@ -259,3 +259,56 @@ pub(super) fn is_about_unit<L: Lane>(direction: Vector<L>) -> L::Mask {
     let excess = direction.length_squared() - 1.0;
     excess.abs().less(excess.constant(1e-9))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    /// Where segments in lanes are clear, they are the segments between points, to the bit.
+    #[test]
+    fn segments_in_lanes_are_those_between_points() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(7);
+        let mut clear = 0;
+        for round in 0..100_000 {
+            let mut vector = |scale: f64| {
+                DVec3::from_array([(); 3].map(|()| scale * rng.random_range(-1.0..1.0)))
+            };
+            // Ends that coincide, that are nearer than their errors, that are equally far away from
+            // the centre, and others.
+            let (center, a) = (vector(1.0), vector(1.0));
+            let b = match round % 8 {
+                0 => a,
+                1 => a + vector(1e-9),
+                2 => a + vector(1e-200),
+                3 => center + (center - a),
+                4 => vector(1e160),
+                _ => vector(2.0),
+            };
+            let normals = [vector(1.0).normalize(), vector(1.0).normalize()];
+            let error = [1e-9, 1e-16][round % 2];
+            let [a, b] = [(a, normals[0], 1), (b, normals[1], 2)].map(|(x, normal, primitive)| {
+                SurfacePoint { primitive, ..SurfacePoint::on_surface(x, error, normal) }
+            });
+            let b = if round % 5 == 0 { SurfacePoint::dirac(b.position) } else { b };
+            let end = |x: &SurfacePoint| LaneEnd {
+                position: Vector::from(x.position),
+                error: x.error,
+                normal: if x.place == Place::Area { x.geometric_normal } else { DVec3::ZERO }
+                    .into(),
+            };
+            let lanes = LaneSegment::<f64>::between(end(&a), end(&b), center);
+            if !lanes.is_clear {
+                continue;
+            }
+            clear += 1;
+            let expected = Segment::between(&a, &b, center).expect("a segment");
+            let found: [DVec3; 2] = [lanes.origin.into(), lanes.direction.into()];
+            assert_eq!(found, [expected.origin, expected.direction], "{a:?} {b:?}");
+            assert_eq!(lanes.length, expected.length);
+            let first = if lanes.is_forward { &a } else { &b };
+            assert_eq!(contact(first), expected.ends.origin);
+        }
+        assert!(clear > 40_000, "{clear}");
+    }
+}
