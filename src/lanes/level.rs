@@ -32,3 +32,46 @@ fn named(best: Level, name: &str) -> Option<Level> {
 fn named(_: Level, _: &str) -> Option<Level> {
     None
 }
+
+/// An expression compiled for AVX-512, AVX2 and SSE2, of which the level's best is run: SSE4.2 has
+/// little to add, and each instruction set takes as long to compile as all the rest.
+#[cfg(target_arch = "x86_64")]
+macro_rules! dispatch {
+    ($level:expr, $simd:ident => $op:expr) => {
+        match $level {
+            fearless_simd::Level::Avx512(set) => crate::lanes::vectorized!(set, $simd => $op),
+            fearless_simd::Level::Avx2(set) => crate::lanes::vectorized!(set, $simd => $op),
+            level => match level.as_sse2() {
+                Some(set) => crate::lanes::vectorized!(set, $simd => $op),
+                None => unreachable!("x86-64 has SSE2"),
+            },
+        }
+    };
+}
+
+/// The same on other processors, for all that the library has.
+#[cfg(not(target_arch = "x86_64"))]
+macro_rules! dispatch {
+    ($level:expr, $simd:ident => $op:expr) => {
+        fearless_simd::dispatch!($level, $simd => $op)
+    };
+}
+
+/// An expression compiled for an instruction set.
+#[cfg(target_arch = "x86_64")]
+macro_rules! vectorized {
+    ($set:ident, $simd:ident => $op:expr) => {
+        fearless_simd::Simd::vectorize(
+            $set,
+            #[inline(always)]
+            || {
+                let $simd = $set;
+                $op
+            },
+        )
+    };
+}
+
+pub(crate) use dispatch;
+#[cfg(target_arch = "x86_64")]
+pub(crate) use vectorized;

@@ -9,7 +9,9 @@ mod level;
 mod rows;
 mod vector;
 
-pub(crate) use level::level;
+#[cfg(target_arch = "x86_64")]
+pub(crate) use level::vectorized;
+pub(crate) use level::{dispatch, level};
 pub(crate) use rows::{Group, Rows, load, splat, store};
 pub(crate) use vector::Vector;
 

@@ -7,10 +7,11 @@ use super::mis::Side;
 use super::{Plan, Subpaths, Vertex, Weighting};
 use crate::bsdf::{Bsdf, LaneForm, on_same_side};
 use crate::film::Technique;
+use crate::lanes::dispatch;
 use crate::lanes::{Group, LANES, Lane, Mask, Rows, Vector, load, splat, store};
 use crate::math::Rgb;
 use crate::scene::Scene;
-use fearless_simd::{Level, Simd, dispatch, f64x8};
+use fearless_simd::{Level, Simd, f64x8};
 use glam::DVec3;
 use std::f64::consts::FRAC_1_PI;
 

@@ -9,7 +9,8 @@ use super::space::Space;
 use super::stack::{Stack, prefetch};
 use super::traverse::{Any, Nearest, Step};
 use crate::geometry::{Ray, Shape};
-use fearless_simd::{Level, Simd, dispatch};
+use crate::lanes::dispatch;
+use fearless_simd::{Level, Simd};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 

@@ -6,7 +6,8 @@ use super::query::{Found, Hit, Query, Segment};
 use super::stack::Stack;
 use super::traverse::{Any, Nearest, Step};
 use crate::geometry::Ray;
-use fearless_simd::{Simd, dispatch};
+use crate::lanes::dispatch;
+use fearless_simd::Simd;
 use glam::{DVec3, Vec3};
 
 /// Rays under way at a time.

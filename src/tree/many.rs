@@ -9,7 +9,7 @@ use super::bvh::Bvh;
 use super::flights::{AnyFlight, NearestFlight, take_turns};
 use super::packet::{self, RAYS};
 use super::query::{Hit, Query, Segment};
-use fearless_simd::dispatch;
+use crate::lanes::dispatch;
 use glam::DVec3;
 use std::ops::Range;
 

@@ -4,6 +4,7 @@ use crate::bsdf::{Bsdf, LaneForm};
 use crate::endpoint::View;
 use crate::film::{Contribution, Technique};
 use crate::geometry::SurfacePoint;
+use crate::lanes::dispatch;
 use crate::lanes::{Rows, Vector, load, store};
 use crate::math::{PerArea, Rgb};
 use crate::path::connect::lens_connection_at;
@@ -11,7 +12,7 @@ use crate::path::diffuse::{BLACK, Diffuse, INEXACT, Pinhole, UNSEEN};
 use crate::path::{LensConnection, SampledEndpoint, Vertex, Visit};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 use glam::{DVec2, DVec3};
 
 /// Connections of Lambertian vertices to a pinhole.

@@ -2,13 +2,14 @@
 
 use crate::bsdf::{Bsdf, LaneForm};
 use crate::endpoint::{FlatLanes, FlatLight, LightId};
+use crate::lanes::dispatch;
 use crate::lanes::{LANES, Rows, Vector, load, store};
 use crate::math::{PerArea, Rgb};
 use crate::path::connect::next_event_at;
 use crate::path::diffuse::{BLACK, Diffuse, INEXACT, LightPoints};
 use crate::path::{Edge, NextEvent, SampledEndpoint, Vertex, Visit};
 use crate::scene::Scene;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
 

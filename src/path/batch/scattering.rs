@@ -1,12 +1,13 @@
 //! Directions of Lambertian reflection.
 
 use crate::bsdf::{Bsdf, BsdfSample, LaneForm};
+use crate::lanes::dispatch;
 use crate::lanes::{Mask, Rows, Vector, load, store};
 use crate::math::{PerProjected, Rgb};
 use crate::path::Vertex;
 use crate::path::diffuse::reflected;
 use crate::path::steps::Drawn;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
 

@@ -5,12 +5,13 @@ use crate::bsdf::TransportMode;
 use crate::endpoint::{FlatLight, Light, LightId, View};
 use crate::film::Sample;
 use crate::geometry::SurfacePoint;
+use crate::lanes::dispatch;
 use crate::math::Rgb;
 use crate::path::Plan;
 use crate::path::diffuse::BLACK;
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{FlatHit, Scene};
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use glam::DVec3;
 use std::f64::consts::FRAC_1_PI;
 

@@ -27,11 +27,12 @@ use crate::bsdf::shading::ShadedBsdf;
 use crate::film::{Sample, Sink};
 use crate::geometry::SurfacePoint;
 use crate::lanes::Rows;
+use crate::lanes::dispatch;
 use crate::math::{PerProjected, Rgb};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::{DIFFUSE, Diffuse, FlatHit, FlatSurfaces, Meeting, Scene};
 use crate::tree::Ends;
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use glam::DVec3;
 use std::f64::consts::FRAC_1_PI;
 

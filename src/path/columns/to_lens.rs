@@ -5,6 +5,7 @@ use crate::endpoint::{LightId, View};
 use crate::film::{Contribution, Sample, Technique};
 use crate::geometry::SurfacePoint;
 use crate::lanes::Rows;
+use crate::lanes::dispatch;
 use crate::math::{PerArea, Rgb};
 use crate::path::connect::lens_connection_at;
 use crate::path::diffuse::{INEXACT, LIT, UNSEEN};
@@ -12,7 +13,7 @@ use crate::path::{Out, Plan, SampledEndpoint};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
 use crate::tree::Ends;
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use glam::{DVec2, DVec3};
 
 /// Shadow rays to the lens, and what they carry.

@@ -5,6 +5,7 @@ use super::{Columns, Shared, lanes};
 use crate::endpoint::{FlatLight, Light, LightId};
 use crate::film::{Contribution, Technique};
 use crate::geometry::SurfacePoint;
+use crate::lanes::dispatch;
 use crate::math::{PerArea, Rgb};
 use crate::path::connect::{emitter_at, next_event_at};
 use crate::path::diffuse::{INEXACT, LIT};
@@ -12,7 +13,7 @@ use crate::path::{Heuristic, Out, SampledEndpoint};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
 use crate::tree::Ends;
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use glam::{DVec2, DVec3};
 
 /// A connection to a point on a light, which two random numbers choose.

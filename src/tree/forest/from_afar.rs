@@ -1,6 +1,7 @@
 //! Rays in the trees of spaces that they do not start in.
 
 use crate::geometry::{Bounds, Ray};
+use crate::lanes::dispatch;
 use crate::tree::boxes::{BoxRay, Splat};
 use crate::tree::bvh::Bvh;
 use crate::tree::layout::{Candidate, Child, LANES, WIDTH};
@@ -8,7 +9,7 @@ use crate::tree::query::{Found, Segment};
 use crate::tree::rounding::{NEAR, blur};
 use crate::tree::stack::Stack;
 use crate::tree::traverse::{Any, Nearest, Step};
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::Simd;
 use glam::DVec3;
 
 /// A ray that visits several trees.

@@ -7,6 +7,7 @@ use super::eight::{Corners, meet_flat, meet_sphere};
 use super::plane::Facet;
 use super::rays::{BoxRays, Rays, eight, limited};
 use crate::geometry::{Intersection, Shape, Sphere};
+use crate::lanes::dispatch;
 use crate::lanes::{Group, LANES, Rows};
 use crate::tree::bvh::Bvh;
 use crate::tree::layout::FEW;
@@ -14,7 +15,7 @@ use crate::tree::query::{Ends, Hit, Query, Segment};
 use crate::tree::rounding::{FAR, UP};
 use crate::tree::space::Space;
 use crate::tree::stack::take;
-use fearless_simd::{Simd, dispatch, f32x16, prelude::*, u32x16};
+use fearless_simd::{Simd, f32x16, prelude::*, u32x16};
 
 /// All primitives of a scene that has few.
 #[derive(Debug, Default)]
@@ -30,46 +31,20 @@ pub(in crate::tree) struct Few {
 const NONE: u32 = u32::MAX;
 
 /// The answers of [`Bvh::closest`] for many rays in a scene of few facets; false for another one.
-#[inline(never)]
 pub(in crate::tree) fn closest<'a>(
     bvh: &'a Bvh,
     queries: &[Query],
     hits: &mut [Option<Hit<'a>>],
 ) -> bool {
     let Some(few) = &bvh.few else { return false };
-    dispatch!(bvh.level, simd => closest_with(simd, bvh, few, queries, hits));
+    for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
+        few.closest(bvh, &mut Rays::of(queries), hits);
+    }
     true
 }
 
-#[inline(always)]
-fn closest_with<'a, S: Simd>(
-    simd: S,
-    bvh: &'a Bvh,
-    few: &Few,
-    queries: &[Query],
-    hits: &mut [Option<Hit<'a>>],
-) {
-    for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
-        let mut rays = Rays::of(queries);
-        few.closest(simd, bvh, &mut rays, hits);
-    }
-}
-
 /// [`closest`] of rays in columns.
-#[inline(never)]
 pub(in crate::tree) fn closest_in_columns<'a>(
-    bvh: &'a Bvh,
-    few: &Few,
-    rays: &[Group<6>],
-    ends: &[Ends],
-    hits: &mut [Option<Hit<'a>>],
-) {
-    dispatch!(bvh.level, simd => closest_in_columns_with(simd, bvh, few, rays, ends, hits));
-}
-
-#[inline(always)]
-fn closest_in_columns_with<'a, S: Simd>(
-    simd: S,
     bvh: &'a Bvh,
     few: &Few,
     rays: &[Group<6>],
@@ -80,25 +55,37 @@ fn closest_in_columns_with<'a, S: Simd>(
     let mut rays = Rays::new();
     for ((groups, ends), hits) in packets.zip(hits.chunks_mut(RAYS)) {
         rays.fill(groups, ends);
-        few.closest(simd, bvh, &mut rays, hits);
+        few.closest(bvh, &mut rays, hits);
     }
 }
 
-/// [`are_free`] of segments in columns, whose lengths are in the seventh row.
-#[inline(never)]
-pub(in crate::tree) fn are_free_in_columns<const N: usize>(
+/// The answers of [`Bvh::is_free`] for many segments in a scene of few facets; false for another
+/// one.
+pub(in crate::tree) fn are_free(
     bvh: &Bvh,
-    few: &Few,
-    segments: &Rows<N>,
-    ends: &[Ends],
+    segments: &[Result<Segment, bool>],
     free: &mut [bool],
-) {
-    dispatch!(bvh.level, simd => are_free_in_columns_with(simd, bvh, few, segments, ends, free));
+) -> bool {
+    let Some(few) = &bvh.few else { return false };
+    for (segments, free) in segments.chunks(RAYS).zip(free.chunks_mut(RAYS)) {
+        let (mut rays, mut length, mut blocked) = (Rays::new(), [0.0; RAYS], 0);
+        for (lane, segment) in segments.iter().enumerate() {
+            match segment {
+                Ok(segment) => {
+                    rays.set(lane, segment.origin, segment.direction, segment.ends);
+                    length[lane] = segment.length;
+                }
+                Err(free) => blocked |= u64::from(!free) << lane,
+            }
+        }
+        blocked |= few.in_the_way(bvh, &mut rays, &length);
+        enter(free, blocked);
+    }
+    true
 }
 
-#[inline(always)]
-fn are_free_in_columns_with<S: Simd, const N: usize>(
-    simd: S,
+/// [`are_free`] of segments in columns, whose lengths are in the seventh row.
+pub(in crate::tree) fn are_free_in_columns<const N: usize>(
     bvh: &Bvh,
     few: &Few,
     segments: &Rows<N>,
@@ -112,49 +99,14 @@ fn are_free_in_columns_with<S: Simd, const N: usize>(
         for (half, group) in groups.iter().enumerate().take(RAYS / LANES) {
             length.as_chunks_mut().0[half] = group[6];
         }
-        let blocked = few.in_the_way(simd, bvh, &mut rays, &length);
-        for (lane, answer) in free.iter_mut().enumerate() {
-            *answer = blocked >> lane & 1 == 0;
-        }
+        enter(free, few.in_the_way(bvh, &mut rays, &length));
     }
 }
 
-/// The answers of [`Bvh::is_free`] for many segments in a scene of few facets; false for another
-/// one.
-#[inline(never)]
-pub(in crate::tree) fn are_free(
-    bvh: &Bvh,
-    segments: &[Result<Segment, bool>],
-    free: &mut [bool],
-) -> bool {
-    let Some(few) = &bvh.few else { return false };
-    dispatch!(bvh.level, simd => are_free_with(simd, bvh, few, segments, free));
-    true
-}
-
-#[inline(always)]
-fn are_free_with<S: Simd>(
-    simd: S,
-    bvh: &Bvh,
-    few: &Few,
-    segments: &[Result<Segment, bool>],
-    free: &mut [bool],
-) {
-    for (segments, free) in segments.chunks(RAYS).zip(free.chunks_mut(RAYS)) {
-        let (mut rays, mut length, mut blocked) = (Rays::new(), [0.0; RAYS], 0);
-        for (lane, segment) in segments.iter().enumerate() {
-            match segment {
-                Ok(segment) => {
-                    rays.set(lane, segment.origin, segment.direction, segment.ends);
-                    length[lane] = segment.length;
-                }
-                Err(free) => blocked |= u64::from(!free) << lane,
-            }
-        }
-        blocked |= few.in_the_way(simd, bvh, &mut rays, &length);
-        for (lane, answer) in free.iter_mut().enumerate() {
-            *answer = blocked >> lane & 1 == 0;
-        }
+/// Enters the answers, given a bit for each segment that is blocked.
+fn enter(free: &mut [bool], blocked: u64) {
+    for (lane, answer) in free.iter_mut().enumerate() {
+        *answer = blocked >> lane & 1 == 0;
     }
 }
 
@@ -201,8 +153,13 @@ impl Few {
     }
 
     /// Finds the nearest hits of a packet.
+    #[inline(never)]
+    fn closest<'a>(&self, bvh: &'a Bvh, rays: &mut Rays, hits: &mut [Option<Hit<'a>>]) {
+        dispatch!(bvh.level, simd => self.closest_with(simd, bvh, rays, hits));
+    }
+
     #[inline(always)]
-    fn closest<'a, S: Simd>(
+    fn closest_with<'a, S: Simd>(
         &self,
         simd: S,
         bvh: &'a Bvh,
@@ -299,8 +256,13 @@ impl Few {
     }
 
     /// A bit for each segment of a packet on which something lies.
+    #[inline(never)]
+    fn in_the_way(&self, bvh: &Bvh, rays: &mut Rays, length: &[f64; RAYS]) -> u64 {
+        dispatch!(bvh.level, simd => self.in_the_way_with(simd, bvh, rays, length))
+    }
+
     #[inline(always)]
-    fn in_the_way<S: Simd>(
+    fn in_the_way_with<S: Simd>(
         &self,
         simd: S,
         bvh: &Bvh,

@@ -4,13 +4,14 @@ use super::RAYS;
 use super::eight::meet_flat;
 use super::rays::{BoxRays, Rays, limited};
 use crate::lanes::LANES as EIGHT;
+use crate::lanes::dispatch;
 use crate::tree::bvh::Bvh;
 use crate::tree::facets::{Facets, Tested};
 use crate::tree::layout::{Block, Candidate, Child, LANES, Node, WIDTH};
 use crate::tree::query::{Found, Hit, Query};
 use crate::tree::rounding::{FAR, SMALLEST};
 use crate::tree::stack::{Stack, take};
-use fearless_simd::{Simd, dispatch, f32x4, f32x16, mask32x16, prelude::*, u32x16};
+use fearless_simd::{Simd, f32x4, f32x16, mask32x16, prelude::*, u32x16};
 
 /// The answers of [`Bvh::closest`] for up to sixteen rays that visit mostly the same: they walk
 /// through the tree together. Returns true if they can and it pays: not if the signs of their
