@@ -98,11 +98,13 @@ impl Scene for Formless<'_> {
 }
 
 /// The sums of a film, as bits.
+type Sums = Vec<[u64; 3]>;
+
 fn film<S: Scene>(
     scene: &S,
     of: &GalleryScene,
     integrator: &impl Render<S>,
-) -> Result<Vec<[u64; 3]>, Box<dyn Error>> {
+) -> Result<Sums, Box<dyn Error>> {
     let settings = Settings { budget: Budget::Samples(16), seed: 3, ..Settings::default() };
     let rendering = integrator.render(scene, &*of.camera, &settings, &mut unattended)?;
     Ok(rendering.film.sums().iter().map(|sum| sum.0.map(f64::to_bits)).collect())
@@ -183,13 +185,13 @@ fn worlds() -> Vec<(&'static str, World)> {
         .into()
 }
 
-/// The sums of a film as bits, and the counters.
+/// The sums of a film, and the counters.
 fn drawn<S: Scene>(
     scene: &S,
     camera: &dyn Camera,
     integrator: &impl Render<S>,
     sampler: SamplerKind,
-) -> Result<(Vec<[u64; 3]>, Counters), Box<dyn Error>> {
+) -> Result<(Sums, Counters), Box<dyn Error>> {
     let filter = Filter::Gaussian { standard_deviation: 0.5 };
     let settings =
         Settings { budget: Budget::Samples(8), seed: 5, filter, sampler, ..Settings::default() };
@@ -200,7 +202,7 @@ fn drawn<S: Scene>(
 
 /// Films to the bit, all counts, and the ledger but for the order of its sums.
 #[track_caller]
-fn assert_equal(name: &str, a: (Vec<[u64; 3]>, Counters), b: (Vec<[u64; 3]>, Counters)) {
+fn assert_equal(name: &str, a: (Sums, Counters), b: (Sums, Counters)) {
     assert!(a.0 == b.0, "{name}: films differ");
     let ledgers = [a.1.ledger, b.1.ledger];
     let [a, b] = [a.1, b.1].map(|counters| Counters { ledger: Default::default(), ..counters });

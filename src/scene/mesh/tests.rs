@@ -18,6 +18,28 @@ fn icospheres_are_closed_and_face_outwards() {
     }
 }
 
+/// Normals that are those of the triangles up to single precision are left out, on either side;
+/// others, and texture coordinates, are kept.
+#[test]
+fn normals_of_flat_meshes_are_left_out() {
+    let n = DVec3::new(0.2, -0.3, 1.0).normalize();
+    let (u, v) = n.any_orthonormal_pair();
+    let mesh = |normal: DVec3| Mesh {
+        positions: vec![u, v, -u - v],
+        normals: Some(vec![n.as_vec3().as_dvec3(), normal, n]),
+        uvs: Some(vec![DVec2::X, DVec2::Y, DVec2::ONE]),
+        indices: vec![[0, 1, 2]],
+    };
+    for (normal, is_smooth) in
+        [(n, false), (-n, false), (n + 1e-7 * u, false), (n + 1e-5 * u, true)]
+    {
+        let placed = mesh(normal).place("thing", &DAffine3::IDENTITY).expect("valid");
+        let attributes = placed.attributes.expect("texture coordinates");
+        assert_eq!(attributes.is_smooth(), is_smooth, "{normal}");
+        assert!(attributes.corner_uvs().is_some());
+    }
+}
+
 #[test]
 fn attributes_follow_the_vertices_through_a_mirror() {
     let mesh = Mesh {
