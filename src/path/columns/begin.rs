@@ -18,7 +18,7 @@ use std::f64::consts::FRAC_1_PI;
 /// The beginning of walks that advance in columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begin {
-    /// As [`Steps::begin`](super::Steps::begin) has it.
+    /// As [`Steps::begin`](crate::path::Steps::begin) has it.
     Shown,
     /// At the camera, where nothing is done.
     AtCamera,
