@@ -10,7 +10,7 @@ mod rows;
 mod vector;
 
 pub(crate) use level::level;
-pub(crate) use rows::{Group, Rows, load, splat, store};
+pub(crate) use rows::{Group, Rows, load, splat, splat_halves, store};
 pub(crate) use vector::Vector;
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
