@@ -31,7 +31,7 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
         mut visit: impl FnMut(&Path<'_, 'a, S>, &Contribution),
         merge: impl FnMut(&mut Site<'_, 'a, S, P>),
     ) {
-        let mut look = |path: &Path<'_, 'a, S>, contribution, _: &mut Out<'_>, counters: &mut _| {
+        let mut look = |_: &mut Out<'_>, path: &Path<'_, 'a, S>, contribution, counters: &mut _| {
             if path.is_visible(counters) {
                 visit(path, &contribution);
             }

@@ -9,11 +9,11 @@ use super::{Crew, Depth, Integrator, Notes, Run, Stage, Started};
 use crate::film::{Contribution, Sample, Sink, Technique};
 use crate::path::{
     Counters, Heuristic, Out, Path, Plan, RandomWalk, Roulette, Scratch, Site, Steps, TechniqueSet,
-    Visit, Weighting, advance, join,
+    Visit, Weighting, advance, join, offer,
 };
 use crate::sampler::Sampler;
 use crate::scene::Scene;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 /// Bidirectional path tracing over any set of techniques.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -125,10 +125,6 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
         scratch: &mut Scratch<'a, S>,
         merge: impl FnMut(&mut Site<'_, 'a, S, P>),
     ) {
-        let mut offer =
-            |path: &Path<'_, 'a, S>, contribution, out: &mut Out<'_>, counters: &mut _| {
-                out.offer(path, contribution, counters);
-            };
         self.trace(samples, sink, scratch, &mut offer, merge);
     }
 
@@ -140,7 +136,7 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
         samples: &mut [Sample<P>],
         sink: &mut dyn Sink,
         scratch: &mut Scratch<'a, S>,
-        offer: &mut impl FnMut(&Path<'_, 'a, S>, Contribution, &mut Out<'_>, &mut Counters),
+        offer: &mut impl FnMut(&mut Out<'_>, &Path<'_, 'a, S>, Contribution, &mut Counters),
         mut merge: impl FnMut(&mut Site<'_, 'a, S, P>),
     ) {
         let (Plan { stage, techniques, .. }, mut rounds) = (&self.plan, 0);
@@ -150,8 +146,9 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
         advance(&self.plan, &CameraWalks(self), samples, sink, scratch);
         join(&self.plan, samples, sink, scratch, |site| {
             self.weighting.complete_camera_subpath(&mut site.subpaths.camera, stage.camera);
+            site.sample_emitters(&self.weighting);
             for t in 2..=site.subpaths.camera.len() {
-                (0..2).for_each(|s| self.draw_path((s, t), site, offer));
+                self.draw_paths(0..2, t, site, offer);
             }
             merge(site);
             let number = techniques.draw_light_subpaths(&mut site.sample.sampler);
@@ -164,31 +161,28 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
             join(&self.plan, samples, sink, scratch, |site| {
                 self.weighting.complete_light_subpath(&mut site.subpaths.light, stage);
                 site.connect_subpaths(&self.weighting);
-                let (s_last, t_last) = (site.subpaths.light.len(), site.subpaths.camera.len());
-                for t in 1..=t_last.max(1) {
-                    let first = if t == 1 { 1 } else { 2 };
-                    (first..=s_last).for_each(|s| self.draw_path((s, t), site, offer));
+                let last = site.subpaths.light.len();
+                self.draw_paths(1..last + 1, 1, site, offer);
+                for t in 2..=site.subpaths.camera.len() {
+                    self.draw_paths(2..last + 1, t, site, offer);
                 }
             });
         }
     }
 
-    /// Draws a path by the technique (s, t) and offers it with its weight.
-    #[inline]
-    fn draw_path<P: Sampler>(
+    /// Draws paths by techniques (s, t) and offers them with their weights.
+    #[inline(never)]
+    fn draw_paths<P: Sampler>(
         &self,
-        (s, t): (usize, usize),
+        s: Range<usize>,
+        t: usize,
         site: &mut Site<'_, 'a, S, P>,
-        offer: &mut impl FnMut(&Path<'_, 'a, S>, Contribution, &mut Out<'_>, &mut Counters),
+        offer: &mut impl FnMut(&mut Out<'_>, &Path<'_, 'a, S>, Contribution, &mut Counters),
     ) {
-        let technique = Technique::new(s as u16, t as u16);
-        let Plan { techniques, depth, .. } = &self.plan;
-        if !(depth.contains(technique.bounces().into()) && techniques.contains(technique)) {
-            return;
+        for technique in s.map(|s| Technique::new(s as u16, t as u16)) {
+            if self.plan.draws(technique) {
+                site.draw_path(technique, &self.weighting, offer);
+            }
         }
-        site.draw_path(technique, &self.weighting, |path, weight, raster, out, counters| {
-            let value = path.value() / techniques.count(technique);
-            offer(path, Contribution { raster, value, weight, technique }, out, counters);
-        });
     }
 }

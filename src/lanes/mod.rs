@@ -12,7 +12,7 @@ mod vector;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use level::vectorized;
 pub(crate) use level::{dispatch, level};
-pub(crate) use rows::{Group, Rows, load, splat, store};
+pub(crate) use rows::{Group, Rows, load, splat, splat_halves, store};
 pub(crate) use vector::Vector;
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};

@@ -1,7 +1,7 @@
 //! Numbers of many paths in the order in which lanes read them.
 
 use super::LANES;
-use fearless_simd::{Simd, f64x8, prelude::*};
+use fearless_simd::{Simd, f64x4, f64x8, prelude::*};
 use glam::DVec3;
 
 /// `N` numbers of each of many paths. Those of eight paths lie side by side, so that a lane is a
@@ -60,6 +60,13 @@ impl<const N: usize> Rows<N> {
         self.len += 1;
     }
 
+    /// Repeats the numbers of up to four paths in the other half of the lanes.
+    pub fn repeat(&mut self) {
+        for row in self.groups.first_mut().into_iter().flatten() {
+            row.copy_within(..LANES / 2, LANES / 2);
+        }
+    }
+
     /// Room for the numbers of so many paths.
     pub fn resize(&mut self, len: usize) {
         let groups = len.div_ceil(LANES);
@@ -67,6 +74,12 @@ impl<const N: usize> Rows<N> {
             self.groups.resize(groups, [[0.0; LANES]; N]);
         }
         self.len = len;
+    }
+
+    /// The number of paths.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.len
     }
 
     /// The groups of paths.
@@ -90,8 +103,12 @@ impl<const N: usize> Rows<N> {
     /// The numbers of a path.
     #[inline(always)]
     pub fn get(&self, path: usize) -> [f64; N] {
-        let group = &self.groups[path / LANES];
-        std::array::from_fn(|row| group[row][path % LANES])
+        let (group, lane) = (&self.groups[path / LANES], path % LANES);
+        let mut numbers = [0.0; N];
+        for row in 0..N {
+            numbers[row] = group[row][lane];
+        }
+        numbers
     }
 }
 
@@ -113,6 +130,20 @@ pub(crate) fn splat<S: Simd, const N: usize>(simd: S, numbers: &[f64; N]) -> [f6
     let mut all = [f64x8::splat(simd, 0.0); N];
     for row in 0..N {
         all[row] = f64x8::splat(simd, numbers[row]);
+    }
+    all
+}
+
+/// Numbers that are the same in each half of the lanes.
+#[inline(always)]
+pub(crate) fn splat_halves<S: Simd, const N: usize>(
+    simd: S,
+    [low, high]: [&[f64; N]; 2],
+) -> [f64x8<S>; N] {
+    let mut all = [f64x8::splat(simd, 0.0); N];
+    for row in 0..N {
+        let (low, high) = (f64x4::splat(simd, low[row]), f64x4::splat(simd, high[row]));
+        all[row] = low.combine(high);
     }
     all
 }

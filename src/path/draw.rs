@@ -1,98 +1,154 @@
 //! Paths that join a part of a camera subpath and a part of a light subpath.
 
-use super::pairs::Pair;
-use super::{
-    Counters, End, Out, Path, Site, Stage, Vertex, Weighting, sample_emitter, sample_lens,
-};
+use super::connect::lens_numbers;
+use super::{Counters, End, Out, Path, Plan, Site, Vertex, Weighting, sample_lens};
 use crate::film::{Contribution, Sample, Technique};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
-use glam::DVec2;
 
 impl<'s, S: Scene + ?Sized + 's, P: Sampler> Site<'_, 's, S, P> {
-    /// Evaluates the connections of the two complete subpaths, as far as many can be at a time, for
-    /// [`draw_path`](Self::draw_path) with the same weights.
+    /// Samples the points on lights that the vertices of the complete camera subpath connect to,
+    /// for [`draw_path`](Self::draw_path) with the same weights.
     #[inline]
-    pub fn connect_subpaths(&mut self, weighting: &Weighting) {
-        self.pairs.evaluate(self.level, self.plan, weighting, self.subpaths);
+    pub fn sample_emitters(&mut self, weighting: &Weighting) {
+        let Self { plan, sample, subpaths, pairs, level, .. } = self;
+        pairs.sample_emitters(*level, plan, weighting, subpaths, &mut sample.sampler);
     }
 
-    /// Draws a path by a technique (s, t), given the subpaths, and shows it to `visit` with its
-    /// weight and its place on the film if it may contribute there. A point on a light (s = 1,
-    /// t ≥ 2) or on the lens (t = 1) is sampled for the end of the other subpath.
+    /// Evaluates the connections of the two complete subpaths, and those of the light subpath to
+    /// the lens, as far as many can be at a time, for [`draw_path`](Self::draw_path) with the same
+    /// weights.
     #[inline]
+    pub fn connect_subpaths(&mut self, weighting: &Weighting) {
+        self.pairs.connect_subpaths(self.level, self.plan, weighting, self.subpaths);
+    }
+
+    /// Draws a path by a technique (s, t) of the plan, given the subpaths, and shows it to `visit`
+    /// with what it contributes if its connection is visible. A point on the lens (t = 1) is
+    /// sampled for the end of the light subpath.
+    #[inline(always)]
     pub fn draw_path(
         &mut self,
         technique: Technique,
         weighting: &Weighting,
-        visit: impl FnOnce(&Path<'_, 's, S>, f64, DVec2, &mut Out<'_>, &mut Counters),
+        visit: &mut impl FnMut(&mut Out<'_>, &Path<'_, 's, S>, Contribution, &mut Counters),
     ) {
-        let Self { plan, sample: Sample { film, sampler }, subpaths, out, counters, .. } = self;
-        let Technique { s, t, .. } = technique;
-        if let Some(Pair { edge, value, weight }) = self.pairs.get(technique) {
-            counters.connections += 1;
-            if !value.is_black() {
-                let camera_part = &subpaths.camera[..t.into()];
-                let light_part = &subpaths.light[..s.into()];
-                let path = Path::evaluated(&plan.stage, camera_part, light_part, edge, value);
-                if let Some(path) = path {
-                    visit(&path, weight, film.raster, out, counters);
-                }
-            }
+        let Some(pair) = self.pairs.get(technique) else {
+            return self.draw_unknown_path(technique, weighting, visit);
+        };
+        let Self { plan, sample: Sample { film, sampler }, subpaths, out, counters, pairs, .. } =
+            self;
+        let (stage, Technique { s, t, .. }) = (&plan.stage, technique);
+        let scale = scale(plan, technique);
+        counters.connections += 1;
+        let mut raster = film.raster;
+        if t == 1 {
+            // What a lens that is a point takes no notice of.
+            sampler.stream(Stream::LensSampling(u32::from(s) - 1));
+            lens_numbers(stage.camera, sampler);
+            raster = pairs.raster(s) - film.offset;
+        }
+        if pair.value.is_black() || (t == 1 && stage.film.pixel_index(raster).is_none()) {
             return;
         }
-        let Stage { camera, film: region, .. } = plan.stage;
-        let (s, t) = (usize::from(s), usize::from(t));
+        let sampled;
+        let (camera_part, mut light_part) = (&subpaths.camera[..t.into()], &subpaths.light[..]);
+        if s == 1 && t > 1 {
+            sampled = pairs.emitter(stage, t);
+            light_part = sampled.as_slice();
+        }
+        let parts = [camera_part, &light_part[..s.into()]];
+        if let Some(path) = Path::evaluated(stage, parts, &pair) {
+            let value = path.value() * scale;
+            let contribution = Contribution { raster, value, weight: pair.weight, technique };
+            visit(out, &path, contribution, counters);
+        }
+    }
+
+    /// Draws a path that was not evaluated.
+    #[inline(never)]
+    fn draw_unknown_path(
+        &mut self,
+        technique: Technique,
+        weighting: &Weighting,
+        visit: &mut impl FnMut(&mut Out<'_>, &Path<'_, 's, S>, Contribution, &mut Counters),
+    ) {
+        let Self { plan, sample: Sample { film, sampler }, subpaths, out, counters, pairs, .. } =
+            self;
+        let (stage, Technique { s, t, .. }) = (&plan.stage, technique);
         let (from_camera, from_light) = (&subpaths.camera, &subpaths.light);
+        let (s_len, t_len) = (usize::from(s), usize::from(t));
         let is_closed = |subpath: &[Vertex<_>], n: usize| n > 1 && !subpath[n - 1].is_connectible();
-        if s > 0 && (is_closed(from_light, s) || is_closed(from_camera, t)) {
+        if s > 0 && (is_closed(from_light, s_len) || is_closed(from_camera, t_len)) {
             return;
         }
         let sampled;
         let (camera_part, light_part): (&[_], &[_]) = match (s, t) {
-            (0, _) => (&from_camera[..t], &[]),
+            (0, _) => (&from_camera[..t_len], &[]),
             (_, 1) => {
-                sampler.stream(Stream::LensSampling(s as u32 - 1));
-                let lens = sample_lens(camera, &from_light[s - 1].point, sampler);
+                sampler.stream(Stream::LensSampling(u32::from(s) - 1));
+                let lens = sample_lens(stage.camera, &from_light[s_len - 1].point, sampler);
                 let Some(lens) = lens else { return };
-                sampled = [lens.vertex(&plan.stage)];
-                (&sampled, &from_light[..s])
+                sampled = [lens.vertex(stage)];
+                (&sampled, &from_light[..s_len])
             }
             (1, _) => {
-                sampler.stream(Stream::NextEvent(t as u32 - 1));
-                let emitter = sample_emitter(&plan.stage, &from_camera[t - 1].point, sampler);
-                let Some(emitter) = emitter else { return };
-                sampled = [emitter.vertex(&plan.stage)];
-                (&from_camera[..t], &sampled)
+                let Some(emitter) = pairs.emitter(stage, t) else { return };
+                sampled = [emitter];
+                (&from_camera[..t_len], &sampled)
             }
-            _ => (&from_camera[..t], &from_light[..s]),
+            _ => (&from_camera[..t_len], &from_light[..s_len]),
         };
         counters.connections += u64::from(s > 0);
-        let Some(path) = Path::new(&plan.stage, camera_part, light_part) else { return };
+        let Some(path) = Path::new(stage, camera_part, light_part) else { return };
+        let scale = scale(plan, technique);
         let seen = || {
             let raster = path.lens_raster()? - film.offset;
-            region.pixel_index(raster).is_some().then_some(raster)
+            stage.film.pixel_index(raster).is_some().then_some(raster)
         };
         if let Some(raster) = if t == 1 { seen() } else { Some(film.raster) } {
-            visit(&path, weighting.weight(&path), raster, out, counters);
+            let (value, weight) = (path.value() * scale, weighting.weight(&path));
+            visit(out, &path, Contribution { raster, value, weight, technique }, counters);
         }
     }
 }
 
+/// The inverse of a technique's number of samples, which is a power of two, so that the product is
+/// the quotient.
+#[inline]
+fn scale<S: Scene + ?Sized>(Plan { techniques, .. }: &Plan<'_, S>, technique: Technique) -> f64 {
+    1.0 / techniques.count(technique)
+}
+
+/// Adds what a path contributes that was drawn from the sample's subpaths: if its ends were
+/// connected, only if they see each other.
+// No closure, which would be called where this is inlined.
+#[inline(always)]
+pub fn offer<S: Scene + ?Sized>(
+    out: &mut Out<'_>,
+    path: &Path<'_, '_, S>,
+    contribution: Contribution,
+    counters: &mut Counters,
+) {
+    match (path.light_part, &path.segment) {
+        ([], _) => out.add(&contribution),
+        (_, Some(segment)) => {
+            counters.shadow_rays += 1;
+            out.connect_by(segment, contribution);
+        }
+        _ => out.connect_ends(path, contribution, counters),
+    }
+}
+
 impl Out<'_> {
-    /// Adds what a path contributes that was drawn from the sample's subpaths: if its ends were
-    /// connected, only if they see each other.
-    #[inline]
-    pub fn offer<S: Scene + ?Sized>(
+    #[inline(never)]
+    fn connect_ends<S: Scene + ?Sized>(
         &mut self,
         path: &Path<'_, '_, S>,
         contribution: Contribution,
         counters: &mut Counters,
     ) {
         let Technique { s, t, .. } = path.technique();
-        if s == 0 {
-            return self.add(&contribution);
-        }
         counters.shadow_rays += 1;
         let near =
             if t == 1 { self.keep(&path.vertex(0).point) } else { End::Camera(u32::from(t) - 1) };

@@ -65,6 +65,7 @@ pub use connect::{
 };
 pub use counters::{Counters, Ledger};
 pub use depth::Depth;
+pub use draw::offer;
 pub use edge::Edge;
 pub use left_out::{Family, LeftOut, Reason};
 pub use light_subpaths::LightSubpaths;

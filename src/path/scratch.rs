@@ -24,7 +24,7 @@ pub struct Scratch<'s, S: Scene + ?Sized + 's> {
     pub(super) drawn: Vec<Drawn>,
     pub(super) rooms: Rooms<'s>,
     pub(super) columns: Columns<'s>,
-    pub(super) pairs: Pairs,
+    pub(super) pairs: Pairs<'s>,
     pub(super) level: Level,
     pub(super) connections: Connections,
 }

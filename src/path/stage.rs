@@ -2,7 +2,7 @@
 
 use super::{Depth, LeftOut, RandomWalk, TechniqueSet, Vertex};
 use crate::endpoint::{Camera, LightId};
-use crate::film::{FilmRegion, Kernel, Sample};
+use crate::film::{FilmRegion, Kernel, Sample, Technique};
 use crate::geometry::SurfacePoint;
 use crate::light_tree::{Arrival, LightTree};
 use crate::sampler::Sampler;
@@ -155,6 +155,13 @@ impl<'a, S: Scene + ?Sized> Plan<'a, S> {
             depth: depth.within(&stage.needs),
             left_out: techniques.left_out(&stage.needs),
         }
+    }
+
+    /// True if paths are drawn by a technique.
+    #[inline]
+    #[must_use]
+    pub fn draws(&self, technique: Technique) -> bool {
+        self.depth.contains(technique.bounces().into()) && self.techniques.contains(technique)
     }
 }
 

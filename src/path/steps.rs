@@ -33,7 +33,7 @@ pub struct Site<'v, 's, S: Scene + ?Sized + 's, P> {
     pub out: Out<'v>,
     /// Counts of what is done.
     pub counters: &'v mut Counters,
-    pub(super) pairs: &'v mut Pairs,
+    pub(super) pairs: &'v mut Pairs<'s>,
     pub(super) level: Level,
 }
 

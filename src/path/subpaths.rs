@@ -1,7 +1,9 @@
 //! The vertices that the walks of a sample have found.
 
 use super::Vertex;
+use super::pairs::END;
 use crate::bsdf::TransportMode;
+use crate::lanes::Rows;
 use crate::scene::Scene;
 use std::fmt;
 
@@ -13,6 +15,9 @@ pub struct Subpaths<'s, S: Scene + ?Sized + 's> {
     pub light: Vec<Vertex<S::Bsdf<'s>>>,
     /// Number of light subpaths that the sample draws one after the other, if it draws several.
     pub light_subpaths: u32,
+    /// The vertices of the complete camera subpath from its first surface on, as ends of
+    /// connections in lanes.
+    pub(super) camera_ends: Rows<END>,
 }
 
 impl<'s, S: Scene + ?Sized + 's> Subpaths<'s, S> {
@@ -28,7 +33,12 @@ impl<'s, S: Scene + ?Sized + 's> Subpaths<'s, S> {
 // Written by hand: derives would ask for bounds on `S`.
 impl<'s, S: Scene + ?Sized + 's> Default for Subpaths<'s, S> {
     fn default() -> Self {
-        Self { camera: Vec::new(), light: Vec::new(), light_subpaths: 0 }
+        Self {
+            camera: Vec::new(),
+            light: Vec::new(),
+            light_subpaths: 0,
+            camera_ends: Rows::default(),
+        }
     }
 }
 

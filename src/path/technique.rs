@@ -64,7 +64,7 @@ impl Excluded {
     #[inline]
     #[must_use]
     pub fn contains(self, technique: Technique) -> bool {
-        Self::bit(technique).is_some_and(|bit| self.0 & bit != 0)
+        !self.is_empty() && Self::bit(technique).is_some_and(|bit| self.0 & bit != 0)
     }
 
     /// All of them, by path length and then s.

@@ -2,6 +2,7 @@
 
 use super::connect::are_joinable;
 use super::mis::{Ends, PathDensities};
+use super::pairs::Pair;
 use super::walk::{emission_density, emission_pdf};
 use super::{Counters, Edge, Stage, StartDensity, Vertex, Weighting};
 use crate::bsdf::TransportMode;
@@ -10,6 +11,7 @@ use crate::film::Technique;
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::Rgb;
 use crate::scene::Scene;
+use crate::tree::Segment;
 use glam::DVec2;
 use std::f64::consts::PI;
 use std::fmt;
@@ -23,6 +25,9 @@ pub struct Path<'v, 's, S: Scene + ?Sized + 's> {
     pub(super) light: LightId,
     /// The connecting edge, from the camera part to the light part; `None` if s = 0.
     pub(super) joint: Option<Edge>,
+    /// The shadow ray along it, if it is known and the scene has [flat
+    /// surfaces](Scene::flat_surfaces).
+    pub(super) segment: Option<Segment>,
     value: Rgb,
 }
 
@@ -71,7 +76,7 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
             return None;
         }
         let value = end.throughput * radiance;
-        Some(Self { stage, camera_part, light_part: &[], light, joint: None, value })
+        Some(Self { stage, camera_part, light_part: &[], light, joint: None, segment: None, value })
     }
 
     /// The path that joins the last vertices of a camera part and a light part, neither of them
@@ -105,22 +110,22 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
             return None;
         }
         let value = (y.throughput * at_camera) * (edge.geometry * (at_light * z.throughput));
-        let path = Self { stage, camera_part, light_part, light, joint: Some(edge), value };
+        let joint = Some(edge);
+        let path = Self { stage, camera_part, light_part, light, joint, segment: None, value };
         let lens_to_light = camera_part.len() == 1 && light_part.len() == 1;
         (!value.is_black() && (!lens_to_light || path.ends_are_joinable())).then_some(path)
     }
 
     /// A path of two parts whose connection was evaluated.
-    #[inline]
+    #[inline(always)]
     pub(super) fn evaluated(
         stage: &'v Stage<'s, S>,
-        camera_part: &'v [Vertex<S::Bsdf<'s>>],
-        light_part: &'v [Vertex<S::Bsdf<'s>>],
-        joint: Edge,
-        value: Rgb,
+        [camera_part, light_part]: [&'v [Vertex<S::Bsdf<'s>>]; 2],
+        &Pair { edge, value, segment, .. }: &Pair,
     ) -> Option<Self> {
-        let light = light_part.first()?.light?;
-        Some(Self { stage, camera_part, light_part, light, joint: Some(joint), value })
+        let (light, joint) = (light_part.first()?.light?, Some(edge));
+        let segment = stage.scene.flat_surfaces().map(|_| segment);
+        Some(Self { stage, camera_part, light_part, light, joint, segment, value })
     }
 
     /// The subject of the rendering that drew it.
@@ -198,9 +203,8 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
     #[inline]
     #[must_use]
     pub fn facing(&self) -> Option<SurfacePoint> {
-        let (y, z) = (self.camera_part.last()?, self.light_part.last()?);
-        (y.bsdf.is_none() && z.bsdf.is_none())
-            .then(|| self.stage.scene.light(self.light).facing(&z.point, &y.point))
+        let ([lens], [start]) = (self.camera_part, self.light_part) else { return None };
+        Some(self.stage.scene.light(self.light).facing(&start.point, &lens.point))
     }
 
     /// The multiple importance sampling weight of the technique that drew the path, within a set

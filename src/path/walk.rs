@@ -206,8 +206,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         vertex: &mut Vertex<S::Bsdf<'s>>,
     ) -> bool {
         let Some(point) = point else { return self.meet_environment(vertex) };
-        let bsdf = ShadedBsdf::new(self.scene.bsdf(&point), &point);
-        self.enter(vertex, point, Some(bsdf), self.scene.light_at(&point));
+        vertex.bsdf = Some(ShadedBsdf::new(self.scene.bsdf(&point), &point));
+        self.enter(vertex, point, self.scene.light_at(&point));
         true
     }
 
@@ -217,7 +217,8 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         if light.is_some() {
             let infinite = self.from.position + self.direction;
             let point = SurfacePoint::infinite(infinite, -self.direction);
-            self.enter(vertex, point, None, light);
+            vertex.bsdf = None;
+            self.enter(vertex, point, light);
         }
         light.is_some()
     }
@@ -228,18 +229,11 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         counters.escape(self.mode, self.throughput);
     }
 
-    /// Enters a vertex field by field, because it is large.
+    /// Enters all but the BSDF in a vertex, field by field, because it is large.
     #[inline(always)]
-    fn enter(
-        &self,
-        vertex: &mut Vertex<S::Bsdf<'s>>,
-        point: SurfacePoint,
-        bsdf: Option<ShadedBsdf<S::Bsdf<'s>>>,
-        light: Option<LightId>,
-    ) {
+    fn enter(&self, vertex: &mut Vertex<S::Bsdf<'s>>, point: SurfacePoint, light: Option<LightId>) {
         vertex.geometry = Edge::along(&self.from, &point, self.direction).geometry;
         vertex.point = point;
-        vertex.bsdf = bsdf;
         vertex.light = light;
         vertex.throughput = self.throughput;
         vertex.survival = self.survival;

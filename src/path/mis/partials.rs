@@ -89,17 +89,27 @@ pub(in crate::path) struct Side<L> {
     density_before: L,
     /// The partial sum of the vertex before.
     partial: L,
+    /// The share of merges at the last vertex.
+    merges: L,
 }
 
 impl<L: Lane> Side<L> {
     #[inline(always)]
-    pub fn new([density, share, geometry, density_before, partial]: [L; 5]) -> Self {
-        Self { density, share, geometry, density_before, partial }
+    pub fn new([density, share, geometry, density_before, partial, merges]: [L; 6]) -> Self {
+        Self { density, share, geometry, density_before, partial, merges }
+    }
+
+    /// The side of a subpath that is its start alone, by its density and the share of hits.
+    #[inline(always)]
+    pub fn of_start(density: L, hitting: L) -> Self {
+        let (none, one) = (density.constant(0.0), density.constant(1.0));
+        Self::new([density, hitting, none, one, none, none])
     }
 
     #[inline(always)]
-    pub fn numbers(self) -> [L; 5] {
-        [self.density, self.share, self.geometry, self.density_before, self.partial]
+    pub fn numbers(self) -> [L; 6] {
+        let Self { density, share, geometry, density_before, partial, merges } = self;
+        [density, share, geometry, density_before, partial, merges]
     }
 
     /// The sum, if the other walk would sample the last vertex with density x, one of the technique
@@ -286,31 +296,23 @@ impl Weighting {
 
     /// True if the weights of connections between surfaces can be computed in lanes.
     pub(in crate::path) fn has_lanes(&self) -> bool {
-        let has_power = matches!(self.heuristic, Heuristic::Balance | Heuristic::Power(2.0));
-        has_power && !self.needs_sweep()
+        self.heuristic.is_in_lanes() && !self.needs_sweep()
     }
 
-    /// The weight of a connection between vertices of surfaces, in lanes, if `has_lanes`: the
-    /// camera's side and the light's, each with the density with which the other walk would sample
-    /// its last vertex, and that with which it would go on.
+    /// The weight of a technique of a family, in lanes, if `has_lanes`, by the sums over those that
+    /// end the two subpaths earlier.
     #[inline(always)]
-    pub(in crate::path) fn weight_of_connection<L: Lane>(
-        &self,
-        [camera, light]: [(&Side<L>, L, L); 2],
-    ) -> L {
-        let [by_light, by_camera] = [self.sum(camera), self.sum(light)];
-        let count = self.heuristic.raise(self.set.family_count(Family::Connections));
-        let one = by_light.constant(1.0);
-        one / ((by_camera + by_light) / count + 1.0)
+    pub(in crate::path) fn weight_of<L: Lane>(&self, family: Family, sums: [L; 2]) -> L {
+        let count = self.heuristic.raise(self.set.family_count(family));
+        sums[0].constant(1.0) / ((sums[0] + sums[1]) / count + 1.0)
     }
 
-    /// The sum over the techniques that end the subpath of a side earlier, in lanes.
+    /// The sum over the techniques that end the subpath of a side earlier, in lanes, with the
+    /// densities with which the other walk would sample its last vertex and go on.
     #[inline(always)]
-    fn sum<L: Lane>(&self, (side, x, onwards): (&Side<L>, L, L)) -> L {
-        let is_balance = self.heuristic == Heuristic::Balance;
-        let raise = |ratio: L| if is_balance { ratio } else { ratio * ratio };
-        let merge = product(raise(x * self.merge_area), x.constant(self.merges));
-        side.sum(raise, [x; 2], onwards) + merge
+    pub(in crate::path) fn sum_of<L: Lane>(&self, side: &Side<L>, x: L, onwards: L) -> L {
+        let raise = |ratio: L| self.heuristic.raise_in_lanes(ratio);
+        side.sum(raise, [x; 2], onwards) + product(raise(x * self.merge_area), side.merges)
     }
 
     /// The camera's side of a connection at the last vertex of a complete camera subpath.
@@ -326,6 +328,9 @@ impl Weighting {
         subpath: &[Vertex<B>],
         light: &(impl Light + ?Sized),
     ) -> Side<f64> {
+        if subpath.len() == 1 {
+            return Side::of_start(density(subpath), self.hitting(light));
+        }
         self.side_of(subpath, [self.sampling(light), self.connections])
     }
 
@@ -337,8 +342,8 @@ impl Weighting {
             }
             _ => (0.0, 1.0, 0.0),
         };
-        let share = self.share(walk, shares);
-        Side { density: density(walk), share, geometry, density_before, partial }
+        let (share, merges) = (self.share(walk, shares), self.merges);
+        Side { density: density(walk), share, geometry, density_before, partial, merges }
     }
 
     /// The camera's side of merges at the last vertex of a complete camera subpath.
@@ -416,7 +421,8 @@ impl Weighting {
         )
     }
 
-    fn hitting(&self, light: &(impl Light + ?Sized)) -> f64 {
+    /// The share of hits of a light.
+    pub(in crate::path) fn hitting(&self, light: &(impl Light + ?Sized)) -> f64 {
         if light.can_be_hit() { self.bsdf_sampling } else { 0.0 }
     }
 

@@ -146,7 +146,11 @@ impl Scene for World {
 
     #[inline]
     fn bsdf(&self, x: &SurfacePoint) -> SurfaceBsdf<'_> {
-        self.material_at(x).map_or(SurfaceBsdf::BLACK, |(_, bsdf)| bsdf)
+        let surface = self.surfaces.get(x.surface as usize);
+        match surface.and_then(|surface| self.materials.get(surface.material.0 as usize)) {
+            Some(material) => SurfaceBsdf::new(material, x.uv),
+            None => SurfaceBsdf::BLACK,
+        }
     }
 
     #[inline]
