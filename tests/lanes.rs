@@ -18,12 +18,12 @@ use pathspace::math::{PerProjected, Rgb};
 use pathspace::path::{Counters, Heuristic, Roulette, Survival};
 use pathspace::render::{Budget, Render, Settings, unattended};
 use pathspace::sampler::SamplerKind;
-use pathspace::scene::{Material, Mesh, Needs, Scene, World};
+use pathspace::scene::{FlatSurfaces, Material, Mesh, Needs, Scene, World};
 use rooms::{Room, lambert, v};
 use std::error::Error;
 
-/// A world without forms.
-struct Formless<'a>(&'a World);
+/// A world without forms, which may hand on flat surfaces.
+struct Formless<'a>(&'a World, Option<FlatSurfaces<'a>>);
 
 /// A BSDF without a form.
 struct Plain<B>(B);
@@ -92,6 +92,9 @@ impl Scene for Formless<'_> {
     fn light_tree(&self) -> Option<&LightTree> {
         self.0.light_tree()
     }
+    fn flat_surfaces(&self) -> Option<FlatSurfaces<'_>> {
+        self.1
+    }
     fn needs(&self) -> Needs {
         self.0.needs()
     }
@@ -115,7 +118,7 @@ fn films_are_those_of_the_open_traits() -> Result<(), Box<dyn Error>> {
     for name in gallery::NAMES {
         let scene = gallery::build(name, UVec2::splat(24))?;
         let depth = Depth { max_bounces: scene.max_bounces, ..Depth::default() };
-        let formless = Formless(&scene.world);
+        let formless = Formless(&scene.world, None);
         let path = PathTracer { depth, ..PathTracer::default() };
         let light = LightTracer { depth, ..LightTracer::default() };
         assert_eq!(film(&scene.world, &scene, &path)?, film(&formless, &scene, &path)?, "{name}");
@@ -238,7 +241,8 @@ fn walks_in_columns_are_those_of_the_open_traits() -> Result<(), Box<dyn Error>>
         (PathTracing::NextEventOnly, Heuristic::default()),
     ];
     for (name, world) in worlds() {
-        let formless = Formless(&world);
+        let formless = Formless(&world, None);
+        let handing_on = Formless(&world, world.flat_surfaces());
         for (camera_name, camera) in cameras {
             let choices =
                 depths.into_iter().flat_map(|d| roulettes.into_iter().map(move |r| (d, r)));
@@ -247,6 +251,8 @@ fn walks_in_columns_are_those_of_the_open_traits() -> Result<(), Box<dyn Error>>
                 let sampler = [SamplerKind::Independent, SamplerKind::Sobol][i % 2];
                 let light = LightTracer { depth, roulette };
                 let found = drawn(&world, camera, &light, sampler)?;
+                let handed_on = drawn(&handing_on, camera, &light, sampler)?;
+                assert_equal(&name, handed_on, drawn(&formless, camera, &light, sampler)?);
                 assert_equal(&name, found, drawn(&formless, camera, &light, sampler)?);
                 for (mode, heuristic) in modes {
                     let path = PathTracer { mode, depth, roulette, heuristic };
