@@ -162,7 +162,8 @@ impl<'s> Pairs<'s> {
             let [connection, walk] = [pmf, stage.pick_pmf(id)].map(|pmf| flat.pdf.value() * pmf);
             if connection > 0.0 {
                 let hitting = weighting.hitting(light);
-                let numbers = [u2.x, u2.y, connection, walk, hitting, flat.primitive.into()];
+                let primitive = end::bits(flat.primitive);
+                let numbers = [u2.x, u2.y, connection, walk, hitting, primitive];
                 return (Emitter::Flat(id, flat), numbers);
             }
         }
@@ -305,7 +306,8 @@ fn pair<const N: usize>(groups: &[Group<N>], i: usize) -> Option<Pair> {
     if state == UNKNOWN {
         return None;
     }
-    let ends = Ends { origin: number(16) as u32, end: number(17) as u32 };
+    let primitive = |row| number(row).to_bits() as u32;
+    let ends = Ends { origin: primitive(16), end: primitive(17) };
     Some(Pair {
         edge: Edge { direction: vector(0), geometry: number(3) },
         value: if state == BLACK { Rgb::BLACK } else { Rgb(vector(4).to_array()) },
