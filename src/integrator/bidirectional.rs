@@ -64,6 +64,9 @@ pub struct Pairs<'a, S: Scene + ?Sized> {
     pub(super) weighting: Weighting,
 }
 
+/// Samples that are drawn at a time, so few that their subpaths stay in a processor's caches.
+const BATCH: usize = 128;
+
 /// Walks from the camera.
 struct CameraWalks<'r, 'a, S: Scene + ?Sized>(&'r Pairs<'a, S>);
 impl<'a, S: Scene + ?Sized> Run<'a, S> for Pairs<'a, S> {
@@ -123,9 +126,12 @@ impl<'a, S: Scene + ?Sized> Pairs<'a, S> {
         samples: &mut [Sample<P>],
         sink: &mut dyn Sink,
         scratch: &mut Scratch<'a, S>,
-        merge: impl FnMut(&mut Site<'_, 'a, S, P>),
+        mut merge: impl FnMut(&mut Site<'_, 'a, S, P>),
     ) {
-        self.trace(samples, sink, scratch, &mut offer, merge);
+        for (number, samples) in samples.chunks_mut(BATCH).enumerate() {
+            let sink = &mut |i: usize, found: &Contribution| sink.add(number * BATCH + i, found);
+            self.trace(samples, sink, scratch, &mut offer, &mut merge);
+        }
     }
 
     /// Draws samples and offers each path that may contribute, with its contribution if it is

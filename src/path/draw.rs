@@ -1,8 +1,8 @@
 //! Paths that join a part of a camera subpath and a part of a light subpath.
 
-use super::connect::lens_numbers;
 use super::{Counters, End, Out, Path, Plan, Site, Vertex, Weighting, sample_lens};
 use crate::film::{Contribution, Sample, Technique};
+use crate::math::Rgb;
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
 
@@ -39,13 +39,12 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Site<'_, 's, S, P> {
         let Self { plan, sample: Sample { film, sampler }, subpaths, out, counters, pairs, .. } =
             self;
         let (stage, Technique { s, t, .. }) = (&plan.stage, technique);
-        let scale = scale(plan, technique);
         counters.connections += 1;
         let mut raster = film.raster;
         if t == 1 {
-            // What a lens that is a point takes no notice of.
             sampler.stream(Stream::LensSampling(u32::from(s) - 1));
-            lens_numbers(stage.camera, sampler);
+            sampler.skip_1d();
+            sampler.skip_2d();
             raster = pairs.raster(s) - film.offset;
         }
         if pair.value.is_black() || (t == 1 && stage.film.pixel_index(raster).is_none()) {
@@ -59,7 +58,7 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Site<'_, 's, S, P> {
         }
         let parts = [camera_part, &light_part[..s.into()]];
         if let Some(path) = Path::evaluated(stage, parts, &pair) {
-            let value = path.value() * scale;
+            let value = per_sample(path.value(), plan, technique);
             let contribution = Contribution { raster, value, weight: pair.weight, technique };
             visit(out, &path, contribution, counters);
         }
@@ -101,23 +100,23 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Site<'_, 's, S, P> {
         };
         counters.connections += u64::from(s > 0);
         let Some(path) = Path::new(stage, camera_part, light_part) else { return };
-        let scale = scale(plan, technique);
         let seen = || {
             let raster = path.lens_raster()? - film.offset;
             stage.film.pixel_index(raster).is_some().then_some(raster)
         };
         if let Some(raster) = if t == 1 { seen() } else { Some(film.raster) } {
-            let (value, weight) = (path.value() * scale, weighting.weight(&path));
+            let value = per_sample(path.value(), plan, technique);
+            let weight = weighting.weight(&path);
             visit(out, &path, Contribution { raster, value, weight, technique }, counters);
         }
     }
 }
 
-/// The inverse of a technique's number of samples, which is a power of two, so that the product is
-/// the quotient.
+/// An estimate over the number of samples of its technique, which is 1 most of the time.
 #[inline]
-fn scale<S: Scene + ?Sized>(Plan { techniques, .. }: &Plan<'_, S>, technique: Technique) -> f64 {
-    1.0 / techniques.count(technique)
+fn per_sample<S: Scene + ?Sized>(value: Rgb, plan: &Plan<'_, S>, technique: Technique) -> Rgb {
+    let count = plan.techniques.count(technique);
+    if count == 1.0 { value } else { value / count }
 }
 
 /// Adds what a path contributes that was drawn from the sample's subpaths: if its ends were

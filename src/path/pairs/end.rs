@@ -58,14 +58,20 @@ pub(super) fn of_start<B>(
 
 fn rest(x: &SurfacePoint, side: Side<f64>) -> [f64; 8] {
     let [density, share, geometry, density_before, partial, merges] = side.numbers();
-    let primitive = x.primitive.into();
-    [x.error, primitive, density, share, geometry, density_before, partial, merges]
+    [x.error, bits(x.primitive), density, share, geometry, density_before, partial, merges]
+}
+
+/// A number of which lanes keep the bits, as those of an f64, and that they compute nothing with.
+#[inline]
+pub(super) fn bits(primitive: u32) -> f64 {
+    f64::from_bits(primitive.into())
 }
 
 /// A vertex in each lane.
 pub(super) struct End<L> {
     /// The point, as an end of a shadow ray.
     pub point: LaneEnd<L>,
+    /// Its [bits].
     pub primitive: L,
     to_previous: Vector<L>,
     throughput: Vector<L>,

@@ -1,7 +1,7 @@
 //! The formulas of connections: [`Path::connect`](crate::path::Path::connect) and
 //! [`Weighting::weight`], in lanes.
 
-use super::end::{END, End};
+use super::end::{END, End, bits};
 use super::{BLACK, EMITTER, Emitter, LIT, PAIR, TO_EMITTER, TO_LENS, UNKNOWN};
 use crate::endpoint::{FlatLanes, View};
 use crate::geometry::SurfacePoint;
@@ -74,7 +74,7 @@ pub(super) fn connect_to_pinhole<S: Simd>(
     let weight = weighting.weight_of(Family::LensSampling, sums);
     let states = [z.is_known(), z.reflects(-direction) & is_seen];
     let importance = Vector::new(density, density, density);
-    let no_primitive = none.constant(SurfacePoint::NONE.into());
+    let no_primitive = none.constant(bits(SurfacePoint::NONE));
     let segment = segment(ends, [no_primitive, z.primitive], center);
     let pair = evaluated(edge, segment, [importance, z.scattered()], weight, states);
     store_pair(found, pair, raster);

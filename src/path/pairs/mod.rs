@@ -116,11 +116,12 @@ impl<'s> Pairs<'s> {
         sampler: &mut P,
     ) {
         let center = center(&plan.stage, weighting);
-        let (mut has_flat, has_lanes) = (false, center.is_some());
+        let (mut has_flat, mut has_surface) = (false, false);
         camera_ends.clear();
         for t in 2..=camera.len() {
             let vertex = &camera[t - 1];
-            let lambert = if has_lanes { end::lambert(vertex) } else { None };
+            let lambert = center.and_then(|_| end::lambert(vertex));
+            has_surface |= lambert.is_some();
             let side = || weighting.camera_side_of(&camera[..t]);
             let (vectors, rest) = end::of_surface(vertex, lambert, side);
             camera_ends.push(vectors, rest);
@@ -133,6 +134,9 @@ impl<'s> Pairs<'s> {
             has_flat |= matches!(emitter, Emitter::Flat(..));
             self.emitters.push(emitter);
             self.flat.push([], numbers);
+        }
+        if !has_surface {
+            return camera_ends.clear();
         }
         if camera.len() <= 1 + LANES / 2 {
             camera_ends.repeat();
@@ -163,7 +167,8 @@ impl<'s> Pairs<'s> {
             let [connection, walk] = [pmf, stage.pick_pmf(id)].map(|pmf| flat.pdf.value() * pmf);
             if connection > 0.0 {
                 let hitting = weighting.hitting(light);
-                let numbers = [u2.x, u2.y, connection, walk, hitting, flat.primitive.into()];
+                let primitive = end::bits(flat.primitive);
+                let numbers = [u2.x, u2.y, connection, walk, hitting, primitive];
                 return (Emitter::Flat(id, flat), numbers);
             }
         }
@@ -197,19 +202,25 @@ impl<'s> Pairs<'s> {
         let Some(emitter) = light.first().and_then(|start| start.light) else { return };
         let Some(center) = center(stage, weighting).filter(|_| !camera.is_empty()) else { return };
         let emitter = stage.scene.light(emitter);
+        let (flat, mut has_surface) = (emitter.as_flat(), false);
         self.light.clear();
         for s in 1..=light.len() {
             let side = || weighting.light_side_of(&light[..s], emitter);
             let vertex = &light[s - 1];
+            let lambert = if s > 1 { end::lambert(vertex) } else { None };
+            has_surface |= lambert.is_some();
             let (vectors, rest) = match s {
-                1 => end::of_start(vertex, emitter.as_flat(), side),
-                _ => end::of_surface(vertex, end::lambert(vertex), side),
+                1 => end::of_start(vertex, flat, side),
+                _ => end::of_surface(vertex, lambert, side),
             };
             self.light.push(vectors, rest);
         }
-        let pinhole = stage.camera.as_pinhole().filter(|_| techniques.lens_sampling);
-        let camera = techniques.connections.then_some(camera_ends);
-        self.connect(level, (weighting, center), camera, pinhole);
+        let has_ends = has_surface || flat.is_some();
+        let pinhole = stage.camera.as_pinhole().filter(|_| techniques.lens_sampling && has_ends);
+        let camera = Some(camera_ends).filter(|_| techniques.connections && has_surface);
+        if pinhole.is_some() || camera.is_some() {
+            self.connect(level, (weighting, center), camera, pinhole);
+        }
     }
 
     #[inline(never)]
@@ -306,7 +317,8 @@ fn pair<const N: usize>(groups: &[Group<N>], i: usize) -> Option<Pair> {
     if state == UNKNOWN {
         return None;
     }
-    let ends = Ends { origin: number(16) as u32, end: number(17) as u32 };
+    let primitive = |row| number(row).to_bits() as u32;
+    let ends = Ends { origin: primitive(16), end: primitive(17) };
     Some(Pair {
         edge: Edge { direction: vector(0), geometry: number(3) },
         value: if state == BLACK { Rgb::BLACK } else { Rgb(vector(4).to_array()) },
