@@ -2,8 +2,9 @@
 
 use super::solid_angle::Near;
 use crate::geometry::{Place, Quad, Shape, SurfacePoint, Triangle, spanned};
-use crate::lanes::{Lane, Mask, Vector};
+use crate::lanes::{LANES, Lane, Mask, Vector, load, splat};
 use crate::math::{PerArea, Rgb, warp};
+use fearless_simd::{Simd, f64x8};
 use glam::{DVec2, DVec3};
 
 /// A quad or a triangle whose front emits the same radiance from all points into all directions,
@@ -95,7 +96,7 @@ impl FlatLight {
 }
 
 /// Numbers of a [`FlatLight`] in lanes.
-pub(crate) const FLAT: usize = 16;
+const FLAT: usize = 16;
 
 /// A [`FlatLight`] in each lane.
 pub(crate) struct FlatLanes<L: Lane> {
@@ -103,6 +104,30 @@ pub(crate) struct FlatLanes<L: Lane> {
     is_triangle: L::Mask,
     pub normal: Vector<L>,
     pub radiance: [L; 3],
+}
+
+impl<S: Simd> FlatLanes<f64x8<S>> {
+    /// Up to eight lights.
+    #[inline(always)]
+    pub fn gather<'a>(
+        simd: S,
+        lights: impl Iterator<Item = Option<&'a FlatLight>> + Clone,
+    ) -> Self {
+        let mut there = lights.clone().flatten();
+        if let Some(first) = there.next()
+            && there.all(|light| std::ptr::eq(light, first))
+        {
+            return Self::new(splat(simd, &first.numbers()));
+        }
+        let mut numbers = [[0.0; LANES]; FLAT];
+        for (lane, light) in lights.enumerate().take(LANES) {
+            let Some(light) = light else { continue };
+            for (row, number) in numbers.iter_mut().zip(light.numbers()) {
+                row[lane] = number;
+            }
+        }
+        Self::new(load(simd, &numbers))
+    }
 }
 
 impl<L: Lane> FlatLanes<L> {

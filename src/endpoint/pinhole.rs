@@ -65,7 +65,7 @@ impl Endpoint for PinholeCamera {
     }
 
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
-        let direction = (self.view.forward + self.view.in_plane(self.view.plane_at(u))).normalize();
+        let direction = self.view.direction_at(u.to_array()).into();
         let pdf = self.direction_pdf(point, direction);
         (pdf.value() > 0.0).then_some(DirectionSample {
             from: *point,

@@ -109,6 +109,18 @@ impl View {
         DVec2::new(plane.x, -plane.y) / self.pitch + self.principal_point
     }
 
+    /// The directions from the middle of the lens through window coordinates, in lanes.
+    #[inline(always)]
+    pub(crate) fn direction_at<L: Lane>(&self, [x, y]: [L; 2]) -> Vector<L> {
+        let FilmRegion { window_min: min, .. } = self.film;
+        let (size, center) = (self.film.window_size(), self.principal_point);
+        let right = (x * f64::from(size.x) + f64::from(min.x) - center.x) * self.pitch;
+        let down = (y * f64::from(size.y) + f64::from(min.y) - center.y) * self.pitch;
+        let axis = |axis| Vector::constant(axis, x);
+        let through = axis(self.forward) + (axis(self.right) * right + axis(self.up) * -down);
+        through * (x.constant(1.0) / through.length_squared().sqrt())
+    }
+
     /// The components of a vector to the right and up.
     #[inline]
     #[must_use]

@@ -162,16 +162,35 @@ impl NonFinite {
 
 /// Records the contributions of a chunk of samples to be merged into a [`Film`]. It is reused from
 /// chunk to chunk.
+///
+/// Contributions of different samples may come in any order: they are recorded in that of the
+/// samples.
 #[derive(Clone, Debug)]
 pub struct ChunkFilm {
     region: FilmRegion,
     entries: Vec<(u32, Rgb)>,
     /// The samples under way: the pixel of the first, those of the others follow, and what each
-    /// added to its own pixel so far.
+    /// added so far.
     first: u32,
     pass: u32,
-    own: Vec<Rgb>,
+    added: Vec<Added>,
+    splats: Vec<Splat>,
     non_finite: NonFinite,
+}
+
+/// What a sample has added: to its own pixel, and the places of its first and last splat.
+#[derive(Clone, Copy, Debug)]
+struct Added {
+    own: Rgb,
+    splats: Option<(u32, u32)>,
+}
+
+/// What a sample has added to another pixel, and the place of its next one; 0 behind the last.
+#[derive(Clone, Copy, Debug)]
+struct Splat {
+    pixel: u32,
+    value: Rgb,
+    next: u32,
 }
 
 impl ChunkFilm {
@@ -183,7 +202,8 @@ impl ChunkFilm {
             entries: Vec::new(),
             first: 0,
             pass: 0,
-            own: Vec::new(),
+            added: Vec::new(),
+            splats: Vec::new(),
             non_finite: NonFinite::default(),
         }
     }
@@ -191,7 +211,8 @@ impl ChunkFilm {
     /// Forgets everything but keeps the memory.
     pub fn clear(&mut self) {
         self.entries.clear();
-        self.own.clear();
+        self.added.clear();
+        self.splats.clear();
         self.non_finite = NonFinite::default();
     }
 
@@ -201,15 +222,23 @@ impl ChunkFilm {
     pub fn begin_samples(&mut self, pixels: Range<u32>, pass: u32) {
         self.finish();
         (self.first, self.pass) = (pixels.start, pass);
-        self.own.resize(pixels.len(), Rgb::BLACK);
+        self.added.resize(pixels.len(), Added { own: Rgb::BLACK, splats: None });
     }
 
-    /// Ends the last samples. What they added to their own pixels is not merged before.
+    /// Ends the last samples. What they added is not merged before.
     #[inline]
     pub fn finish(&mut self) {
-        let own = self.own.drain(..).zip(self.first..);
-        self.entries
-            .extend(own.filter(|(own, _)| !own.is_black()).map(|(own, pixel)| (pixel, own)));
+        for (Added { own, splats }, pixel) in self.added.drain(..).zip(self.first..) {
+            if !own.is_black() {
+                self.entries.push((pixel, own));
+            }
+            let mut next = splats.map(|(first, _)| first);
+            while let Some(splat) = next.and_then(|place| self.splats.get(place as usize)) {
+                self.entries.push((splat.pixel, splat.value));
+                next = (splat.next > 0).then_some(splat.next);
+            }
+        }
+        self.splats.clear();
     }
 
     /// The values that were not recorded because they were infinite or not a number.
@@ -229,7 +258,10 @@ impl ChunkFilm {
             pass: self.pass,
             contribution: *contribution,
         };
-        self.non_finite.first.get_or_insert(rejected);
+        let first = &mut self.non_finite.first;
+        if first.is_none_or(|first| first.pass == self.pass && pixel_index < first.pixel_index) {
+            *first = Some(rejected);
+        }
     }
 }
 
@@ -247,12 +279,20 @@ impl Sink for ChunkFilm {
             return;
         }
         let Some(pixel) = self.region.pixel_index(contribution.raster) else { return };
-        if let Some(sum) = self.own.get_mut(sample).filter(|_| pixel == own) {
-            *sum += value;
-        } else if let Some(last) = self.entries.last_mut().filter(|last| last.0 == pixel) {
-            last.1 += value;
+        let Some(added) = self.added.get_mut(sample) else {
+            return self.entries.push((pixel, value));
+        };
+        if pixel == own {
+            added.own += value;
+            return;
+        }
+        let place = self.splats.len() as u32;
+        self.splats.push(Splat { pixel, value, next: 0 });
+        if let Some((_, last)) = &mut added.splats {
+            self.splats[*last as usize].next = place;
+            *last = place;
         } else {
-            self.entries.push((pixel, value));
+            added.splats = Some((place, place));
         }
     }
 }

@@ -24,6 +24,7 @@ pub use frame::Frame;
 pub(crate) use frame::around;
 pub use intersect::{Contact, Intersection, Ray};
 pub(crate) use intersect::{Met, largest_axis, shear_along, sheared};
+pub(crate) use point::moved_towards;
 pub use point::{Place, SurfacePoint};
 pub use shape::{Disk, Quad, Shape, Sphere, Triangle};
 pub(crate) use shape::{gamma, interpolated, spanned};

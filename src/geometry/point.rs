@@ -1,5 +1,6 @@
 //! A point that a path can have as a vertex.
 
+use crate::lanes::{Lane, Vector};
 use glam::{DVec2, DVec3};
 
 /// The kind of a point, which decides the measure of its density and its geometry term.
@@ -105,11 +106,24 @@ impl SurfacePoint {
         if self.place != Place::Area {
             return self.position;
         }
-        let n = self.geometric_normal;
-        // Rounding the sum moves each coordinate by half a unit in its last place at most.
-        let rounding = f64::EPSILON * (self.position.abs().max_element() + self.error);
-        // A cube of that half side around the position extends this far along the normal.
-        let offset = (self.error + rounding) * n.abs().element_sum();
-        self.position + n * offset.copysign(n.dot(w))
+        let [position, normal, w] = [self.position, self.geometric_normal, w].map(Vector::from);
+        moved_towards(position, self.error, normal, w).into()
     }
+}
+
+/// Positions on surfaces, moved along the normals to the sides of directions, just beyond the error
+/// bounds, in lanes.
+#[inline(always)]
+pub(crate) fn moved_towards<L: Lane>(
+    position: Vector<L>,
+    error: L,
+    normal: Vector<L>,
+    w: Vector<L>,
+) -> Vector<L> {
+    // Rounding the sum moves each coordinate by half a unit in its last place at most.
+    let rounding = (position.abs().max_element() + error) * f64::EPSILON;
+    // A cube of that half side around the position extends this far along the normal.
+    let Vector { x, y, z } = normal.abs();
+    let offset = (error + rounding) * (x + y + z);
+    position + normal * offset.copysign(normal.dot(w))
 }

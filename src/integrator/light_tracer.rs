@@ -11,7 +11,8 @@
 
 use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
 use crate::path::{
-    Plan, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit, sample_lens_connection,
+    Begin, DiffuseSteps, Plan, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit,
+    sample_lens_connection,
 };
 use crate::sampler::Sampler;
 use crate::scene::{Needs, Scene};
@@ -70,8 +71,7 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for LightTracer {
         {
             out.connect(found.ends, found.contribution);
         }
-        // Without a vertex that could be connected the walk would be for nothing.
-        walk?.if_useful(depth.limit() > 0 && stage.needs.contains(Needs::FINITE_LOBES), counters)
+        walk?.if_useful(goes_on(site.plan), counters)
     }
 
     #[inline(always)]
@@ -86,4 +86,18 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for LightTracer {
         visit.scatter(&self.roulette).flow()?;
         visit.limit(visit.plan.depth.limit())
     }
+
+    fn at_diffuse(&self, plan: &Plan<'a, S>) -> Option<DiffuseSteps> {
+        Some(DiffuseSteps {
+            roulette: self.roulette,
+            last_left: plan.depth.limit(),
+            begin: Begin::AtLight { goes_on: goes_on(plan) },
+            ..DiffuseSteps::default()
+        })
+    }
+}
+
+/// False if a walk would be for nothing, without a vertex that could be connected.
+fn goes_on<S: Scene + ?Sized>(Plan { stage, depth, .. }: &Plan<'_, S>) -> bool {
+    depth.limit() > 0 && stage.needs.contains(Needs::FINITE_LOBES)
 }

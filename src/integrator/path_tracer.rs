@@ -10,7 +10,7 @@
 
 use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
 use crate::endpoint::{Endpoint, Light};
-use crate::path::{Heuristic, Plan, Roulette, Steps, TechniqueSet, Visit};
+use crate::path::{Begin, DiffuseSteps, Heuristic, Plan, Roulette, Steps, TechniqueSet, Visit};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use std::ops::ControlFlow;
@@ -93,9 +93,7 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PathTracer {
 
     #[inline(always)]
     fn leave<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
-        // A vertex behind the last connection could only count by being hit.
-        let connected = u32::from(!visit.plan.techniques.bsdf_sampling);
-        visit.limit(visit.plan.depth.limit().saturating_sub(connected))
+        visit.limit(last_scattered(visit.plan))
     }
 
     #[inline(always)]
@@ -106,6 +104,23 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for PathTracer {
         }
         scattered.flow()
     }
+
+    fn at_diffuse(&self, plan: &Plan<'a, S>) -> Option<DiffuseSteps> {
+        Some(DiffuseSteps {
+            heuristic: self.heuristic,
+            roulette: self.roulette,
+            last_connected: plan.depth.limit(),
+            last_scattered: last_scattered(plan),
+            begin: Begin::AtCamera,
+            ..DiffuseSteps::default()
+        })
+    }
+}
+
+/// The number of scattering events after which a walk goes no further: a vertex behind the last
+/// connection could only count by being hit.
+fn last_scattered<S: Scene + ?Sized>(Plan { techniques, depth, .. }: &Plan<'_, S>) -> u32 {
+    depth.limit().saturating_sub(u32::from(!techniques.bsdf_sampling))
 }
 
 impl PathTracer {

@@ -47,6 +47,19 @@ impl<const N: usize> Rows<N> {
         self.len += 1;
     }
 
+    /// Adds the numbers of one more path.
+    #[inline(always)]
+    pub fn push_row(&mut self, numbers: [f64; N]) {
+        let (group, lane) = (self.len / LANES, self.len % LANES);
+        if group == self.groups.len() {
+            self.groups.push([[0.0; LANES]; N]);
+        }
+        for (row, number) in self.groups[group].iter_mut().zip(numbers) {
+            row[lane] = number;
+        }
+        self.len += 1;
+    }
+
     /// Room for the numbers of so many paths.
     pub fn resize(&mut self, len: usize) {
         let groups = len.div_ceil(LANES);
@@ -66,6 +79,12 @@ impl<const N: usize> Rows<N> {
     #[inline(always)]
     pub fn groups_mut(&mut self) -> &mut [Group<N>] {
         &mut self.groups[..self.len.div_ceil(LANES)]
+    }
+
+    /// A number of a path.
+    #[inline(always)]
+    pub fn number(&self, path: usize, row: usize) -> f64 {
+        self.groups[path / LANES][row][path % LANES]
     }
 
     /// The numbers of a path.

@@ -1,6 +1,6 @@
 //! Vectors in lanes.
 
-use super::Lane;
+use super::{Lane, Mask};
 use glam::DVec3;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -18,9 +18,10 @@ impl<L: Lane> Vector<L> {
         Self { x, y, z }
     }
 
+    /// The same vector in all lanes, as many as those of `like`.
     #[inline(always)]
-    pub fn map(self, f: impl Fn(L) -> L) -> Self {
-        Self::new(f(self.x), f(self.y), f(self.z))
+    pub fn constant(v: DVec3, like: L) -> Self {
+        Self::new(like.constant(v.x), like.constant(v.y), like.constant(v.z))
     }
 
     #[inline(always)]
@@ -41,7 +42,13 @@ impl<L: Lane> Vector<L> {
 
     #[inline(always)]
     pub fn abs(self) -> Self {
-        self.map(L::abs)
+        Self::new(self.x.abs(), self.y.abs(), self.z.abs())
+    }
+
+    /// The first vectors where true, the others where false.
+    #[inline(always)]
+    pub fn choose(mask: L::Mask, yes: Self, no: Self) -> Self {
+        Self::new(mask.choose(yes.x, no.x), mask.choose(yes.y, no.y), mask.choose(yes.z, no.z))
     }
 
     #[inline(always)]
@@ -68,7 +75,7 @@ impl<L: Lane> Neg for Vector<L> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.map(L::neg)
+        Self::new(-self.x, -self.y, -self.z)
     }
 }
 

@@ -120,6 +120,12 @@ impl LightTree {
         Some((item as u32, pmf))
     }
 
+    /// The only item, if there is one and no other.
+    #[inline]
+    pub(crate) fn only(&self) -> Option<u32> {
+        (self.len == 1).then_some(self.only)
+    }
+
     /// The probability with which [`sample_regardless`](Self::sample_regardless) chooses an item.
     #[inline]
     #[must_use]

@@ -225,6 +225,13 @@ impl Finish {
         }
     }
 
+    /// The albedos of front and back of a material that reflects by Lambert's law, the same
+    /// everywhere; black where it reflects nothing.
+    pub fn diffuse(&self) -> Option<[Rgb; 2]> {
+        let Self::Lambert { lambert, sides } = self else { return None };
+        Some(sides.map(|is_lit| if is_lit { lambert.albedo() } else { Rgb::BLACK }))
+    }
+
     /// The lobes of both sides, anywhere.
     pub fn lobes(&self) -> Lobes {
         match self {

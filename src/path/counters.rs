@@ -1,5 +1,6 @@
 //! The counters of a rendering: rays, vertices, rejected contributions and the energy ledger.
 
+use crate::bsdf::TransportMode;
 use crate::math::Rgb;
 use std::ops::AddAssign;
 
@@ -72,6 +73,23 @@ impl Counters {
     pub fn cost(&self) -> f64 {
         (self.closest_rays + self.shadow_rays + self.connections + self.scattered) as f64
             + 1.5 * self.light_subpaths as f64
+    }
+
+    /// Records a walk that leaves the scene.
+    #[inline]
+    pub(super) fn escape(&mut self, mode: TransportMode, throughput: Rgb) {
+        if mode == TransportMode::Importance {
+            self.ledger.escaped += throughput;
+        }
+    }
+
+    /// Records a walk that a limit on the number of bounces ends.
+    #[inline]
+    pub(super) fn truncate(&mut self, mode: TransportMode, throughput: Rgb) {
+        self.truncated_subpaths += 1;
+        if mode == TransportMode::Importance {
+            self.ledger.truncated += throughput;
+        }
     }
 
     /// All rays.

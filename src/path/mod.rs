@@ -33,9 +33,11 @@
 //! chapter 10.
 
 mod batch;
+mod columns;
 mod connect;
 mod counters;
 mod depth;
+mod diffuse;
 mod draw;
 mod edge;
 mod left_out;
@@ -57,6 +59,7 @@ mod view;
 mod walk;
 
 pub use batch::{advance, join};
+pub use columns::{Begin, DiffuseSteps};
 pub use connect::{
     LensConnection, NextEvent, SampledEndpoint, sample_emitter, sample_lens, sample_lens_connection,
 };

@@ -1,6 +1,7 @@
 //! Memory that integrators reuse from sample to sample.
 
 use super::batch::Rooms;
+use super::columns::Columns;
 use super::pairs::Pairs;
 use super::shadow_rays::Connections;
 use super::steps::Drawn;
@@ -22,6 +23,7 @@ pub struct Scratch<'s, S: Scene + ?Sized + 's> {
     pub(super) has_ended: Vec<bool>,
     pub(super) drawn: Vec<Drawn>,
     pub(super) rooms: Rooms<'s>,
+    pub(super) columns: Columns<'s>,
     pub(super) pairs: Pairs,
     pub(super) level: Level,
     pub(super) connections: Connections,
@@ -37,10 +39,18 @@ impl<'s, S: Scene + ?Sized + 's> Default for Scratch<'s, S> {
             has_ended: Vec::new(),
             drawn: Vec::new(),
             rooms: Rooms::default(),
+            columns: Columns::default(),
             pairs: Pairs::default(),
             level: level(),
             connections: Connections::default(),
         }
+    }
+}
+
+impl<'s, S: Scene + ?Sized + 's> Scratch<'s, S> {
+    /// Makes room for the subpaths of so many samples.
+    pub(super) fn make_room(&mut self, samples: usize) {
+        self.subpaths.resize_with(self.subpaths.len().max(samples), Subpaths::default);
     }
 }
 

@@ -87,6 +87,13 @@ impl<'a, S: Scene + ?Sized> Stage<'a, S> {
         }
     }
 
+    /// The light that is chosen for certain, because there is no other.
+    #[inline]
+    pub(super) fn only_light(&self) -> Option<LightId> {
+        let only = self.scene.light_tree()?.only().map(LightId)?;
+        self.pick_light(0.0).filter(|choice| *choice == (only, 1.0)).map(|_| only)
+    }
+
     #[inline]
     fn tree(&self) -> Option<(&'a LightTree, &'a Arrival)> {
         self.arrival.and_then(|arrival| Some((self.scene.light_tree()?, arrival)))

@@ -8,8 +8,8 @@
 
 use super::pairs::Pairs;
 use super::{
-    Counters, End, LensConnection, NextEvent, Out, Plan, RandomWalk, Roulette, Scattered, Subpaths,
-    Vertex,
+    Counters, DiffuseSteps, End, LensConnection, NextEvent, Out, Plan, RandomWalk, Roulette,
+    Scattered, Subpaths, Vertex,
 };
 use crate::bsdf::{BsdfSample, TransportMode};
 use crate::endpoint::LightId;
@@ -74,6 +74,12 @@ pub trait Steps<'s, S: Scene + ?Sized + 's> {
 
     /// True if vertices are connected: then [`connect`](Self::connect) is called.
     const CONNECTS: bool = false;
+
+    /// The steps at flat diffuse vertices that emit nothing, if they are as simple as that: then
+    /// many are taken at a time, and the walk is not shown where it visits such a vertex.
+    fn at_diffuse(&self, _plan: &Plan<'s, S>) -> Option<DiffuseSteps> {
+        None
+    }
 
     /// Begins the walk of a sample; `None` if it has none. By default at the camera.
     #[inline(always)]

@@ -116,6 +116,37 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         })
     }
 
+    /// A walk under way on a ray of some density, with throughput, reference and survival, after so
+    /// many scattering events, none of which was that of a Dirac lobe.
+    pub(super) fn under_way(
+        scene: &'s S,
+        mode: TransportMode,
+        (from, direction, pdf): (SurfacePoint, DVec3, PerProjected),
+        [red, green, blue, reference, survival]: [f64; 5],
+        bounces: u32,
+    ) -> Self {
+        Self {
+            scene,
+            mode,
+            from,
+            direction,
+            pdf,
+            dirac: false,
+            throughput: Rgb::new(red, green, blue),
+            reference,
+            survival,
+            bounces,
+            weight: 1.0,
+        }
+    }
+
+    /// Throughput, reference and survival, as for [`under_way`](Self::under_way).
+    #[inline(always)]
+    pub(super) fn carried(&self) -> [f64; 5] {
+        let [red, green, blue] = self.throughput.0;
+        [red, green, blue, self.reference, self.survival]
+    }
+
     /// The quantity that it estimates, and so the end that it comes from.
     #[inline]
     #[must_use]
@@ -194,9 +225,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     /// Records that nothing was met.
     #[inline]
     pub(super) fn count_escape(&self, counters: &mut Counters) {
-        if self.mode == TransportMode::Importance {
-            counters.ledger.escaped += self.throughput;
-        }
+        counters.escape(self.mode, self.throughput);
     }
 
     /// Enters a vertex field by field, because it is large.
@@ -317,10 +346,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
 
     /// Records that a limit on the number of bounces ends the walk here.
     pub fn truncate(&self, counters: &mut Counters) {
-        counters.truncated_subpaths += 1;
-        if self.mode == TransportMode::Importance {
-            counters.ledger.truncated += self.throughput;
-        }
+        counters.truncate(self.mode, self.throughput);
     }
 }
 

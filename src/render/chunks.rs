@@ -35,7 +35,7 @@ pub(super) struct Totals {
 
 /// Samples that an integrator gets at a time: enough rays for the scene, and their paths stay in
 /// the nearest memory.
-const BATCH: usize = 128;
+const BATCH: usize = 256;
 
 /// Chunks per thread that may be begun beyond the pass under way.
 const AHEAD: u64 = 4;

@@ -10,8 +10,8 @@ use std::collections::HashMap;
 pub struct Mesh {
     /// Vertex positions.
     pub positions: Vec<DVec3>,
-    /// Normals for smooth shading, one for each vertex, of any length but zero. `None`: flat
-    /// triangles.
+    /// Normals for smooth shading, one for each vertex, of any length but zero. `None`, or those of
+    /// the triangles to one part in a million: flat triangles.
     pub normals: Option<Vec<DVec3>>,
     /// Texture coordinates, one for each vertex. `None`: barycentric coordinates take their place.
     pub uvs: Option<Vec<DVec2>>,
@@ -130,6 +130,7 @@ impl Mesh {
             }
         }
         let dropped = self.indices.len() - triangles.len();
+        let normals = normals.filter(|normals| !are_flat(normals, &triangles, &indices));
         let has_attributes = normals.is_some() || self.uvs.is_some();
         let attributes =
             has_attributes.then(|| Attributes { normals, uvs: self.uvs.clone(), indices });
@@ -190,6 +191,18 @@ impl Mesh {
     }
 }
 
+/// The sine of the angle up to which a vertex normal is that of its triangle: files have normals in
+/// single precision.
+const FLAT: f64 = 1e-6;
+
+/// True if all vertex normals are those of the triangles, on either side.
+fn are_flat(normals: &[DVec3], triangles: &[Shape], indices: &[[u32; 3]]) -> bool {
+    triangles.iter().zip(indices).all(|(triangle, corners)| {
+        let of_triangle = triangle.as_triangle().map_or(DVec3::ZERO, |t| t.cross().normalize());
+        corners.iter().all(|&i| normals[i as usize].cross(of_triangle).length() < FLAT)
+    })
+}
+
 /// The fields of a [`SurfacePoint`] that vertex attributes replace.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shading {
@@ -206,6 +219,11 @@ impl Shading {
 }
 
 impl Attributes {
+    /// True if shading normals differ from those of the triangles.
+    pub fn is_smooth(&self) -> bool {
+        self.normals.is_some()
+    }
+
     /// The texture coordinates of each triangle's corners, if there are any.
     pub fn corner_uvs(&self) -> Option<Vec<[DVec2; 3]>> {
         let uvs = self.uvs.as_ref()?;

@@ -43,4 +43,4 @@ mod traverse;
 
 pub(crate) use forest::Forest;
 pub use forest::TreeStatistics;
-pub(crate) use query::{Hit, Query, Segment};
+pub(crate) use query::{Ends, Hit, LaneEnd, LaneSegment, Query, Segment};

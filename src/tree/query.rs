@@ -2,7 +2,7 @@
 //! that they lie on are not in the way.
 
 use super::layout::Candidate;
-use crate::geometry::{Intersection, Place, Ray, SurfacePoint, gamma};
+use crate::geometry::{Intersection, Place, Ray, SurfacePoint, gamma, moved_towards};
 use crate::lanes::{Lane, Vector};
 use glam::DVec3;
 
@@ -102,9 +102,69 @@ impl Segment {
         {
             return Err(false);
         }
-        // Hits within the rounding of the distance itself belong to the end.
-        let length = length * (1.0 - gamma(8));
+        let length = length * SHORTENED;
         Ok(Self { origin, direction, length, ends: Ends { origin: contact(a), end: contact(b) } })
+    }
+}
+
+/// The part of a segment to test: hits within the rounding of the distance itself belong to the
+/// end.
+const SHORTENED: f64 = 1.0 - gamma(8);
+
+/// Ends of segments in lanes. One that lies on no surface has neither error bound nor normal.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LaneEnd<L> {
+    /// Position.
+    pub position: Vector<L>,
+    /// Bound on the rounding error of the position.
+    pub error: L,
+    /// Geometric normal.
+    pub normal: Vector<L>,
+}
+
+/// [`Segment`]s in lanes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LaneSegment<L: Lane> {
+    /// The starts.
+    pub origin: Vector<L>,
+    /// The directions.
+    pub direction: Vector<L>,
+    /// The lengths.
+    pub length: L,
+    /// True where the segment starts at the first end.
+    pub is_forward: L::Mask,
+    /// True where this is the segment; elsewhere [`Segment::between`] decides.
+    pub is_clear: L::Mask,
+}
+
+impl<L: Lane> LaneSegment<L> {
+    /// [`Segment::between`] in lanes, of ends that are not at infinity.
+    #[inline(always)]
+    pub fn between(a: LaneEnd<L>, b: LaneEnd<L>, center: DVec3) -> Self {
+        let center = Vector::constant(center, a.error);
+        let to_a = (a.position - center).length_squared();
+        let to_b = (b.position - center).length_squared();
+        let is_forward = to_a.less(to_b);
+        // Each end is moved towards the other; to turn the segment around takes less than to choose
+        // between all of both.
+        let between = b.position - a.position;
+        let from = moved_towards(a.position, a.error, a.normal, between);
+        let to = moved_towards(b.position, b.error, b.normal, -between);
+        let (origin, end) =
+            (Vector::choose(is_forward, from, to), Vector::choose(is_forward, to, from));
+        let segment = end - origin;
+        let between = Vector::choose(is_forward, between, -between);
+        let length = segment.length_squared().sqrt();
+        Self {
+            origin,
+            direction: segment / length,
+            length: length * SHORTENED,
+            is_forward,
+            is_clear: !to_a.equals(to_b)
+                & segment.dot(between).is_positive()
+                & length.is_positive()
+                & length.less(length.constant(f64::INFINITY)),
+        }
     }
 }
 

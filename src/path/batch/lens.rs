@@ -1,18 +1,18 @@
 //! Connections of light walks to a pinhole.
 
-use crate::bsdf::{Bsdf, LaneForm, on_same_side};
+use crate::bsdf::{Bsdf, LaneForm};
 use crate::endpoint::View;
 use crate::film::{Contribution, Technique};
 use crate::geometry::SurfacePoint;
-use crate::lanes::{Lane, Mask, Rows, Vector, load, splat, store};
+use crate::lanes::{Rows, Vector, load, store};
 use crate::math::{PerArea, Rgb};
 use crate::path::connect::lens_connection_at;
-use crate::path::{LensConnection, SampledEndpoint, Vertex, Visit, edge};
+use crate::path::diffuse::{BLACK, Diffuse, INEXACT, Pinhole, UNSEEN};
+use crate::path::{LensConnection, SampledEndpoint, Vertex, Visit};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
-use fearless_simd::{Level, Simd, dispatch, f64x8};
+use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec2, DVec3};
-use std::f64::consts::FRAC_1_PI;
 
 /// Connections of Lambertian vertices to a pinhole.
 #[derive(Debug, Default)]
@@ -25,13 +25,6 @@ pub(super) struct PinholeConnections {
     /// Place on the film, estimate, state.
     found: Rows<6>,
 }
-
-/// The state of a connection that the camera does not see.
-const UNSEEN: f64 = -1.0;
-/// The state of an estimate that is black; of another one it is 1.
-const BLACK: f64 = 0.0;
-/// The state where the edge is too short or too long for the formula of lanes.
-const INEXACT: f64 = 2.0;
 
 impl PinholeConnections {
     pub(super) fn clear(&mut self) {
@@ -115,26 +108,18 @@ impl PinholeConnections {
     }
 }
 
-/// [`lens_connection_at`] in lanes.
 #[inline(always)]
 fn connect<S: Simd>(simd: S, view: &View, given: &Rows<15>, found: &mut Rows<6>) {
-    let [cx, cy, cz] = splat(simd, &view.position.to_array());
     for (given, found) in given.groups().iter().zip(found.groups_mut()) {
         let [px, py, pz, nx, ny, nz, wx, wy, wz, t0, t1, t2, a0, a1, a2] = load(simd, given);
-        let (x, normal) = (Vector::new(px, py, pz), Vector::new(nx, ny, nz));
-        let (direction, geometry, is_exact) =
-            edge::between(Vector::new(cx, cy, cz), x, |w| normal.dot(w).abs());
-        let ([x, y], is_seen) = view.raster(direction);
-        let z_to_previous = normal.dot(Vector::new(wx, wy, wz));
-        let reflects = on_same_side(z_to_previous, normal.dot(-direction));
-        let importance = geometry * view.pinhole_density(direction);
-        let value = |t: f64x8<S>, albedo: f64x8<S>| t * (albedo * FRAC_1_PI) * importance;
-        let [red, green, blue] = [value(t0, a0), value(t1, a1), value(t2, a2)];
-        let zero = x.constant(0.0);
-        let is_black = red.equals(zero) & green.equals(zero) & blue.equals(zero);
-        let state = (reflects & !is_black).indicator(zero);
-        let state = is_seen.choose(state, zero.constant(UNSEEN));
-        let state = is_exact.choose(state, zero.constant(INEXACT));
-        store(found, [x, y, red, green, blue, state]);
+        let vertices = Diffuse {
+            position: Vector::new(px, py, pz),
+            normal: Vector::new(nx, ny, nz),
+            to_previous: Vector::new(wx, wy, wz),
+            throughput: Vector::new(t0, t1, t2),
+            albedo: Vector::new(a0, a1, a2),
+        };
+        let Pinhole { raster: [x, y], value, state } = vertices.lens_connection(view);
+        store(found, [x, y, value.x, value.y, value.z, state]);
     }
 }

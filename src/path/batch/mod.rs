@@ -8,13 +8,15 @@ mod scattering;
 
 pub(super) use rooms::Rooms;
 
+use super::columns::{Columns, Shared};
 use super::scratch::Advancing;
 use super::steps::Drawn;
-use super::{End, Out, Plan, Scratch, Site, Steps, Subpaths, Vertex, Visit};
+use super::{DiffuseSteps, End, Out, Plan, Scratch, Site, Steps, Vertex, Visit};
 use crate::bsdf::TransportMode;
 use crate::film::{Sample, Sink};
+use crate::geometry::SurfacePoint;
 use crate::sampler::Sampler;
-use crate::scene::Scene;
+use crate::scene::{FlatSurfaces, Scene};
 use std::ops::ControlFlow;
 
 /// Draws one walk for each sample and lets all of them advance together until the steps end them or
@@ -27,15 +29,35 @@ pub fn advance<'s, S: Scene + ?Sized, W: Steps<'s, S>, P: Sampler>(
     sink: &mut dyn Sink,
     scratch: &mut Scratch<'s, S>,
 ) {
-    begin(plan, steps, samples, sink, scratch);
+    let diffuse = diffuse_steps(plan, steps);
     let mut batch = Batch { plan, samples, sink, scratch };
-    while !batch.scratch.walks.is_empty() {
-        batch.trace(W::KEEPS);
-        batch.arrive(steps);
-        batch.leave(steps);
+    batch.scratch.make_room(batch.samples.len());
+    if !diffuse.is_some_and(|diffuse| batch.in_columns(&diffuse, Columns::begin)) {
+        begin(plan, steps, batch.samples, batch.sink, batch.scratch);
+    }
+    while !(batch.scratch.walks.is_empty() && batch.scratch.columns.is_empty()) {
+        batch.trace(W::KEEPS, diffuse.map(|(_, flats)| flats));
+        if !batch.scratch.walks.is_empty() {
+            batch.arrive(steps);
+            batch.leave(steps);
+        }
+        if let Some(diffuse) = &diffuse {
+            batch.in_columns(diffuse, Columns::visit);
+        }
         batch.test_shadow_rays();
         batch.scatter(steps);
     }
+}
+
+/// The steps at diffuse vertices, and the surfaces that have such, if they can be taken in columns.
+fn diffuse_steps<'s, S: Scene + ?Sized, W: Steps<'s, S>>(
+    plan: &Plan<'s, S>,
+    steps: &W,
+) -> Option<(DiffuseSteps, FlatSurfaces<'s>)> {
+    let steps = steps.at_diffuse(plan).filter(|_| !W::KEEPS)?;
+    let sees = !plan.techniques.lens_sampling || plan.stage.camera.as_pinhole().is_some();
+    let fits = sees && steps.heuristic.is_in_lanes() && steps.roulette.constant.is_black();
+    Some((steps, plan.stage.scene.flat_surfaces().filter(|_| fits)?))
 }
 
 /// Shows `visit` each sample with its subpaths, and tests the shadow rays of all of them.
@@ -47,8 +69,8 @@ pub fn join<'s, S: Scene + ?Sized, P: Sampler>(
     scratch: &mut Scratch<'s, S>,
     mut visit: impl FnMut(&mut Site<'_, 's, S, P>),
 ) {
+    scratch.make_room(samples.len());
     let Scratch { counters, subpaths, connections, pairs, level, .. } = scratch;
-    subpaths.resize_with(subpaths.len().max(samples.len()), Subpaths::default);
     for (number, (sample, subpaths)) in samples.iter_mut().zip(&mut *subpaths).enumerate() {
         let out = Out { sample: number, sink: &mut *sink, connections };
         pairs.clear();
@@ -91,28 +113,66 @@ struct Batch<'b, 's, S: Scene + ?Sized + 's, P> {
 impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
     /// Traces the next ray of each walk and enters what it meets in its subpath.
     #[inline]
-    fn trace(&mut self, keeps: bool) {
-        let Scratch { counters, subpaths, walks, has_ended, drawn, .. } = &mut *self.scratch;
+    fn trace(&mut self, keeps: bool, flats: Option<FlatSurfaces<'s>>) {
+        let Scratch { counters, subpaths, walks, has_ended, drawn, columns, .. } =
+            &mut *self.scratch;
         counters.closest_rays += walks.len() as u64;
         has_ended.clear();
         has_ended.resize(walks.len(), true);
-        drawn.resize(drawn.len().max(walks.len()), Drawn::Nothing);
-        let rays = walks.iter().map(|path| path.walk.ray());
-        self.plan.stage.scene.intersect_many(rays, |i, point| {
-            let Advancing { sample, walk, next } = &walks[i];
+        // Returns false if the walk ends.
+        let mut meet = |path: &Advancing<'s, S>, point: Option<SurfacePoint>| {
+            let Advancing { sample, walk, next } = path;
             let vertices = subpaths[*sample].of(walk.mode());
             // Written where the one before was, if only the last one is kept.
             if vertices.len() <= *next as usize {
                 vertices.push(Vertex::blank());
             }
-            has_ended[i] = !walk.meet(point, &mut vertices[*next as usize]);
-            if keeps && has_ended[i] {
+            let has_met = walk.meet(point, &mut vertices[*next as usize]);
+            if keeps && !has_met {
                 vertices.pop();
             }
+            has_met
+        };
+        let scene = self.plan.stage.scene;
+        scene.intersect_many(walks.iter().map(|path| path.walk.ray()), |i, point| {
+            let path = &walks[i];
+            if let (Some(flats), Some(point)) = (&flats, &point)
+                && columns.accept(flats, path.sample, &path.walk, point)
+            {
+                return;
+            }
+            has_ended[i] = !meet(path, point);
+            if has_ended[i] {
+                path.walk.count_escape(counters);
+            }
         });
-        for (path, _) in walks.iter().zip(has_ended).filter(|(_, has_ended)| **has_ended) {
-            path.walk.count_escape(counters);
+        if let Some(flats) = &flats {
+            columns.trace(&self.plan.stage, flats, counters, |sample, walk, point| {
+                let path = Advancing { sample: sample as usize, walk, next: 0 };
+                if meet(&path, point) {
+                    walks.push(path);
+                    has_ended.push(false);
+                    return true;
+                }
+                false
+            });
         }
+        drawn.resize(drawn.len().max(walks.len()), Drawn::Nothing);
+    }
+
+    /// Does something with the walks in columns.
+    #[inline]
+    fn in_columns<R>(
+        &mut self,
+        &(steps, flats): &(DiffuseSteps, FlatSurfaces<'s>),
+        done: impl FnOnce(&mut Columns<'s>, &mut Shared<'_, 's, S, P>) -> R,
+    ) -> R {
+        let Scratch { counters, columns, connections, level, .. } = &mut *self.scratch;
+        let (plan, samples, sink) = (self.plan, &mut *self.samples, &mut *self.sink);
+        let level = *level;
+        let shared =
+            &mut Shared { plan, flats, steps, samples, sink, connections, counters, level };
+        done(columns, shared)
     }
 
     /// Visits the walks that have not ended, each with its number; a break ends it.
@@ -185,12 +245,10 @@ impl<'s, S: Scene + ?Sized + 's, P: Sampler> Batch<'_, 's, S, P> {
     fn scatter<W: Steps<'s, S>>(&mut self, steps: &W) {
         self.visit(|_, visit| steps.scatter(visit));
         let Scratch { walks, has_ended, .. } = &mut *self.scratch;
-        for i in (0..walks.len()).rev() {
-            if has_ended[i] {
-                walks.swap_remove(i);
-            } else if W::KEEPS {
-                walks[i].next += 1;
-            }
-        }
+        let mut has_ended = has_ended.iter();
+        walks.retain_mut(|walk| {
+            walk.next += u32::from(W::KEEPS);
+            has_ended.next() == Some(&false)
+        });
     }
 }

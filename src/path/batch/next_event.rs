@@ -1,14 +1,14 @@
 //! Next event estimation from Lambertian surfaces to flat lights.
 
-use crate::bsdf::{Bsdf, LaneForm, on_same_side};
-use crate::endpoint::{FLAT, FlatLanes, FlatLight, LightId};
-use crate::lanes::{Group, LANES, Lane, Mask, Rows, Vector, load, splat, store};
+use crate::bsdf::{Bsdf, LaneForm};
+use crate::endpoint::{FlatLanes, FlatLight, LightId};
+use crate::lanes::{LANES, Rows, Vector, load, store};
 use crate::math::{PerArea, Rgb};
 use crate::path::connect::next_event_at;
-use crate::path::edge::{self, Edge};
-use crate::path::{NextEvent, SampledEndpoint, Vertex, Visit};
+use crate::path::diffuse::{BLACK, Diffuse, INEXACT, LightPoints};
+use crate::path::{Edge, NextEvent, SampledEndpoint, Vertex, Visit};
 use crate::scene::Scene;
-use fearless_simd::{Level, Simd, dispatch, f64x8};
+use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
 
@@ -33,11 +33,6 @@ struct FlatConnection<'s> {
     flat: &'s FlatLight,
     pdf: PerArea,
 }
-
-/// The state of an estimate that is black; of another one it is 1.
-const BLACK: f64 = 0.0;
-/// The state where the edge is too short or too long for the formula of lanes.
-const INEXACT: f64 = 2.0;
 
 impl<'s> FlatConnections<'s> {
     pub(super) fn clear(&mut self) {
@@ -125,50 +120,20 @@ impl<'s> FlatConnections<'s> {
 fn connect<S: Simd>(simd: S, FlatConnections { list, given, found, .. }: &mut FlatConnections<'_>) {
     let groups = list.chunks(LANES).zip(given.groups()).zip(found.groups_mut());
     for ((list, given), found) in groups {
-        let first = list[0].flat;
-        let light = if list.iter().all(|connection| std::ptr::eq(connection.flat, first)) {
-            splat(simd, &first.numbers())
-        } else {
-            let mut numbers = [[0.0; LANES]; FLAT];
-            for (lane, connection) in list.iter().enumerate() {
-                for (row, number) in numbers.iter_mut().zip(connection.flat.numbers()) {
-                    row[lane] = number;
-                }
-            }
-            load(simd, &numbers)
+        let light = FlatLanes::gather(simd, list.iter().map(|connection| Some(connection.flat)));
+        let [px, py, pz, nx, ny, nz, wx, wy, wz, t0, t1, t2, a0, a1, a2, u1, u2, pdf] =
+            load(simd, given);
+        let vertices = Diffuse {
+            position: Vector::new(px, py, pz),
+            normal: Vector::new(nx, ny, nz),
+            to_previous: Vector::new(wx, wy, wz),
+            throughput: Vector::new(t0, t1, t2),
+            albedo: Vector::new(a0, a1, a2),
         };
-        connect_group(simd, &FlatLanes::new(light), given, found);
+        let LightPoints { position, error, uv: [u, v], direction, geometry, value, state } =
+            vertices.next_event(&light, [u1, u2], pdf);
+        let (Vector { x, y, z }, Vector { x: dx, y: dy, z: dz }) = (position, direction);
+        let Vector { x: v0, y: v1, z: v2 } = value;
+        store(found, [x, y, z, error, u, v, dx, dy, dz, geometry, v0, v1, v2, state]);
     }
-}
-
-/// [`next_event_at`] in lanes.
-#[inline(always)]
-fn connect_group<S: Simd>(
-    simd: S,
-    light: &FlatLanes<f64x8<S>>,
-    given: &Group<18>,
-    found: &mut Group<14>,
-) {
-    let [px, py, pz, nx, ny, nz, wx, wy, wz, t0, t1, t2, a0, a1, a2, u1, u2, pdf] =
-        load(simd, given);
-    let (x, normal) = (Vector::new(px, py, pz), Vector::new(nx, ny, nz));
-    let to_previous = Vector::new(wx, wy, wz);
-    let (y, error, [u, v]) = light.point_at([u1, u2]);
-    let (direction, geometry, is_exact) =
-        edge::between(x, y, |w| normal.dot(w).abs() * light.normal.dot(w).abs());
-    let emits = light.normal.dot(-direction).is_positive();
-    let reflects = on_same_side(normal.dot(direction), normal.dot(to_previous));
-    let throughput = pdf.constant(1.0) / pdf;
-    let value = |t: f64x8<S>, albedo: f64x8<S>, radiance: f64x8<S>| {
-        t * (albedo * FRAC_1_PI) * (geometry * (radiance * throughput))
-    };
-    let [r0, r1, r2] = light.radiance;
-    let value = [value(t0, a0, r0), value(t1, a1, r1), value(t2, a2, r2)];
-    let zero = pdf.constant(0.0);
-    let is_black = value[0].equals(zero) & value[1].equals(zero) & value[2].equals(zero);
-    let is_lit = (emits & reflects & !is_black).indicator(zero);
-    let state = is_exact.choose(is_lit, zero.constant(INEXACT));
-    let [v0, v1, v2] = value;
-    let Vector { x, y: dy, z } = direction;
-    store(found, [y.x, y.y, y.z, error, u, v, x, dy, z, geometry, v0, v1, v2, state]);
 }

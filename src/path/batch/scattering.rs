@@ -1,9 +1,10 @@
 //! Directions of Lambertian reflection.
 
-use crate::bsdf::{Bsdf, BsdfSample, LaneForm, lambert, shading};
+use crate::bsdf::{Bsdf, BsdfSample, LaneForm};
 use crate::lanes::{Mask, Rows, Vector, load, store};
 use crate::math::{PerProjected, Rgb};
 use crate::path::Vertex;
+use crate::path::diffuse::reflected;
 use crate::path::steps::Drawn;
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{DVec2, DVec3};
@@ -60,8 +61,7 @@ fn sample<S: Simd>(simd: S, given: &Rows<8>, sampled: &mut Rows<4>) {
     for (given, sampled) in given.groups().iter().zip(sampled.groups_mut()) {
         let [nx, ny, nz, fx, fy, fz, u1, u2] = load(simd, given);
         let (normal, fixed) = (Vector::new(nx, ny, nz), Vector::new(fx, fy, fz));
-        let (local, is_reflected) = lambert::reflected(normal.dot(fixed), [u1, u2]);
-        let next = shading::to_world(normal, local);
+        let (next, is_reflected) = reflected(normal, fixed, [u1, u2]);
         store(sampled, [next.x, next.y, next.z, is_reflected.indicator(u1)]);
     }
 }

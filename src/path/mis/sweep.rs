@@ -49,6 +49,7 @@
 
 use super::Weighting;
 use crate::film::Technique;
+use crate::lanes::Lane;
 
 /// The heuristic that makes a weight of the densities of several techniques.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +70,18 @@ impl Heuristic {
             Self::Power(2.0) => ratio * ratio,
             Self::Power(exponent) => ratio.powf(exponent),
         }
+    }
+
+    /// True if lanes can raise ratios.
+    #[inline]
+    pub(in crate::path) fn is_in_lanes(self) -> bool {
+        matches!(self, Self::Balance | Self::Power(2.0))
+    }
+
+    /// [`raise`](Self::raise) in lanes.
+    #[inline(always)]
+    pub(in crate::path) fn raise_in_lanes<L: Lane>(self, ratio: L) -> L {
+        if self == Self::Balance { ratio } else { ratio * ratio }
     }
 
     /// The weight of a technique, given the ratios of the other techniques' densities to its own.

@@ -10,6 +10,8 @@ mod rays;
 mod tests;
 
 use self::flat::Flat;
+pub use self::flat::FlatSurfaces;
+pub(crate) use self::flat::{DIFFUSE, Diffuse, FlatHit, Meeting};
 use super::lights::Choice;
 use super::surface::{MaterialId, Surface, SurfaceId};
 use super::{Needs, Warning};
@@ -58,7 +60,7 @@ impl World {
         for (id, surface) in surfaces.iter().enumerate() {
             surface_of.resize(surface_of.len() + surface.primitives as usize, id as u32);
         }
-        let flat = Flat::prepare(forest.shapes(), &surface_of, &surfaces);
+        let flat = Flat::prepare(forest.shapes(), &surface_of, &surfaces, &materials);
         let needs = needs::needs(&materials, &surfaces, &lights, environment, &forest, &bounds);
         let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
         Self {

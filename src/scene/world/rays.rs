@@ -1,6 +1,6 @@
 //! The answers of a world: the rays and segments of the [`Scene`] trait, and plain ones.
 
-use super::World;
+use super::{FlatSurfaces, World};
 use crate::endpoint::{AnyLight, Light, LightId, LightKind};
 use crate::geometry::{Intersection, SurfacePoint, Triangle};
 use crate::light_tree::LightTree;
@@ -53,10 +53,12 @@ impl World {
 
     /// The surface point of a ray's hit.
     #[inline(always)]
-    fn point_of(&self, ray: &Query, hit: &Hit<'_>) -> Option<SurfacePoint> {
+    pub(super) fn point_of(&self, ray: &Query, hit: &Hit<'_>) -> Option<SurfacePoint> {
         let Intersection { u, v, .. } = hit.intersection;
-        if let Some(Some(flat)) = self.flat.get(hit.primitive as usize) {
-            return Some(flat.point_at(hit.primitive, u, v));
+        if let Some(Some(flat)) = self.flat.get(hit.primitive as usize)
+            && let Some(point) = flat.point_at(hit.primitive, u, v)
+        {
+            return Some(point);
         }
         let Some(triangle) = self.forest.triangle_of(hit) else {
             return self.point_of_other(ray, hit);
@@ -76,7 +78,7 @@ impl World {
     /// Completes a point of a shape, perhaps of a triangle, with everything that the scene knows
     /// about it.
     #[inline(always)]
-    fn complete(
+    pub(super) fn complete(
         &self,
         primitive: u32,
         triangle: Option<Triangle>,
@@ -193,6 +195,11 @@ impl Scene for World {
         let is_seen = |light: &AnyLight| !light.is_black() && light.kind() == kind;
         let lights = self.lights.iter().filter(|(_, light)| is_seen(light));
         Some(lights.map(|(name, _)| name.as_str()).collect())
+    }
+
+    #[inline]
+    fn flat_surfaces(&self) -> Option<FlatSurfaces<'_>> {
+        Some(FlatSurfaces(self))
     }
 
     #[inline]

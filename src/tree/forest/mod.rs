@@ -21,9 +21,10 @@ mod from_afar;
 use super::bvh::Bvh;
 use super::layout::Wide;
 use super::many::{BLOCK, in_blocks};
-use super::packet::Few;
-use super::query::{Found, Hit, Query, Segment, unit};
+use super::packet::{self, Few};
+use super::query::{Ends, Found, Hit, Query, Segment, unit};
 use crate::geometry::{Bounds, Shape, Triangle};
+use crate::lanes::{LANES, Rows};
 #[cfg(test)]
 use fearless_simd::Level;
 use from_afar::{Line, Slabs};
@@ -251,6 +252,70 @@ impl Forest {
             self.are_free_in_block(segments, free);
             free.iter().enumerate().for_each(|(i, free)| answer(first + i, *free));
         });
+    }
+
+    /// The tree and its primitives, if there is only one and they are few.
+    fn few(&self) -> Option<(&Bvh, &Few)> {
+        let [Region { tree, .. }] = &self.regions[..] else { return None };
+        Some((tree, tree.few.as_ref()?))
+    }
+
+    /// The nearest hits of rays in columns, which are origins and directions, as
+    /// [`closest_many`](Self::closest_many) finds them.
+    #[inline]
+    pub fn closest_in_columns<'a>(
+        &'a self,
+        rays: &Rows<6>,
+        ends: &[Ends],
+        mut found: impl FnMut(usize, Option<Hit<'a>>),
+    ) {
+        let (few, mut hits) = (self.few(), [None; BLOCK]);
+        let mut queries = [Query::free(DVec3::ZERO, DVec3::ZERO); BLOCK];
+        let blocks = rays.groups().chunks(BLOCK / LANES).zip(ends.chunks(BLOCK));
+        for ((groups, ends), first) in blocks.zip((0..).step_by(BLOCK)) {
+            let hits = &mut hits[..ends.len()];
+            if let Some((tree, few)) = few {
+                packet::closest_in_columns(tree, few, groups, ends, hits);
+            } else {
+                for (i, (query, ends)) in queries.iter_mut().zip(ends).enumerate() {
+                    let [x, y, z, dx, dy, dz] = rays.get(first + i);
+                    *query = Query {
+                        origin: DVec3::new(x, y, z),
+                        direction: DVec3::new(dx, dy, dz),
+                        origin_primitive: ends.origin,
+                    };
+                }
+                self.closest_of_block(&queries[..ends.len()], hits);
+            }
+            hits.iter().enumerate().for_each(|(i, hit)| found(first + i, *hit));
+        }
+    }
+
+    /// The answers of [`is_free`](Self::is_free) for segments in columns: origins, directions and
+    /// lengths are the first seven rows. One without a length is free.
+    pub fn are_free_in_columns<const N: usize>(
+        &self,
+        segments: &Rows<N>,
+        ends: &[Ends],
+        free: &mut Vec<bool>,
+    ) {
+        free.clear();
+        free.resize(ends.len(), false);
+        if let Some((tree, few)) = self.few() {
+            return packet::are_free_in_columns(tree, few, segments, ends, free);
+        }
+        let of = |(i, ends): (usize, &Ends)| {
+            let row = |row| segments.number(i, row);
+            let length = row(6);
+            if length > 0.0 {
+                let origin = DVec3::new(row(0), row(1), row(2));
+                let direction = DVec3::new(row(3), row(4), row(5));
+                Ok(Segment { origin, direction, length, ends: *ends })
+            } else {
+                Err(true)
+            }
+        };
+        self.are_free(ends.iter().enumerate().map(of), |i, answer| free[i] = answer);
     }
 
     #[inline(never)]

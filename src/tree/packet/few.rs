@@ -7,10 +7,10 @@ use super::eight::{Corners, meet_flat, meet_sphere};
 use super::plane::Facet;
 use super::rays::{BoxRays, Rays, eight, limited};
 use crate::geometry::{Intersection, Shape, Sphere};
-use crate::lanes::LANES;
+use crate::lanes::{Group, LANES, Rows};
 use crate::tree::bvh::Bvh;
 use crate::tree::layout::FEW;
-use crate::tree::query::{Hit, Query, Segment};
+use crate::tree::query::{Ends, Hit, Query, Segment};
 use crate::tree::rounding::{FAR, UP};
 use crate::tree::space::Space;
 use crate::tree::stack::take;
@@ -52,6 +52,70 @@ fn closest_with<'a, S: Simd>(
     for (queries, hits) in queries.chunks(RAYS).zip(hits.chunks_mut(RAYS)) {
         let mut rays = Rays::of(queries);
         few.closest(simd, bvh, &mut rays, hits);
+    }
+}
+
+/// [`closest`] of rays in columns.
+#[inline(never)]
+pub(in crate::tree) fn closest_in_columns<'a>(
+    bvh: &'a Bvh,
+    few: &Few,
+    rays: &[Group<6>],
+    ends: &[Ends],
+    hits: &mut [Option<Hit<'a>>],
+) {
+    dispatch!(bvh.level, simd => closest_in_columns_with(simd, bvh, few, rays, ends, hits));
+}
+
+#[inline(always)]
+fn closest_in_columns_with<'a, S: Simd>(
+    simd: S,
+    bvh: &'a Bvh,
+    few: &Few,
+    rays: &[Group<6>],
+    ends: &[Ends],
+    hits: &mut [Option<Hit<'a>>],
+) {
+    let packets = rays.chunks(RAYS / LANES).zip(ends.chunks(RAYS));
+    let mut rays = Rays::new();
+    for ((groups, ends), hits) in packets.zip(hits.chunks_mut(RAYS)) {
+        rays.fill(groups, ends);
+        few.closest(simd, bvh, &mut rays, hits);
+    }
+}
+
+/// [`are_free`] of segments in columns, whose lengths are in the seventh row.
+#[inline(never)]
+pub(in crate::tree) fn are_free_in_columns<const N: usize>(
+    bvh: &Bvh,
+    few: &Few,
+    segments: &Rows<N>,
+    ends: &[Ends],
+    free: &mut [bool],
+) {
+    dispatch!(bvh.level, simd => are_free_in_columns_with(simd, bvh, few, segments, ends, free));
+}
+
+#[inline(always)]
+fn are_free_in_columns_with<S: Simd, const N: usize>(
+    simd: S,
+    bvh: &Bvh,
+    few: &Few,
+    segments: &Rows<N>,
+    ends: &[Ends],
+    free: &mut [bool],
+) {
+    let packets = segments.groups().chunks(RAYS / LANES).zip(ends.chunks(RAYS));
+    let (mut rays, mut length) = (Rays::new(), [0.0; RAYS]);
+    for ((groups, ends), free) in packets.zip(free.chunks_mut(RAYS)) {
+        rays.fill(groups, ends);
+        for (half, group) in groups.iter().enumerate().take(RAYS / LANES) {
+            length.as_chunks_mut().0[half] = group[6];
+        }
+        let blocked = few.in_the_way(simd, bvh, &mut rays, &length);
+        for (lane, answer) in free.iter_mut().enumerate() {
+            *answer = blocked >> lane & 1 == 0;
+        }
     }
 }
 

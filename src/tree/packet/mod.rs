@@ -19,7 +19,7 @@ mod tests;
 mod together;
 
 pub(super) use eight::Corners;
-pub(super) use few::{Few, are_free, closest};
+pub(super) use few::{Few, are_free, are_free_in_columns, closest, closest_in_columns};
 pub(super) use together::closest_together;
 
 /// Rays of a packet.

@@ -2,7 +2,7 @@
 
 use super::RAYS;
 use crate::geometry::{Ray, SurfacePoint};
-use crate::lanes::{LANES, Lane, Vector};
+use crate::lanes::{Group, LANES, Lane, Vector};
 use crate::tree::bvh::Bvh;
 use crate::tree::query::{Ends, Query, is_about_unit};
 use crate::tree::rounding::CLIP;
@@ -51,6 +51,23 @@ impl Rays {
             rays.set(lane, query.origin, query.direction, ends);
         }
         rays
+    }
+
+    /// Replaces the rays by up to sixteen of columns: origins and directions are the first six rows
+    /// of two groups. Their ends are given, too.
+    #[inline(always)]
+    pub fn fill<const N: usize>(&mut self, groups: &[Group<N>], ends: &[Ends]) {
+        for (half, group) in groups.iter().enumerate().take(RAYS / LANES) {
+            for axis in 0..3 {
+                self.origin[axis].as_chunks_mut().0[half] = group[axis];
+                self.direction[axis].as_chunks_mut().0[half] = group[3 + axis];
+            }
+        }
+        for (lane, ends) in ends.iter().enumerate().take(RAYS) {
+            (self.start[lane], self.end[lane]) = (ends.origin, ends.end);
+        }
+        self.moved = [0.0; RAYS];
+        self.lanes = (1 << ends.len().min(RAYS)) - 1;
     }
 
     #[inline(always)]
