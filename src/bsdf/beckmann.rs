@@ -149,8 +149,8 @@ fn projected(z: f64, r: f64, x: f64) -> (f64, f64) {
     (0.5 * z * erf::complement(-x, gaussian) + 0.25 * FRAC_2_SQRT_PI * r * gaussian, gaussian)
 }
 
-/// The slope below which the share `u` of the projected area lies: from that of a Gaussian, which it
-/// is for r = 0, by an iteration of fourth order, kept inside a shrinking bracket.
+/// The slope below which the share `u` of the projected area lies: from that of a Gaussian, which
+/// it is for r = 0, by an iteration of fourth order, kept inside a shrinking bracket.
 fn inverse(z: f64, r: f64, u: f64) -> f64 {
     let gaussian_slope = erf::quantile(u);
     if let Some(slope) = gaussian_slope.filter(|_| r == 0.0) {

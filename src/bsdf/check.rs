@@ -39,8 +39,8 @@ pub struct Report {
     /// Mean weights per channel, with refraction's n² taken out: the scattered fraction of the
     /// power.
     pub albedo: [Estimate; 3],
-    /// Largest relative difference between a sample's weight and `f / p⊥`, and between the values of
-    /// `eval_and_pdf` and `eval`.
+    /// Largest relative difference between a sample's weight and `f / p⊥`, and between the values
+    /// of `eval_and_pdf` and `eval`.
     pub weight_error: f64,
     /// Largest relative difference between a sample's density and `pdf`, and between those of
     /// `eval_and_pdf` and `pdf`.

@@ -57,8 +57,8 @@ pub struct EnvironmentMap {
     extent: SceneExtent,
 }
 
-/// Pixels, column after column since sampling goes down one, and as f32 where that is what they are:
-/// most time goes by waiting for memory.
+/// Pixels, column after column since sampling goes down one, and as f32 where that is what they
+/// are: most time goes by waiting for memory.
 #[derive(Clone, Debug)]
 enum Pixels {
     Single(Vec<[f32; 3]>),
@@ -212,8 +212,8 @@ impl EnvironmentMap {
         4.0 * PI / self.width as f64 * band.step
     }
 
-    /// The weights of a block of patches of a column in the order of rows: solid angle times density
-    /// in the middle.
+    /// The weights of a block of patches of a column in the order of rows: solid angle times
+    /// density in the middle.
     #[inline(always)]
     fn weights(&self, column: usize, first: usize) -> [f64; BLOCK] {
         let columns = [column, self.column_right_of(column)];

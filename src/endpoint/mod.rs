@@ -161,8 +161,8 @@ pub trait Light: Endpoint {
     /// True if a ray can reach it by chance: area lights and environments, not Dirac lights.
     fn can_be_hit(&self) -> bool;
 
-    /// A point for `receiver` as [`sample_from`](Endpoint::sample_from) draws it. If what it emits to
-    /// the receiver ([`emit`](Endpoint::emit)) is found on the way, it is entered in `radiance`,
+    /// A point for `receiver` as [`sample_from`](Endpoint::sample_from) draws it. If what it emits
+    /// to the receiver ([`emit`](Endpoint::emit)) is found on the way, it is entered in `radiance`,
     /// which is `None` before. Optional, for speed alone.
     fn sample_emission(
         &self,

@@ -180,8 +180,8 @@ fn locate(sums: &[f64], guide: &[u16], u: f64) -> (usize, f64) {
     (first + cells_below(&sums[first + 1..=last], x), x)
 }
 
-/// How far into a cell, given by its ends, x lies, in `[0, 1)`. Monotonic, so stratified numbers stay
-/// stratified.
+/// The part of a cell, given by its ends, that lies below x, in `[0, 1)`. Monotonic, so stratified
+/// numbers stay stratified.
 #[inline(always)]
 fn part_of_cell([start, end]: [f64; 2], x: f64) -> f64 {
     let width = end - start;
@@ -204,9 +204,9 @@ pub struct GridSample {
 ///
 /// The weights of the cells stay with the caller, who tells them in blocks: closures get a row and
 /// the first cell of a block of [`BLOCK`](Self::BLOCK) cells of it, and return their weights, 0 for
-/// cells beyond the end of the row. They must be the same at every call. Of running sums one is kept
-/// for each block, since most time goes by waiting for memory. A block is found in constant time on
-/// average and by bisection at worst.
+/// cells beyond the end of the row. They must be the same at every call. Of running sums one is
+/// kept for each block, since most time goes by waiting for memory. A block is found in constant
+/// time on average and by bisection at worst.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PiecewiseConstant2d {
     width: usize,

@@ -6,9 +6,10 @@
 /// The greatest |x| that [`complement`] is made for.
 pub(crate) const FARTHEST: f64 = 6.5;
 
-/// erfc x, given e^{-x²}, for |x| ≤ 6.5: `e^{x²} erfc x (1 + 2x)` as a polynomial in `(x - 3.75)/(x +
-/// 3.75)` (Shepherd and Laframboise 1981, "Chebyshev Approximation of (1 + 2x) exp(x²) erfc x in 0 ≤
-/// x < ∞").
+/// erfc x, given e^{-x²}, for |x| ≤ 6.5.
+///
+/// `(1 + 2x) e^{x²} erfc x` is a polynomial in `(x - 3.75)/(x + 3.75)` (Shepherd and Laframboise
+/// 1981, "Chebyshev Approximation of (1 + 2x) exp(x²) erfc x in 0 ≤ x < ∞").
 #[inline]
 pub(crate) fn complement(x: f64, gaussian: f64) -> f64 {
     const EVEN: [f64; 10] = [
