@@ -18,8 +18,10 @@
 
 use super::BsdfError;
 use super::ggx::checked_alpha;
+use super::microfacets::Masked;
+use crate::math::erf;
 use glam::{DVec2, DVec3};
-use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI, PI};
+use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 /// An anisotropic Beckmann distribution; x and y are the axes of the local frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +32,7 @@ pub struct Beckmann {
 }
 
 /// Slopes beyond this have a probability below the resolution of f64.
-const STEEPEST: f64 = 6.5;
+const STEEPEST: f64 = erf::FARTHEST;
 
 impl Beckmann {
     /// A distribution with the roughness `alpha_x` along x and `alpha_y` along y: √2 times the
@@ -77,7 +79,7 @@ impl Beckmann {
     #[must_use]
     pub fn projected_area(&self, direction: DVec3) -> f64 {
         let r = DVec2::new(self.alpha_x * direction.x, self.alpha_y * direction.y).length();
-        projected(direction.z, r, direction.z / r)
+        projected(direction.z, r, direction.z / r).0
     }
 
     /// Smith's masking G1: the visible fraction of the micro-surface that faces the direction.
@@ -91,7 +93,14 @@ impl Beckmann {
     #[inline]
     #[must_use]
     pub fn correlation(&self, a: DVec3, b: DVec3) -> f64 {
-        0.5 / (a.z * self.projected_area(b) + b.z * (self.projected_area(a) - a.z))
+        self.masked(a, b).correlation
+    }
+
+    /// The masking of two directions on the same side.
+    #[inline]
+    pub(super) fn masked(&self, a: DVec3, b: DVec3) -> Masked {
+        let areas = [self.projected_area(a), self.projected_area(b)];
+        Masked { areas, correlation: 0.5 / (a.z * areas[1] + b.z * (areas[0] - a.z)) }
     }
 
     /// `G2(seen_from, next) / G1(seen_from)` ≤ 1 of directions on the same side: what is left for
@@ -128,54 +137,67 @@ impl Beckmann {
     }
 }
 
-/// Projected area, towards a view of height z and stretched length r, of all slopes up to `x`.
-fn projected(z: f64, r: f64, x: f64) -> f64 {
-    0.5 * z * libm::erfc(-x) + 0.25 * FRAC_2_SQRT_PI * r * (-x * x).exp()
+/// Projected area, towards a view of height z and stretched length r, of all slopes up to `x`; and
+/// `e^{-x²}`.
+#[inline]
+fn projected(z: f64, r: f64, x: f64) -> (f64, f64) {
+    // All that the other terms would add is rounding.
+    if x >= STEEPEST {
+        return (z, 0.0);
+    }
+    let gaussian = (-x * x).exp();
+    (0.5 * z * erf::complement(-x, gaussian) + 0.25 * FRAC_2_SQRT_PI * r * gaussian, gaussian)
 }
 
-/// The slope below which the share `u` of the projected area lies: Halley's method, kept inside a
-/// shrinking bracket.
+/// The slope below which the share `u` of the projected area lies: from that of a Gaussian, which
+/// it is for r = 0, by an iteration of fourth order, kept inside a shrinking bracket.
 fn inverse(z: f64, r: f64, u: f64) -> f64 {
+    let gaussian_slope = erf::quantile(u);
+    if let Some(slope) = gaussian_slope.filter(|_| r == 0.0) {
+        return slope;
+    }
     let (mut low, mut high) = (-STEEPEST, (z / r).min(STEEPEST));
-    let target = u * projected(z, r, z / r);
+    let target = u * projected(z, r, z / r).0;
     // Away from the upper end, where the density is 0.
-    let mut x = gaussian_slope(u).min(0.5 * high).min(high - 0.5).max(low);
-    // Halving alone would end after 53 steps; Halley's steps take 2 or 3.
+    let start = gaussian_slope.unwrap_or(if u < 0.5 { -2.5 } else { 2.5 });
+    let mut x = start.min(0.5 * high).min(high - 0.5).max(low);
+    let (mut area, mut gaussian) = if gaussian_slope == Some(x) {
+        let gaussian = (-x * x).exp();
+        (u * z + 0.25 * FRAC_2_SQRT_PI * r * gaussian, gaussian)
+    } else {
+        projected(z, r, x)
+    };
+    // Halving alone would end after 53 steps; others take 1 to 3.
     for _ in 0..64 {
-        let miss = projected(z, r, x) - target;
+        let miss = area - target;
         if miss > 0.0 {
             high = x;
         } else {
             low = x;
         }
         let height = z - x * r;
-        let newton = miss / (0.5 * FRAC_2_SQRT_PI * height * (-x * x).exp());
+        let newton = -miss / (0.5 * FRAC_2_SQRT_PI * height * gaussian);
         // Newton's step times half the logarithmic derivative of the density, which it takes for
         // constant.
-        let bend = -newton * (x + 0.5 * r / height);
-        // Newton's step where it is too long, which then halves the bracket.
-        let halley = x - newton / if bend.abs() < 0.5 { 1.0 - bend } else { 1.0 };
-        let is_inside = halley >= low && halley <= high;
-        let next = if is_inside { halley } else { 0.5 * (low + high) };
-        // Convergence is cubic: what is left is the step times the square of the bend.
+        let steepness = r / height;
+        let bend = newton * (x + 0.5 * steepness);
+        // Halley's step with the next term of the inverse series; Newton's where it is too long,
+        // which then halves the bracket.
+        let fourth = newton / (1.0 - bend)
+            + newton * (bend * bend / 3.0 + newton * newton * (2.0 + steepness * steepness) / 6.0);
+        let step = if bend.abs() < 0.5 { fourth } else { newton };
+        let is_inside = x + step >= low && x + step <= high;
+        let next = if is_inside { x + step } else { 0.5 * (low + high) };
         let step = (next - x).abs();
-        if step <= 1e-15 * (1.0 + x.abs())
-            || (is_inside && step * bend * bend <= 1e-17 && bend.abs() < 1e-4)
-        {
+        // What is left is of fourth order in this.
+        let size = step * (1.0 + x.abs() + steepness);
+        if step <= 1e-15 * (1.0 + x.abs()) || (is_inside && size < 1e-4) {
             return next;
         }
         x = next;
+        (area, gaussian) = projected(z, r, x);
     }
     x
-}
-
-/// [`inverse`] for r = 0 up to 0.2 % (Winitzki 2008, "A handy approximation for the error function
-/// and its inverse").
-fn gaussian_slope(u: f64) -> f64 {
-    const A: f64 = 0.147;
-    let log = (4.0 * u * (1.0 - u)).ln();
-    let t = 2.0 * FRAC_1_PI / A + 0.5 * log;
-    ((t * t - log / A).sqrt() - t).sqrt().copysign(u - 0.5)
 }
 
 #[cfg(test)]
@@ -245,12 +267,12 @@ mod tests {
     #[test]
     fn slopes_invert_their_distribution() {
         for (z, r) in [(1.0, 0.0), (0.9, 0.1), (0.5, 0.4), (0.1, 0.9), (1e-9, 0.3), (1e-14, 10.0)] {
-            let total = projected(z, r, z / r);
+            let total = projected(z, r, z / r).0;
             for i in 0..200 {
                 let u = (f64::from(i) + 0.5) / 200.0;
                 let x = inverse(z, r, u);
                 assert!(x <= z / r, "{z} {r} {u} {x}");
-                assert_relative_eq!(projected(z, r, x) / total, u, epsilon = 1e-13);
+                assert_relative_eq!(projected(z, r, x).0 / total, u, epsilon = 1e-13);
             }
             for u in [0.0, 1e-300, 1e-17, 1.0f64.next_down()] {
                 assert!(inverse(z, r, u).is_finite());

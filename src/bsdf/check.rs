@@ -6,6 +6,7 @@
 //! - χ²: the sampled directions follow the density, over a grid of the whole sphere;
 //! - `∫ pdf dσ⊥` is the probability of sampling a finite lobe;
 //! - a sample's weight is `f / p⊥`, and its densities are those of `pdf`, in both directions;
+//! - `eval_and_pdf` is `eval` and `pdf`;
 //! - a sample of a Dirac lobe is among the `dirac_images`;
 //! - `f(a, b) / n_b² = f(b, a) / n_a²`: Helmholtz reciprocity, in its form for refraction (Veach
 //!   1997, section 5.2);
@@ -38,9 +39,11 @@ pub struct Report {
     /// Mean weights per channel, with refraction's n² taken out: the scattered fraction of the
     /// power.
     pub albedo: [Estimate; 3],
-    /// Largest relative difference between a sample's weight and `f / p⊥`.
+    /// Largest relative difference between a sample's weight and `f / p⊥`, and between the values
+    /// of `eval_and_pdf` and `eval`.
     pub weight_error: f64,
-    /// Largest relative difference between a sample's density and `pdf`.
+    /// Largest relative difference between a sample's density and `pdf`, and between those of
+    /// `eval_and_pdf` and `pdf`.
     pub pdf_error: f64,
     /// Largest relative difference between a sample's reverse density and `pdf` of the reversed
     /// walk.
@@ -292,6 +295,12 @@ impl Comparison {
         }
         let raise =
             |largest: &mut f64, a: f64, b: f64| *largest = largest.max(relative_difference(a, b));
+        if !sample.dirac {
+            let (together, pdf) = bsdf.eval_and_pdf(to_light, to_camera);
+            let alone = bsdf.pdf(to_camera, to_light, TransportMode::Radiance);
+            raise(&mut self.pdf, pdf.value(), alone.value());
+            (0..3).for_each(|c| raise(&mut self.weight, together[c], value[c]));
+        }
         raise(&mut self.pdf, sample.pdf.value(), pdf.value());
         raise(&mut self.pdf_reverse, sample.pdf_reverse.value(), pdf_reverse.value());
         for channel in 0..3 {

@@ -39,6 +39,7 @@ impl Interface {
 /// `cosine` ≥ 0 and `sine` ≥ 0 are of the same angle on the near side, and `relative_ior` = n_far /
 /// n_near. The sine is asked for because a local frame knows it exactly where the cosine is nearly
 /// 1.
+#[inline]
 #[must_use]
 pub fn dielectric(cosine: f64, sine: f64, relative_ior: f64) -> Interface {
     let m = relative_ior;
@@ -61,6 +62,7 @@ pub fn dielectric(cosine: f64, sine: f64, relative_ior: f64) -> Interface {
 
 /// T from the cosines on both sides of an interface. It is the same in both directions, as T of a
 /// refracted ray must be.
+#[inline]
 #[must_use]
 pub fn transmittance(cosine_near: f64, cosine_far: f64, relative_ior: f64) -> f64 {
     let m = relative_ior;

@@ -17,6 +17,7 @@
 //! Directions and normals here are in the upper hemisphere, z > 0, of the side they are seen from.
 
 use super::BsdfError;
+use super::microfacets::Masked;
 use crate::math::angle::sin_cos_of_turn;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -123,7 +124,17 @@ impl Ggx {
     #[inline]
     #[must_use]
     pub fn correlation(&self, a: DVec3, b: DVec3) -> f64 {
-        1.0 / (b.z * self.stretched_length(a) + a.z * self.stretched_length(b))
+        self.masked(a, b).correlation
+    }
+
+    /// The masking of two directions on the same side.
+    #[inline]
+    pub(super) fn masked(&self, a: DVec3, b: DVec3) -> Masked {
+        let lengths = [self.stretched_length(a), self.stretched_length(b)];
+        Masked {
+            areas: [0.5 * (a.z + lengths[0]), 0.5 * (b.z + lengths[1])],
+            correlation: 1.0 / (b.z * lengths[0] + a.z * lengths[1]),
+        }
     }
 
     /// `G2(seen_from, next) / G1(seen_from)` ≤ 1 of directions on the same side: what is left for

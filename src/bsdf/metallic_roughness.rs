@@ -112,6 +112,12 @@ impl MetallicRoughness {
         self.body * (FRAC_1_PI * (1.0 - schlick(a.z.abs())) * (1.0 - schlick(b.z.abs())))
     }
 
+    /// The density of the direction that has some density under the reflection alone.
+    fn mixed_pdf(&self, fixed: DVec3, glossy: f64) -> PerProjected {
+        let coat = self.coat_probability(fixed);
+        PerProjected(coat * glossy + (1.0 - coat) * FRAC_1_PI)
+    }
+
     fn glossy_pair(&self, fixed: DVec3, next: DVec3) -> Option<Pair> {
         if self.distribution.is_smooth() { None } else { Pair::new(fixed, next) }
     }
@@ -152,10 +158,21 @@ impl Bsdf for MetallicRoughness {
         if !same_side(fixed, next) {
             return PerProjected::ZERO;
         }
-        let coat = self.coat_probability(fixed);
         let glossy =
             self.glossy_pair(fixed, next).map_or(0.0, |pair| pair.pdf(&self.distribution).value());
-        PerProjected(coat * glossy + (1.0 - coat) * FRAC_1_PI)
+        self.mixed_pdf(fixed, glossy)
+    }
+
+    fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        if !same_side(to_light, to_camera) {
+            return (Rgb::BLACK, PerProjected::ZERO);
+        }
+        let (glossy, pdf) =
+            self.glossy_pair(to_camera, to_light).map_or((Rgb::BLACK, 0.0), |pair| {
+                let lobe = pair.lobe(&self.distribution);
+                (self.fresnel(pair.cosine) * lobe.value(), lobe.pdf().value())
+            });
+        (glossy + self.diffuse(to_light, to_camera), self.mixed_pdf(to_camera, pdf))
     }
 
     fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {

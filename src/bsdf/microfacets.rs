@@ -30,6 +30,15 @@ pub enum Microfacets {
     Beckmann(Beckmann),
 }
 
+/// The masking of two directions on the same side.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Masked {
+    /// Projected areas of the micro-surface, `z (1 + Λ)`.
+    pub areas: [f64; 2],
+    /// `G2 / (2 a_z b_z)`.
+    pub correlation: f64,
+}
+
 macro_rules! forward {
     ($($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) -> $result:ty;)*) => {$(
         $(#[$doc])*
@@ -65,6 +74,15 @@ impl Microfacets {
         /// Samples a normal among those seen from a direction, in proportion to their projected
         /// area; `None` where rounding leaves none.
         sample_visible(seen_from: DVec3, u: DVec2) -> Option<DVec3>;
+    }
+
+    /// The masking of two directions on the same side.
+    #[inline]
+    pub(super) fn masked(&self, a: DVec3, b: DVec3) -> Masked {
+        match self {
+            Self::Ggx(ggx) => ggx.masked(a, b),
+            Self::Beckmann(beckmann) => beckmann.masked(a, b),
+        }
     }
 
     /// `G2 / (2 a_z b_z)` of directions on opposite sides, each with z > 0 seen from its own side.

@@ -177,6 +177,12 @@ impl<B: Bsdf, const N: usize> Bsdf for Mixture<B, N> {
         self.mean(|k| self.components[k].pdf(fixed, next, mode))
     }
 
+    fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        let terms = self.components.each_ref().map(|b| b.eval_and_pdf(to_light, to_camera));
+        let value = terms.iter().zip(&self.weights).map(|(term, &weight)| term.0 * weight).sum();
+        (value, self.mean(|k| terms[k].1))
+    }
+
     fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         let (k, u1) = self.choose(u1)?;
         let sample = self.components[k].sample(fixed, mode, u1, u2)?;

@@ -260,6 +260,13 @@ pub trait Bsdf: Send + Sync {
         PerProjected::ZERO
     }
 
+    /// Both [`eval`](Self::eval) and the density with which a camera walk would sample `to_light`
+    /// ([`pdf`](Self::pdf)). Optional, for speed alone, where the two have terms in common.
+    fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        let pdf = self.pdf(to_camera, to_light, TransportMode::Radiance);
+        (self.eval(to_light, to_camera), pdf)
+    }
+
     /// A sampled direction given the one back to the walk's previous vertex; `None` if the light is
     /// absorbed. Provided for models without finite lobes: one of the Dirac images, whose
     /// probabilities then sum to 1 up to rounding; what is absorbed is in their weights.
@@ -330,6 +337,9 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
     }
     fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
         (**self).pdf(fixed, next, mode)
+    }
+    fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        (**self).eval_and_pdf(to_light, to_camera)
     }
     fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         (**self).sample(fixed, mode, u1, u2)

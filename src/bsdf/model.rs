@@ -71,6 +71,12 @@ impl Bsdf for Model {
     }
 
     #[inline]
+    fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        let nothing = (Rgb::BLACK, PerProjected::ZERO);
+        dispatch!(self, bsdf => bsdf.eval_and_pdf(to_light, to_camera), black => nothing)
+    }
+
+    #[inline]
     fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         dispatch!(self, bsdf => bsdf.sample(fixed, mode, u1, u2), black => None)
     }

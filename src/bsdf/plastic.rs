@@ -79,6 +79,11 @@ impl Plastic {
         Self { body, body_share, ..self }
     }
 
+    /// The body's value, given the interfaces of both directions.
+    fn body_value(&self, to_light: &fresnel::Interface, to_camera: &fresnel::Interface) -> Rgb {
+        self.body * (FRAC_1_PI * to_light.transmittance * to_camera.transmittance)
+    }
+
     fn interface(&self, direction: DVec3) -> fresnel::Interface {
         fresnel::dielectric(direction.z.abs(), sine(direction), self.relative_ior)
     }
@@ -120,10 +125,7 @@ impl Bsdf for Plastic {
         if !same_side(to_light, to_camera) {
             return Rgb::BLACK;
         }
-        self.body
-            * (FRAC_1_PI
-                * self.interface(to_light).transmittance
-                * self.interface(to_camera).transmittance)
+        self.body_value(&self.interface(to_light), &self.interface(to_camera))
     }
 
     fn pdf(&self, fixed: DVec3, next: DVec3, _walk: TransportMode) -> PerProjected {
@@ -132,6 +134,14 @@ impl Bsdf for Plastic {
         } else {
             PerProjected::ZERO
         }
+    }
+
+    fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        if !same_side(to_light, to_camera) {
+            return (Rgb::BLACK, PerProjected::ZERO);
+        }
+        let interface = self.interface(to_camera);
+        (self.body_value(&self.interface(to_light), &interface), self.body_pdf(&interface))
     }
 
     fn sample(&self, fixed: DVec3, _walk: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
@@ -146,11 +156,15 @@ impl Bsdf for Plastic {
         let mut next = square_to_cosine_hemisphere(u2);
         next.z = next.z.copysign(fixed.z);
         let pdf = self.body_pdf(&interface);
-        (same_side(fixed, next) && pdf.value() > 0.0).then(|| BsdfSample {
+        if !same_side(fixed, next) || pdf.value() <= 0.0 {
+            return None;
+        }
+        let beyond = self.interface(next);
+        Some(BsdfSample {
             next,
-            weight: self.eval(next, fixed) / pdf.value(),
+            weight: self.body_value(&beyond, &interface) / pdf.value(),
             pdf,
-            pdf_reverse: self.body_pdf(&self.interface(next)),
+            pdf_reverse: self.body_pdf(&beyond),
             dirac: false,
             relative_ior: 1.0,
         })

@@ -3,6 +3,7 @@
 
 use super::fresnel::Reflectance;
 use super::ggx::LEAST_COSINE;
+use super::microfacets::Masked;
 use super::mirror::mirror_image;
 use super::{Bsdf, BsdfSample, Lobes, Microfacets, TransportMode};
 use crate::math::{PerProjected, Rgb};
@@ -53,6 +54,13 @@ impl Bsdf for RoughConductor {
             .map_or(Rgb::BLACK, |pair| self.reflectance(&pair) * pair.value(&self.distribution))
     }
 
+    fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        self.pair(to_camera, to_light).map_or((Rgb::BLACK, PerProjected::ZERO), |pair| {
+            let lobe = pair.lobe(&self.distribution);
+            (self.reflectance(&pair) * lobe.value(), lobe.pdf())
+        })
+    }
+
     #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, _walk: TransportMode) -> PerProjected {
         self.pair(fixed, next).map_or(PerProjected::ZERO, |pair| pair.pdf(&self.distribution))
@@ -70,11 +78,12 @@ impl Bsdf for RoughConductor {
         }
         let next = sample_reflection(&self.distribution, fixed, u2)?;
         let pair = self.pair(fixed, next)?;
+        let lobe = pair.lobe(&self.distribution);
         Some(BsdfSample {
             next,
-            weight: self.reflectance(&pair) * self.distribution.shadowing(pair.o, pair.i),
-            pdf: pair.pdf(&self.distribution),
-            pdf_reverse: pair.swapped().pdf(&self.distribution),
+            weight: self.reflectance(&pair) * lobe.shadowing(),
+            pdf: lobe.pdf(),
+            pdf_reverse: lobe.pdf_reverse(),
             dirac: false,
             relative_ior: 1.0,
         })
@@ -116,17 +125,58 @@ impl Pair {
         Self { o: self.i, i: self.o, ..self }
     }
 
-    /// `D G2 / (4 o_z i_z)`
+    /// What a distribution makes of it.
+    #[inline]
+    pub fn lobe(&self, distribution: &Microfacets) -> Lobe {
+        let density = distribution.density(self.h);
+        Lobe { cosines: [self.o.z, self.i.z], density, masked: distribution.masked(self.o, self.i) }
+    }
+
     #[inline]
     pub fn value(&self, distribution: &Microfacets) -> f64 {
-        0.5 * distribution.density(self.h) * distribution.correlation(self.o, self.i)
+        self.lobe(distribution).value()
+    }
+
+    #[inline]
+    pub fn pdf(&self, distribution: &Microfacets) -> PerProjected {
+        self.lobe(distribution).pdf()
+    }
+}
+
+/// A pair under a distribution of micro-normals.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lobe {
+    /// o_z and i_z.
+    cosines: [f64; 2],
+    /// D(h).
+    density: f64,
+    masked: Masked,
+}
+
+impl Lobe {
+    /// `D G2 / (4 o_z i_z)`
+    #[inline]
+    pub fn value(&self) -> f64 {
+        0.5 * self.density * self.masked.correlation
     }
 
     /// `D_o(h) / (4 (o·h)) / i_z`: the density of visible normals, the Jacobian of mirroring, and
     /// the local cosine.
     #[inline]
-    pub fn pdf(&self, distribution: &Microfacets) -> PerProjected {
-        PerProjected(0.25 * distribution.visible_density_over_cosine(self.o, self.h) / self.i.z)
+    pub fn pdf(&self) -> PerProjected {
+        PerProjected(0.25 * (self.density / self.masked.areas[0]) / self.cosines[1])
+    }
+
+    /// The density of o given i.
+    #[inline]
+    pub fn pdf_reverse(&self) -> PerProjected {
+        PerProjected(0.25 * (self.density / self.masked.areas[1]) / self.cosines[0])
+    }
+
+    /// `G2(o, i) / G1(o)`
+    #[inline]
+    pub fn shadowing(&self) -> f64 {
+        2.0 * self.cosines[1] * self.masked.areas[0] * self.masked.correlation
     }
 }
 

@@ -91,6 +91,20 @@ impl<B: Bsdf> ShadedBsdf<B> {
         }
     }
 
+    /// Both `eval` and the density with which a camera walk would sample `to_light`.
+    #[inline]
+    #[must_use]
+    pub fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        let (light, camera) = (self.frame.to_local(to_light), self.frame.to_local(to_camera));
+        match (self.ratio(to_light, light), self.ratio(to_camera, camera)) {
+            (Some(ratio), Some(_)) => {
+                let (value, pdf) = self.bsdf.eval_and_pdf(light, camera);
+                (value * ratio, pdf * ratio)
+            }
+            _ => (Rgb::BLACK, PerProjected::ZERO),
+        }
+    }
+
     /// Samples the next direction of a walk; `None` if the walk ends here.
     #[inline(always)]
     #[must_use]

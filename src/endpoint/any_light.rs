@@ -94,6 +94,27 @@ impl Light for AnyLight {
         ask!(self, light => light.can_be_hit())
     }
 
+    #[inline]
+    fn sample_emission(
+        &self,
+        receiver: &SurfacePoint,
+        u1: f64,
+        u2: DVec2,
+        radiance: &mut Option<Rgb>,
+    ) -> Option<PointSample> {
+        ask!(self, light => light.sample_emission(receiver, u1, u2, radiance))
+    }
+
+    #[inline]
+    fn emission_and_pdf(
+        &self,
+        receiver: &SurfacePoint,
+        point: &SurfacePoint,
+        direction: DVec3,
+    ) -> (Rgb, PerArea) {
+        ask!(self, light => light.emission_and_pdf(receiver, point, direction))
+    }
+
     fn bounds(&self) -> Option<LightBounds> {
         ask!(self, light => light.bounds())
     }

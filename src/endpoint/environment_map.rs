@@ -9,6 +9,8 @@ use glam::{DMat3, DVec2, DVec3, Vec2Swizzles};
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::ops::{Add, Mul};
 
+const BLOCK: usize = PiecewiseConstant2d::BLOCK;
+
 /// The interpolation of radiance between the pixels' centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lookup {
@@ -36,7 +38,7 @@ pub enum Lookup {
 pub struct EnvironmentMap {
     width: usize,
     height: usize,
-    pixels: Vec<Rgb>,
+    pixels: Pixels,
     /// The rows of patches.
     bands: Vec<Band>,
     /// Columns are the image's axes in the world.
@@ -53,6 +55,41 @@ pub struct EnvironmentMap {
     /// `∫ L dσ`.
     integral: Rgb,
     extent: SceneExtent,
+}
+
+/// Pixels, column after column since sampling goes down one, and as f32 where that is what they
+/// are: most time goes by waiting for memory.
+#[derive(Clone, Debug)]
+enum Pixels {
+    Single(Vec<[f32; 3]>),
+    Double(Vec<Rgb>),
+}
+
+impl From<Vec<Rgb>> for Pixels {
+    fn from(pixels: Vec<Rgb>) -> Self {
+        let is_single = |pixel: &Rgb| pixel.map(|c| f64::from(c as f32)) == *pixel;
+        if pixels.iter().all(is_single) {
+            Self::Single(pixels.iter().map(|pixel| pixel.0.map(|c| c as f32)).collect())
+        } else {
+            Self::Double(pixels)
+        }
+    }
+}
+
+impl Pixels {
+    /// The pixels of row-major ones.
+    fn of_rows(pixels: &[Rgb], width: usize) -> Self {
+        let column = |i: usize| pixels[i..].iter().step_by(width).copied();
+        (0..width).flat_map(column).collect::<Vec<_>>().into()
+    }
+
+    #[inline(always)]
+    fn at(&self, index: usize) -> Rgb {
+        match self {
+            Self::Single(pixels) => Rgb(pixels[index].map(f64::from)),
+            Self::Double(pixels) => pixels[index],
+        }
+    }
 }
 
 /// The directions of a row of patches.
@@ -121,14 +158,15 @@ impl EnvironmentMap {
         }
         let rotation = orthogonal(rotation)
             .ok_or(EndpointError::NotARotation { object: "environment map" })?;
+        let brightest = pixels.iter().map(|p| p.max_component()).fold(0.0, f64::max);
         let map = Self {
             width: width as usize,
             height: height as usize,
-            pixels,
+            pixels: Pixels::of_rows(&pixels, width as usize),
             bands: Vec::new(),
             rotation,
             lookup: Lookup::default(),
-            brightest: 0.0,
+            brightest,
             distribution: None,
             density_integral: 0.0,
             integral: Rgb::BLACK,
@@ -151,25 +189,54 @@ impl EnvironmentMap {
                 (0..=self.height).map(|row| Band::new(edge(row), edge(row + 1))).collect()
             }
         };
-        self.brightest = self.pixels.iter().map(|p| p.max_component()).fold(0.0, f64::max);
         (self.integral, self.density_integral) = (Rgb::BLACK, 0.0);
         let height = self.bands.len();
-        let mut weights = vec![0.0; self.width * height];
         for (row, band) in self.bands.iter().enumerate() {
-            let solid_angle = 4.0 * PI / self.width as f64 * band.step;
+            let solid_angle = self.solid_angle(band);
             let (mut radiance, mut density) = (Rgb::BLACK, 0.0);
             for column in 0..self.width {
                 let middle = Place { column, row, within: DVec2::splat(0.5) };
-                let mean = if self.brightest > 0.0 { self.density(&middle) } else { 0.0 };
+                density += if self.brightest > 0.0 { self.density(&middle) } else { 0.0 };
                 radiance += self.interpolate(&middle, |pixel| pixel);
-                density += mean;
-                weights[column * height + row] = solid_angle * mean;
             }
             self.integral += radiance * solid_angle;
             self.density_integral += density * solid_angle;
         }
-        self.distribution = PiecewiseConstant2d::new(height, self.width, &weights);
+        let weights = |column, first| self.weights(column, first);
+        self.distribution = PiecewiseConstant2d::new(height, self.width, weights);
         self
+    }
+
+    /// The solid angle of each patch of a band.
+    fn solid_angle(&self, band: &Band) -> f64 {
+        4.0 * PI / self.width as f64 * band.step
+    }
+
+    /// The weights of a block of patches of a column in the order of rows: solid angle times
+    /// density in the middle.
+    #[inline(always)]
+    fn weights(&self, column: usize, first: usize) -> [f64; BLOCK] {
+        let columns = [column, self.column_right_of(column)];
+        let first_pixel = match self.lookup {
+            Lookup::PiecewiseConstant => first as isize,
+            Lookup::Bilinear => first as isize - 1,
+        };
+        // Both columns at a time, so that neither waits for the other to come from memory.
+        let mut pixels = [[0.0; 2]; BLOCK + 1];
+        for (row, pixels) in (first_pixel..).zip(&mut pixels) {
+            let row = (row.max(0) as usize).min(self.height - 1);
+            let brightness = |column| self.pixel(column, row).max_component();
+            *pixels = [brightness(columns[0]), brightness(columns[1])];
+        }
+        let mut weights = [0.0; BLOCK];
+        for (i, (band, weight)) in self.bands[first..].iter().zip(&mut weights).enumerate() {
+            let mean = match self.lookup {
+                Lookup::PiecewiseConstant => pixels[i][0],
+                Lookup::Bilinear => bilinear([pixels[i], pixels[i + 1]], DVec2::splat(0.5)),
+            };
+            *weight = self.solid_angle(band) * (mean / self.brightest);
+        }
+        weights
     }
 
     /// Radiance that arrives from the direction `towards` the environment (unit, in the world).
@@ -189,28 +256,31 @@ impl EnvironmentMap {
         place: &Place,
         value: impl Fn(Rgb) -> T,
     ) -> T {
-        let Place { column, row, within: DVec2 { x, y } } = *place;
+        let Place { column, row, within } = *place;
         match self.lookup {
             Lookup::PiecewiseConstant => value(self.pixel(column, row)),
-            Lookup::Bilinear => {
-                let [[a, b], [c, d]] = self.corners(column, row, value);
-                (a * (1.0 - x) + b * x) * (1.0 - y) + (c * (1.0 - x) + d * x) * y
-            }
+            Lookup::Bilinear => bilinear(self.corners(column, row, value), within),
         }
     }
 
     /// Values of the pixels around a patch between their centres, the upper ones first.
     #[inline]
     fn corners<T>(&self, left: usize, row: usize, value: impl Fn(Rgb) -> T) -> [[T; 2]; 2] {
-        let right = if left + 1 == self.width { 0 } else { left + 1 };
+        let right = self.column_right_of(left);
         let (upper, lower) = (row.saturating_sub(1), row.min(self.height - 1));
         let at = |column, row| value(self.pixel(column, row));
         // Not by `array::map`, which moves them through memory.
         [[at(left, upper), at(right, upper)], [at(left, lower), at(right, lower)]]
     }
 
+    #[inline(always)]
     fn pixel(&self, column: usize, row: usize) -> Rgb {
-        self.pixels[row * self.width + column]
+        self.pixels.at(column * self.height + row)
+    }
+
+    #[inline(always)]
+    fn column_right_of(&self, left: usize) -> usize {
+        if left + 1 == self.width { 0 } else { left + 1 }
     }
 
     /// The displacement of patches against pixels, in columns to the right and rows upwards.
@@ -235,34 +305,31 @@ impl EnvironmentMap {
         Place { column, row, within: DVec2::new(x, y) }
     }
 
-    /// Density per solid angle of sampling the direction `towards` the environment.
-    fn pdf(&self, towards: DVec3) -> PerSolidAngle {
+    /// Density per solid angle of sampling a direction in the image's axes, whose place is given.
+    #[inline(always)]
+    fn pdf(&self, w: DVec3, &Place { column, row, within }: &Place) -> PerSolidAngle {
         if self.distribution.is_none() {
             return PerSolidAngle::ZERO;
         }
-        let w = self.rotation.transpose() * towards;
-        let Place { column, row, within } = self.place(w);
         let within = DVec2::new(within.x, self.bands[row].part_above(w));
         PerSolidAngle(self.density(&Place { column, row, within }) / self.density_integral)
     }
-}
 
-/// The orthogonal matrix that an almost orthogonal one means, by Gram and Schmidt.
-fn orthogonal(m: DMat3) -> Option<DMat3> {
-    let error = m.transpose() * m - DMat3::IDENTITY;
-    if !error.to_cols_array().iter().all(|e| e.abs() < 1e-4) {
-        return None;
+    /// Radiance from the direction `towards` the environment, and the density per solid angle of
+    /// sampling it.
+    #[inline(always)]
+    fn radiance_and_pdf(&self, towards: DVec3) -> (Rgb, PerSolidAngle) {
+        let w = self.rotation.transpose() * towards;
+        let place = self.place(w);
+        (self.interpolate(&place, |pixel| pixel), self.pdf(w, &place))
     }
-    let x = m.x_axis.normalize();
-    let y = (m.y_axis - x * x.dot(m.y_axis)).normalize();
-    let z = x.cross(y);
-    Some(DMat3::from_cols(x, y, if z.dot(m.z_axis) < 0.0 { -z } else { z }))
-}
 
-impl Endpoint for EnvironmentMap {
-    fn sample_point(&self, _u1: f64, u2: DVec2) -> Option<PointSample> {
-        let sample = self.distribution.as_ref()?.sample(u2.yx());
-        let GridSample { column: row, row: column, within, .. } = sample;
+    /// A point chosen by the image, with its radiance.
+    #[inline(always)]
+    fn sample(&self, u2: DVec2) -> Option<(PointSample, Rgb)> {
+        let weights = |column, first| self.weights(column, first);
+        let GridSample { row: column, column: row, within } =
+            self.distribution.as_ref()?.sample(u2.yx(), weights);
         let mut within = within.yx();
         if self.lookup == Lookup::Bilinear {
             let [[a, b], [c, d]] =
@@ -281,14 +348,44 @@ impl Endpoint for EnvironmentMap {
         let s = band.upper + band.step * within.y;
         let sin_theta = 2.0 * (s * (1.0 - s)).max(0.0).sqrt();
         let local = DVec3::new(sin_theta * sin_phi, 1.0 - 2.0 * s, -sin_theta * cos_phi);
-        let point = SurfacePoint::infinite(DVec3::ZERO, -(self.rotation * local).normalize());
+        let towards = (self.rotation * local).normalize();
         // Asked of the direction itself: at a patch's border rounding may have moved it next door.
-        let pdf = self.point_pdf(&point);
-        (pdf.value() > 0.0).then_some(PointSample { point, pdf })
+        let (radiance, pdf) = self.radiance_and_pdf(towards);
+        let point = SurfacePoint::infinite(DVec3::ZERO, -towards);
+        let pdf = PerArea(pdf.value());
+        (pdf.value() > 0.0).then_some((PointSample { point, pdf }, radiance))
+    }
+}
+
+/// What is between four corners, the upper ones first.
+#[inline(always)]
+fn bilinear<T>([[a, b], [c, d]]: [[T; 2]; 2], DVec2 { x, y }: DVec2) -> T
+where
+    T: Mul<f64, Output = T> + Add<Output = T>,
+{
+    (a * (1.0 - x) + b * x) * (1.0 - y) + (c * (1.0 - x) + d * x) * y
+}
+
+/// The orthogonal matrix that an almost orthogonal one means, by Gram and Schmidt.
+fn orthogonal(m: DMat3) -> Option<DMat3> {
+    let error = m.transpose() * m - DMat3::IDENTITY;
+    if !error.to_cols_array().iter().all(|e| e.abs() < 1e-4) {
+        return None;
+    }
+    let x = m.x_axis.normalize();
+    let y = (m.y_axis - x * x.dot(m.y_axis)).normalize();
+    let z = x.cross(y);
+    Some(DMat3::from_cols(x, y, if z.dot(m.z_axis) < 0.0 { -z } else { z }))
+}
+
+impl Endpoint for EnvironmentMap {
+    fn sample_point(&self, _u1: f64, u2: DVec2) -> Option<PointSample> {
+        self.sample(u2).map(|(sample, _)| sample)
     }
 
     fn point_pdf(&self, point: &SurfacePoint) -> PerArea {
-        PerArea(self.pdf(-point.geometric_normal).value())
+        let w = self.rotation.transpose() * -point.geometric_normal;
+        PerArea(self.pdf(w, &self.place(w)).value())
     }
 
     fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
@@ -312,6 +409,28 @@ impl Light for EnvironmentMap {
     /// The flux into the spheres around the boxes of the scene's extent, `Σ π R² ∫ L dσ`.
     fn power(&self) -> Rgb {
         self.integral * self.extent.cross_section()
+    }
+
+    fn sample_emission(
+        &self,
+        receiver: &SurfacePoint,
+        _u1: f64,
+        u2: DVec2,
+        radiance: &mut Option<Rgb>,
+    ) -> Option<PointSample> {
+        let (PointSample { point, pdf }, found) = self.sample(u2)?;
+        *radiance = Some(found);
+        Some(PointSample { point: self.extent.facing(&point, receiver), pdf })
+    }
+
+    fn emission_and_pdf(
+        &self,
+        _receiver: &SurfacePoint,
+        point: &SurfacePoint,
+        _direction: DVec3,
+    ) -> (Rgb, PerArea) {
+        let (radiance, pdf) = self.radiance_and_pdf(-point.geometric_normal);
+        (radiance, PerArea(pdf.value()))
     }
 
     fn can_be_hit(&self) -> bool {

@@ -161,6 +161,34 @@ pub trait Light: Endpoint {
     /// True if a ray can reach it by chance: area lights and environments, not Dirac lights.
     fn can_be_hit(&self) -> bool;
 
+    /// A point for `receiver` as [`sample_from`](Endpoint::sample_from) draws it. If what it emits
+    /// to the receiver ([`emit`](Endpoint::emit)) is found on the way, it is entered in `radiance`,
+    /// which is `None` before. Optional, for speed alone.
+    fn sample_emission(
+        &self,
+        receiver: &SurfacePoint,
+        u1: f64,
+        u2: DVec2,
+        _radiance: &mut Option<Rgb>,
+    ) -> Option<PointSample> {
+        self.sample_from(receiver, u1, u2)
+    }
+
+    /// Radiance that `point` emits into `direction`, with the density with which `receiver` would
+    /// have been connected to it: [`emit`](Endpoint::emit) and [`pdf_from`](Endpoint::pdf_from). A
+    /// point that emits nothing needs no density. Optional, for speed alone, where the two have
+    /// work in common.
+    fn emission_and_pdf(
+        &self,
+        receiver: &SurfacePoint,
+        point: &SurfacePoint,
+        direction: DVec3,
+    ) -> (Rgb, PerArea) {
+        let radiance = self.emit(point, direction);
+        let is_lit = !radiance.is_black();
+        (radiance, if is_lit { self.pdf_from(receiver, point) } else { PerArea::ZERO })
+    }
+
     /// Bounds on where it is and where it shines, by which it is chosen for a receiver. `None` if
     /// it has none, as lights at infinity: then it is chosen by its power.
     fn bounds(&self) -> Option<LightBounds> {

@@ -127,18 +127,24 @@ impl PathTracer {
     /// Adds what the vertex emits (s = 0).
     #[inline(always)]
     pub(super) fn hit<S: Scene + ?Sized, P>(&self, visit: &mut Visit<'_, '_, S, P>) {
-        let Some((id, value)) = visit.emitted() else { return };
-        let Visit { plan: Plan { stage, techniques, .. }, walk, vertex, .. } = visit;
+        let Visit { plan: Plan { stage, techniques, depth, .. }, walk, vertex, .. } = visit;
+        let counts = techniques.bsdf_sampling && depth.contains(walk.bounces());
+        let Some(id) = vertex.light.filter(|_| counts) else { return };
         let light = stage.scene.light(id);
+        let (from, point, direction) = (walk.from(), &vertex.point, vertex.to_previous);
         let competes = techniques.next_event && walk.is_from_connectible();
-        let mut weight = 1.0;
-        if competes && light.can_be_connected() {
-            let point = light.pdf_from(walk.from(), &vertex.point);
-            let connect = point.value() * stage.pick_pmf_for(walk.from(), id);
+        let (radiance, weight) = if competes && light.can_be_connected() {
+            let (radiance, pdf) = light.emission_and_pdf(from, point, direction);
+            let connect = pdf.value() * stage.pick_pmf_for(from, id);
             let hit = walk.pdf().value() * vertex.geometry;
-            weight = self.heuristic.weight([connect / hit]);
+            (radiance, self.heuristic.weight([connect / hit]))
+        } else {
+            (light.emit(point, direction), 1.0)
+        };
+        if !radiance.is_black() {
+            let value = vertex.throughput * radiance;
+            visit.out.add(&visit.contribution(0, value, weight));
         }
-        visit.out.add(&visit.contribution(0, value, weight));
     }
 
     /// Adds the light of the point sampled on a light, if the vertex sees it (s = 1, next event

@@ -134,6 +134,12 @@ impl Bsdf for Tinted<'_> {
     }
 
     #[inline]
+    fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        let (value, pdf) = self.model.eval_and_pdf(to_light, to_camera);
+        (value * self.tint, pdf)
+    }
+
+    #[inline]
     fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         self.model.sample(fixed, mode, u1, u2).map(|sample| self.coloured(sample))
     }
@@ -201,6 +207,12 @@ impl Bsdf for SurfaceBsdf<'_> {
     #[inline]
     fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
         ask!(self, fixed, bsdf => bsdf.pdf(fixed, next, mode), black => PerProjected::ZERO)
+    }
+
+    #[inline]
+    fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        let nothing = (Rgb::BLACK, PerProjected::ZERO);
+        ask!(self, to_camera, b => b.eval_and_pdf(to_light, to_camera), black => nothing)
     }
 
     #[inline]

@@ -7,6 +7,7 @@
 
 use glam::DVec2;
 
+const BLOCK: usize = PiecewiseConstant2d::BLOCK;
 /// The largest number below 1.
 const ONE_MINUS_EPSILON: f64 = 1.0 - 0.5 * f64::EPSILON;
 
@@ -123,15 +124,6 @@ impl AliasTable {
     }
 }
 
-/// Appends the running sums of `weights`, starting with 0.
-fn push_cumulative(sums: &mut Vec<f64>, weights: impl Iterator<Item = f64>) -> f64 {
-    sums.push(0.0);
-    weights.fold(0.0, |sum, w| {
-        sums.push(sum + w);
-        sum + w
-    })
-}
-
 /// The cell of running sums that contains `u` of the total, by bisection. Cells of width zero
 /// contain nothing. Monotonic in `u`.
 fn cell_containing(sums: &[f64], u: f64) -> usize {
@@ -149,26 +141,51 @@ const fn guide_parts(cells: usize) -> usize {
     1 << (cells / 4 + 1).ilog2()
 }
 
-/// Appends the cells in which the parts of `[0, 1)` start, and the last cell (the cutpoints of Chen
-/// and Asau 1974, "On Generating Random Variates from an Empirical Distribution").
-fn push_guide(guide: &mut Vec<u32>, sums: &[f64]) {
-    let parts = guide_parts(sums.len() - 1);
-    guide.extend((0..=parts).map(|part| cell_containing(sums, part as f64 / parts as f64) as u32));
+/// The cells that an entry of a guide stands for, so that its numbers fit into 16 bits.
+const fn guide_stride(cells: usize) -> usize {
+    (cells - 1) / (1 << 16) + 1
 }
 
-/// Inverts running sums: the cell that contains `u` of the total, and how far into the cell it
-/// lies, in `[0, 1)`. Cells of width zero contain nothing. Monotonic in `u`, so stratified numbers
-/// stay stratified.
+/// Appends the cells in which the parts of `[0, 1)` start, and the last cell, in strides (the
+/// cutpoints of Chen and Asau 1974, "On Generating Random Variates from an Empirical
+/// Distribution").
+fn push_guide(guide: &mut Vec<u16>, sums: &[f64]) {
+    let cells = sums.len() - 1;
+    let (parts, stride) = (guide_parts(cells), guide_stride(cells));
+    let start = |part| cell_containing(sums, part as f64 / parts as f64) / stride;
+    guide.extend((0..=parts).map(|part| start(part) as u16));
+}
+
+/// The number of sums, in ascending order, that are at most x. A few are all looked at, so that
+/// none waits for the answer to another.
 #[inline]
-fn invert(sums: &[f64], guide: &[u32], u: f64) -> (usize, f64) {
+fn cells_below(sums: &[f64], x: f64) -> usize {
+    if sums.len() > 16 {
+        return sums.partition_point(|s| *s <= x);
+    }
+    sums.iter().map(|s| usize::from(*s <= x)).sum()
+}
+
+/// The cell of running sums that contains `u` of the total, and that much of the total. Cells of
+/// width zero contain nothing. Monotonic in `u`.
+#[inline(always)]
+fn locate(sums: &[f64], guide: &[u16], u: f64) -> (usize, f64) {
     let u = unit(u);
     let x = u * sums[sums.len() - 1];
     // Since `cell_containing` is monotonic, its answer lies between those for the ends of the part.
     let part = (u * (guide.len() - 1) as f64) as usize;
-    let (first, last) = (guide[part] as usize, guide[part + 1] as usize);
-    let cell = first + sums[first + 1..=last].partition_point(|s| *s <= x);
-    let width = sums[cell + 1] - sums[cell];
-    (cell, if width > 0.0 { unit((x - sums[cell]) / width) } else { 0.0 })
+    let stride = guide_stride(sums.len() - 1);
+    let first = usize::from(guide[part]) * stride;
+    let last = (usize::from(guide[part + 1]) * stride + stride - 1).min(sums.len() - 2);
+    (first + cells_below(&sums[first + 1..=last], x), x)
+}
+
+/// The part of a cell, given by its ends, that lies below x, in `[0, 1)`. Monotonic, so stratified
+/// numbers stay stratified.
+#[inline(always)]
+fn part_of_cell([start, end]: [f64; 2], x: f64) -> f64 {
+    let width = end - start;
+    if width > 0.0 { unit((x - start) / width) } else { 0.0 }
 }
 
 /// A cell and the point in it, drawn by [`PiecewiseConstant2d::sample`].
@@ -180,147 +197,156 @@ pub struct GridSample {
     pub row: usize,
     /// Position inside the cell, each coordinate in `[0, 1)`.
     pub within: DVec2,
-    /// Position in the unit square, `((column, row) + within) / (width, height)`.
-    pub position: DVec2,
-    /// Density per unit of the square's area; the cell's probability times the number of cells.
-    pub density: f64,
 }
 
 /// A density over the unit square that is constant in each cell of a grid: rows by their marginal,
 /// then columns conditional on the row.
 ///
-/// Takes 8 bytes a cell for running sums and 1 for a guide, by which a cell is found in constant
+/// The weights of the cells stay with the caller, who tells them in blocks: closures get a row and
+/// the first cell of a block of [`BLOCK`](Self::BLOCK) cells of it, and return their weights, 0 for
+/// cells beyond the end of the row. They must be the same at every call. Of running sums one is
+/// kept for each block, since most time goes by waiting for memory. A block is found in constant
 /// time on average and by bisection at worst.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PiecewiseConstant2d {
     width: usize,
-    height: usize,
     /// Running sums of the rows' totals.
     rows: Vec<f64>,
-    row_guide: Vec<u32>,
-    /// Running sums within each row, `width + 1` numbers a row.
-    columns: Vec<f64>,
-    /// The guides of the rows, one after the other.
-    column_guides: Vec<u32>,
-    shares: Vec<Share>,
-}
-
-/// The numbers that the probabilities of a row's cells have in common.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Share {
-    /// Probability of the row.
-    pmf: f64,
-    /// Sum of the row's weights; 1 if they are all zero.
-    total: f64,
+    row_guide: Vec<u16>,
+    /// Running sums within each row: the start of each block, and the total.
+    blocks: Vec<f64>,
+    /// The guides to the blocks of each row, one after the other.
+    block_guides: Vec<u16>,
 }
 
 impl PiecewiseConstant2d {
-    /// The density of row-major weights. `None` unless there are `width * height > 0` weights,
-    /// non-negative, finite and not all zero, in less than 2³² rows and columns.
+    /// Cells of a block.
+    pub const BLOCK: usize = 8;
+
+    /// The density of weights. `None` unless they are non-negative, finite and not all zero.
     #[must_use]
-    pub fn new(width: usize, height: usize, weights: &[f64]) -> Option<Self> {
-        if width == 0 || width.checked_mul(height) != Some(weights.len()) {
+    pub fn new(
+        width: usize,
+        height: usize,
+        weights: impl Fn(usize, usize) -> [f64; Self::BLOCK],
+    ) -> Option<Self> {
+        let mut grid = Self {
+            width,
+            rows: vec![0.0],
+            row_guide: Vec::new(),
+            blocks: Vec::new(),
+            block_guides: Vec::new(),
+        };
+        for row in 0..height {
+            let (first, mut sum) = (grid.blocks.len(), 0.0);
+            grid.blocks.push(sum);
+            for block in 0..grid.blocks_of_row() {
+                let weights = weights(row, block * Self::BLOCK);
+                if !weights.iter().all(|w| *w >= 0.0 && w.is_finite()) {
+                    return None;
+                }
+                sum = running_sums(sum, weights)[Self::BLOCK];
+                grid.blocks.push(sum);
+            }
+            grid.rows.push(grid.rows[row] + sum);
+            if width > 0 {
+                push_guide(&mut grid.block_guides, &grid.blocks[first..]);
+            }
+        }
+        let all = grid.rows[height];
+        if !(all > 0.0 && all.is_finite()) {
             return None;
         }
-        u32::try_from(width.max(height)).ok()?;
-        total(weights)?;
-        let mut columns = Vec::with_capacity((width + 1) * height);
-        let row_totals: Vec<f64> = weights
-            .chunks(width)
-            .map(|row| push_cumulative(&mut columns, row.iter().copied()))
-            .collect();
-        let mut rows = Vec::with_capacity(height + 1);
-        let all = push_cumulative(&mut rows, row_totals.iter().copied());
-        let share = |(ends, total): (&[f64], &f64)| Share {
-            pmf: (ends[1] - ends[0]) / all,
-            total: if *total > 0.0 { *total } else { 1.0 },
-        };
-        let shares = rows.windows(2).zip(&row_totals).map(share).collect();
-
-        let mut row_guide = Vec::with_capacity(guide_parts(height) + 1);
-        push_guide(&mut row_guide, &rows);
-        let mut column_guides = Vec::with_capacity((guide_parts(width) + 1) * height);
-        columns.chunks(width + 1).for_each(|sums| push_guide(&mut column_guides, sums));
-        Some(Self { width, height, rows, row_guide, columns, column_guides, shares })
+        push_guide(&mut grid.row_guide, &grid.rows);
+        Some(grid)
     }
 
-    /// Columns of the grid.
+    /// The cell that `u` chooses, and the place in it.
+    #[inline(always)]
     #[must_use]
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
-    /// Rows of the grid.
-    #[must_use]
-    pub fn height(&self) -> usize {
-        self.height
-    }
-
-    /// The point of the unit square that `u` maps to.
-    #[inline]
-    #[must_use]
-    pub fn sample(&self, u: DVec2) -> GridSample {
-        let (row, y) = invert(&self.rows, &self.row_guide, u.y);
-        let guide = &self.column_guides[row * (guide_parts(self.width) + 1)..]
-            [..guide_parts(self.width) + 1];
-        let (column, x) = invert(self.row_sums(row), guide, u.x);
-        let within = DVec2::new(x, y);
-        // Rounding must not carry the position into the next cell.
-        let place = |cell: usize, offset: f64, count: usize| {
-            let position = (cell as f64 + offset) / count as f64;
-            if cell_of(position, count) == cell {
-                position
-            } else {
-                (cell as f64 + 0.5) / count as f64
-            }
-        };
-        let position = DVec2::new(place(column, x, self.width), place(row, y, self.height));
+    pub fn sample(
+        &self,
+        u: DVec2,
+        weights: impl Fn(usize, usize) -> [f64; Self::BLOCK],
+    ) -> GridSample {
+        let (row, y) = locate(&self.rows, &self.row_guide, u.y);
+        let parts = guide_parts(self.blocks_of_row());
+        let guide = &self.block_guides[row * (parts + 1)..][..parts + 1];
+        let (block, x) = locate(self.block_sums(row), guide, u.x);
+        let first = block * Self::BLOCK;
+        let sums = running_sums(self.block_sums(row)[block], weights(row, first));
+        let cell = cells_below(&sums[1..Self::BLOCK], x).min(self.width - 1 - first);
         GridSample {
-            column,
+            column: first + cell,
             row,
-            within,
-            position,
-            density: self.pmf(column, row) * (self.width * self.height) as f64,
+            within: DVec2::new(
+                part_of_cell([sums[cell], sums[cell + 1]], x),
+                part_of_cell([self.rows[row], self.rows[row + 1]], y),
+            ),
         }
-    }
-
-    /// The density of a position of the unit square, 0 outside.
-    #[must_use]
-    pub fn density(&self, position: DVec2) -> f64 {
-        if !(position.cmpge(DVec2::ZERO).all() && position.cmplt(DVec2::ONE).all()) {
-            return 0.0;
-        }
-        let (column, row) = (cell_of(position.x, self.width), cell_of(position.y, self.height));
-        self.pmf(column, row) * (self.width * self.height) as f64
     }
 
     /// The probability of a cell, 0 outside of the grid.
-    #[inline]
     #[must_use]
-    pub fn pmf(&self, column: usize, row: usize) -> f64 {
-        if column >= self.width || row >= self.height {
+    pub fn pmf(
+        &self,
+        column: usize,
+        row: usize,
+        weights: impl Fn(usize, usize) -> [f64; Self::BLOCK],
+    ) -> f64 {
+        let height = self.rows.len() - 1;
+        if column >= self.width || row >= height {
             return 0.0;
         }
-        let (sums, share) = (self.row_sums(row), self.shares[row]);
-        share.pmf * ((sums[column + 1] - sums[column]) / share.total)
+        let of_row = self.rows[row + 1] - self.rows[row];
+        let total = self.block_sums(row)[self.blocks_of_row()];
+        let first = column - column % Self::BLOCK;
+        let weight = weights(row, first)[column - first];
+        if total > 0.0 { of_row / self.rows[height] * (weight / total) } else { 0.0 }
     }
 
     #[inline]
-    fn row_sums(&self, row: usize) -> &[f64] {
-        &self.columns[row * (self.width + 1)..(row + 1) * (self.width + 1)]
+    fn blocks_of_row(&self) -> usize {
+        self.width.div_ceil(Self::BLOCK)
+    }
+
+    #[inline]
+    fn block_sums(&self, row: usize) -> &[f64] {
+        &self.blocks[row * (self.blocks_of_row() + 1)..][..self.blocks_of_row() + 1]
     }
 }
 
-/// The one place that decides which cell a coordinate in `[0, 1)` lies in.
-#[inline]
-fn cell_of(x: f64, count: usize) -> usize {
-    ((x * count as f64) as usize).min(count - 1)
+/// The sums of a first number and all weights before each, and before the end.
+#[inline(always)]
+fn running_sums(first: f64, weights: [f64; BLOCK]) -> [f64; BLOCK + 1] {
+    let mut sums = [first; BLOCK + 1];
+    for i in 0..BLOCK {
+        sums[i + 1] = sums[i] + weights[i];
+    }
+    sums
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::warp::testing::random;
+
+    /// Appends the running sums of `weights`, starting with 0.
+    fn push_cumulative(sums: &mut Vec<f64>, weights: impl Iterator<Item = f64>) -> f64 {
+        sums.push(0.0);
+        weights.fold(0.0, |sum, w| {
+            sums.push(sum + w);
+            sum + w
+        })
+    }
+
+    /// Row-major weights in blocks.
+    fn in_blocks(width: usize, weights: &[f64]) -> impl Fn(usize, usize) -> [f64; BLOCK] {
+        move |row, first| {
+            let cells = &weights[row * width..][..width][first..];
+            std::array::from_fn(|i| cells.get(i).copied().unwrap_or(0.0))
+        }
+    }
 
     #[test]
     fn invalid_weights_are_refused() {
@@ -333,10 +359,11 @@ mod tests {
             &[f64::MAX, f64::MAX],
         ] {
             assert_eq!(AliasTable::new(weights), None);
-            assert_eq!(PiecewiseConstant2d::new(weights.len(), 1, weights), None);
+            let width = weights.len();
+            assert_eq!(PiecewiseConstant2d::new(width, 1, in_blocks(width, weights)), None);
         }
-        assert_eq!(PiecewiseConstant2d::new(2, 2, &[1.0; 3]), None);
-        assert_eq!(PiecewiseConstant2d::new(0, 0, &[]), None);
+        assert_eq!(PiecewiseConstant2d::new(0, 0, |_, _| [1.0; BLOCK]), None);
+        assert_eq!(PiecewiseConstant2d::new(0, 3, |_, _| [1.0; BLOCK]), None);
     }
 
     #[test]
@@ -401,9 +428,12 @@ mod tests {
             ];
             for (shape, weight) in shapes.into_iter().enumerate() {
                 let (mut sums, mut guide) = (Vec::new(), Vec::new());
-                if push_cumulative(&mut sums, (0..count).map(weight)) == 0.0 {
+                let weights: Vec<f64> = (0..count).map(weight).collect();
+                if push_cumulative(&mut sums, weights.iter().copied()) == 0.0 {
                     continue;
                 }
+                let weights = in_blocks(count, &weights);
+                let grid = PiecewiseConstant2d::new(count, 1, &weights).unwrap();
                 push_guide(&mut guide, &sums);
                 assert!(
                     guide.len() <= count / 4 + 2
@@ -423,42 +453,45 @@ mod tests {
                     .chain([-1.0, f64::NAN, 2.0])
                     .chain((0..1000).map(|_| random()))
                 {
-                    assert_eq!(
-                        invert(&sums, &guide, u).0,
-                        cell_containing(&sums, u),
-                        "{count} cells, shape {shape}, {u}"
-                    );
+                    let cell = cell_containing(&sums, u);
+                    let found = locate(&sums, &guide, u).0;
+                    assert_eq!(found, cell, "{count} cells, shape {shape}, {u}");
+                    let sample = grid.sample(DVec2::new(u, 0.0), &weights);
+                    assert_eq!(sample.column, cell, "{count} cells, shape {shape}, {u}");
                 }
             }
         }
     }
 
     #[test]
-    fn grid_samples_have_the_density_of_their_position() {
-        let (width, height) = (7, 5);
+    fn grid_samples_have_the_probability_of_their_cell() {
+        let (width, height) = (11, 5);
         let mut rng = random(2);
         let weights: Vec<f64> = (0..width * height)
             .map(|i| if i / width == 2 || i % width == 0 { 0.0 } else { 10f64.powf(6.0 * rng()) })
             .collect();
-        let grid = PiecewiseConstant2d::new(width, height, &weights).unwrap();
+        let blocks = in_blocks(width, &weights);
+        let grid = PiecewiseConstant2d::new(width, height, &blocks).unwrap();
         let sum: f64 = weights.iter().sum();
         let n = 1_000_000;
         let mut counts = vec![0usize; width * height];
         for _ in 0..n {
-            let s = grid.sample(DVec2::new(rng(), rng()));
-            assert_eq!(s.density, grid.density(s.position));
-            assert!(s.density > 0.0);
+            let s = grid.sample(DVec2::new(rng(), rng()), &blocks);
+            assert!(grid.pmf(s.column, s.row, &blocks) > 0.0);
+            assert!(s.within.to_array().iter().all(|x| (0.0..1.0).contains(x)));
             counts[s.row * width + s.column] += 1;
         }
         for (i, w) in weights.iter().enumerate() {
             let p = w / sum;
-            approx::assert_relative_eq!(grid.pmf(i % width, i / width), p, max_relative = 1e-9);
+            let pmf = grid.pmf(i % width, i / width, &blocks);
+            approx::assert_relative_eq!(pmf, p, max_relative = 1e-9);
             let sigma = (p * (1.0 - p) / n as f64).sqrt();
             assert!((counts[i] as f64 / n as f64 - p).abs() <= 4.5 * sigma + 1e-6, "cell {i}");
         }
         for u in [0.0, ONE_MINUS_EPSILON, 1.0, f64::NAN] {
-            assert!(grid.sample(DVec2::splat(u)).density > 0.0);
+            let s = grid.sample(DVec2::splat(u), &blocks);
+            assert!(grid.pmf(s.column, s.row, &blocks) > 0.0);
         }
-        assert_eq!(grid.density(DVec2::new(1.0, 0.5)), 0.0);
+        assert_eq!(grid.pmf(width, 1, &blocks), 0.0);
     }
 }

@@ -16,6 +16,7 @@
 pub(crate) mod angle;
 pub(crate) mod binomial;
 pub mod distribution;
+pub(crate) mod erf;
 pub mod measure;
 pub mod spectrum;
 pub mod statistics;

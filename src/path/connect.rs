@@ -2,7 +2,6 @@
 //! tracing.
 
 use super::{Counters, Edge, End, Out, Plan, Stage, StartDensity, Vertex};
-use crate::bsdf::TransportMode;
 use crate::endpoint::{Camera, Endpoint, Light, LightId, PointSample};
 use crate::film::{Contribution, FilmSample, Sample, Technique};
 use crate::geometry::{Place, SurfacePoint};
@@ -20,16 +19,23 @@ pub struct SampledEndpoint {
     pub light: Option<LightId>,
     /// The density with which it was chosen, probability of the light included; not 0.
     pub pdf: PerArea,
+    /// The radiance that it emits to the vertex, if the light has told it with the point.
+    pub radiance: Option<Rgb>,
 }
 
 impl SampledEndpoint {
     /// A point sampled on an endpoint that was chosen with probability `pmf`. Borrowed, because
     /// points are large and copied only where they stay.
     #[inline(always)]
-    fn new(sample: &Option<PointSample>, light: Option<LightId>, pmf: f64) -> Option<Self> {
+    fn new(
+        sample: &Option<PointSample>,
+        radiance: Option<Rgb>,
+        light: Option<LightId>,
+        pmf: f64,
+    ) -> Option<Self> {
         let PointSample { point, pdf } = sample.as_ref()?;
         let pdf = *pdf * pmf;
-        if pdf.value() > 0.0 { Some(Self { point: *point, light, pdf }) } else { None }
+        if pdf.value() > 0.0 { Some(Self { point: *point, light, pdf, radiance }) } else { None }
     }
 
     /// The inverse of the density with which it was chosen.
@@ -83,8 +89,9 @@ pub(super) fn emitter_at<S: Scene + ?Sized>(
     if !light.can_be_connected() {
         return None;
     }
-    let sample = light.sample_from(receiver, u1, u2);
-    SampledEndpoint::new(&sample, Some(id), pmf)
+    let mut radiance = None;
+    let sample = light.sample_emission(receiver, u1, u2, &mut radiance);
+    SampledEndpoint::new(&sample, radiance, Some(id), pmf)
 }
 
 /// The numbers that a point on the lens is sampled with; a lens that is a point needs none.
@@ -107,7 +114,7 @@ pub fn sample_lens<P: Sampler>(
 ) -> Option<SampledEndpoint> {
     let (u1, u2) = lens_numbers(camera, sampler);
     let sample = Endpoint::sample_from(camera, receiver, u1, u2);
-    SampledEndpoint::new(&sample, None, 1.0)
+    SampledEndpoint::new(&sample, None, None, 1.0)
 }
 
 /// A point on a light that a vertex of a camera subpath connects to: next event estimation.
@@ -142,18 +149,18 @@ pub(super) fn next_event_at<S: Scene + ?Sized>(
     let edge = Edge::between(&vertex.point, &emitter.point)?;
     counters.connections += 1;
     let light = stage.scene.light(id);
-    let radiance = light.emit(&emitter.point, -edge.direction);
+    let radiance = emitter.radiance.unwrap_or_else(|| light.emit(&emitter.point, -edge.direction));
     let incoming = edge.geometry * (radiance * emitter.throughput());
     if incoming.is_black() {
         return None;
     }
-    let value = vertex.throughput * bsdf.eval(edge.direction, vertex.to_previous) * incoming;
+    let (f, pdf) = bsdf.eval_and_pdf(edge.direction, vertex.to_previous);
+    let value = vertex.throughput * f * incoming;
     if value.is_black() {
         return None;
     }
     let mut pdf_of_hit = PerArea::ZERO;
     if techniques.bsdf_sampling && light.can_be_hit() {
-        let pdf = bsdf.pdf(vertex.to_previous, edge.direction, TransportMode::Radiance);
         pdf_of_hit = PerArea(pdf.value() * edge.geometry);
     }
     let end = out.keep(&emitter.point);

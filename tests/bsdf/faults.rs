@@ -17,6 +17,8 @@ enum Fault {
     Direction,
     Energy,
     Reverse,
+    ValueTogether,
+    DensityTogether,
 }
 
 struct Faulty(Model, Fault);
@@ -39,6 +41,18 @@ impl Bsdf for Faulty {
     fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
         let pdf = self.0.pdf(fixed, next, mode);
         if matches!(self.1, Fault::Density | Fault::SampledDensity) { pdf * 1.01 } else { pdf }
+    }
+
+    fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        let (value, pdf) = (
+            self.eval(to_light, to_camera),
+            self.pdf(to_camera, to_light, TransportMode::Radiance),
+        );
+        match self.1 {
+            Fault::ValueTogether => (value * 1.00001, pdf),
+            Fault::DensityTogether => (value, pdf * 1.00001),
+            _ => (value, pdf),
+        }
     }
 
     fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
@@ -87,6 +101,8 @@ fn faults_are_found() {
     assert!(matches!(faults(1.5, Fault::Direction, 0.7), Some(Failure::Density(_))));
     assert!(matches!(faults(1.5, Fault::Energy, 0.7), Some(Failure::Energy(..))));
     assert!(matches!(faults(1.5, Fault::Reverse, 0.7), Some(Failure::PdfReverse(_))));
+    assert!(matches!(faults(1.5, Fault::ValueTogether, 0.7), Some(Failure::Weight(_))));
+    assert!(matches!(faults(1.5, Fault::DensityTogether, 0.7), Some(Failure::Pdf(_))));
 }
 
 /// Smooth refraction without n² in the weight of a camera walk.

@@ -141,9 +141,20 @@ fn environment_maps_sample_their_own_density() {
             let (mut counts, mut masses) = ([0.0f64; 8], [0.0f64; 8]);
             let mut total = Rgb::BLACK;
             let mut range = [f64::INFINITY, 0.0];
+            let receiver = SurfacePoint::on_surface(DVec3::ONE, 0.0, DVec3::Z);
             for _ in 0..n {
-                let s = map.sample_point(rng.next(), rng.next_2d()).unwrap();
+                let (u1, u2) = (rng.next(), rng.next_2d());
+                let s = map.sample_point(u1, u2).unwrap();
                 assert_eq!(s.pdf, map.point_pdf(&s.point));
+                let w = s.point.geometric_normal;
+                let mut radiance = None;
+                let from = map.sample_emission(&receiver, u1, u2, &mut radiance);
+                assert_eq!(from, map.sample_from(&receiver, u1, u2));
+                assert_eq!(radiance, Some(map.emit(&s.point, w)));
+                assert_eq!(
+                    map.emission_and_pdf(&receiver, &s.point, w),
+                    (radiance.unwrap(), s.pdf)
+                );
                 let one = map.emit(&s.point, s.point.geometric_normal) / s.pdf.value();
                 range = [one.r().min(range[0]), one.r().max(range[1])];
                 total += one / f64::from(n);

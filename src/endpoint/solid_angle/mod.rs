@@ -84,16 +84,8 @@ enum Outline<'s> {
 impl<'s> Subtended<'s> {
     /// `None` where points are uniform on the area instead: on disks, on what is far away in units
     /// of its size, seen edge-on or from behind.
-    #[inline(never)]
+    #[inline]
     pub(super) fn new(shape: &'s Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
-        let is_near = match shape {
-            Shape::Sphere(_) => true,
-            _ => Near::of(shape).is_some_and(|near| near.holds(receiver.position)),
-        };
-        if is_near { Self::of_near(shape, receiver, two_sided) } else { None }
-    }
-
-    fn of_near(shape: &'s Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
         match shape {
             _ if receiver.place == Place::Infinite => None,
             Shape::Sphere(sphere) => {
@@ -101,9 +93,20 @@ impl<'s> Subtended<'s> {
                 let outline = Outline::Circle(cone);
                 Some(Self { receiver: receiver.position, solid_angle: cone.solid_angle(), outline })
             }
+            _ => Self::of_near(shape, receiver, two_sided),
+        }
+    }
+
+    /// The same of a flat shape.
+    #[inline(never)]
+    fn of_near(shape: &'s Shape, receiver: &SurfacePoint, two_sided: bool) -> Option<Self> {
+        if !Near::of(shape)?.holds(receiver.position) {
+            return None;
+        }
+        match shape {
             Shape::Quad(quad) => Self::of_quad(quad, receiver, two_sided),
             Shape::Triangle(triangle) => Self::of_triangle(triangle, receiver, two_sided),
-            Shape::Disk(_) => None,
+            Shape::Disk(_) | Shape::Sphere(_) => None,
         }
     }
 
@@ -142,6 +145,7 @@ impl<'s> Subtended<'s> {
 
     /// The point that the unit square's `u` maps to; primitive and surface ids are left to the
     /// caller, and on a sphere uv and tangent too, unless they are asked for.
+    #[inline]
     pub(super) fn sample(&self, u: DVec2, with_uv: bool) -> SurfacePoint {
         match &self.outline {
             Outline::Circle(cone) => cone.sample(u, with_uv),
@@ -166,6 +170,7 @@ impl<'s> Subtended<'s> {
 
     /// The density of `sample` at a point of the shape: 0 where the receiver sees a sphere's far
     /// side.
+    #[inline]
     pub(super) fn pdf(&self, point: &SurfacePoint) -> PerArea {
         let to_receiver = self.receiver - point.position;
         let distance_squared = to_receiver.length_squared();

@@ -26,6 +26,7 @@ impl<'s> SphereCone<'s> {
     /// `None` unless the sphere is whole, emits outwards, and the receiver is outside by more than
     /// the rounding of both positions: a point on the sphere itself sees nothing of it, and its
     /// "cone" would be noise.
+    #[inline]
     pub(super) fn new(sphere: &'s Sphere, receiver: &SurfacePoint) -> Option<Self> {
         let offset = receiver.position - sphere.center;
         let distance = offset.length();
@@ -51,6 +52,7 @@ impl<'s> SphereCone<'s> {
 
     /// The point of the sphere seen in a direction uniform in the cone; uv and tangent only if they
     /// are asked for.
+    #[inline]
     pub(super) fn sample(&self, u: DVec2, with_uv: bool) -> SurfacePoint {
         // θ at the receiver, φ between the sphere's normal and the direction to the receiver, α = φ
         // - θ at the centre.
@@ -68,6 +70,7 @@ impl<'s> SphereCone<'s> {
     }
 
     /// The solid angle of the cone.
+    #[inline]
     pub(super) fn solid_angle(&self) -> f64 {
         2.0 * PI * self.one_minus_cosine_max
     }

@@ -87,7 +87,8 @@ impl PinholeConnections {
         let [x, y, red, green, blue, state] = self.found.get(k);
         let lens = SurfacePoint::dirac(stage.camera.as_pinhole()?.position);
         if state == INEXACT {
-            let lens = SampledEndpoint { point: lens, light: None, pdf: PerArea(1.0) };
+            let lens =
+                SampledEndpoint { point: lens, light: None, pdf: PerArea(1.0), radiance: None };
             let from = (&**vertex, Some(*end));
             return lens_connection_at(stage, from, bounces, &sample.film, &lens, out, counters);
         }

@@ -98,7 +98,7 @@ impl<'s> FlatConnections<'s> {
             self.found.get(k);
         let point = flat.point(DVec3::new(px, py, pz), error, DVec2::new(u, v));
         if state == INEXACT {
-            let emitter = SampledEndpoint { point, light: Some(light), pdf };
+            let emitter = SampledEndpoint { point, light: Some(light), pdf, radiance: None };
             return next_event_at(plan, vertex, &emitter, out, counters);
         }
         counters.connections += 1;

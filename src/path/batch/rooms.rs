@@ -50,7 +50,8 @@ impl<'s> Rooms<'s> {
             return;
         }
         let found = emitter_at(stage, &vertex.point, (light, pmf), u1, u2)
-            .and_then(|emitter| next_event_at(plan, vertex, &emitter, out, counters));
+            .as_ref()
+            .and_then(|emitter| next_event_at(plan, vertex, emitter, out, counters));
         **drawn = found.map_or(Drawn::Nothing, Drawn::NextEvent);
     }
 

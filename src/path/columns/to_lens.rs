@@ -99,7 +99,7 @@ impl<'s> Columns<'s> {
         let sample = self.walks[k].sample as usize;
         let mut out = Out { sample, sink: &mut **sink, connections: shared.connections };
         let point = SurfacePoint::dirac(view.position);
-        let lens = SampledEndpoint { point, light: None, pdf: PerArea(1.0) };
+        let lens = SampledEndpoint { point, light: None, pdf: PerArea(1.0), radiance: None };
         let (end, film) = (out.keep(&vertex.point), &samples[sample].film);
         let bounces = self.bounces + u32::from(start.is_none());
         let from = (&vertex, Some(end));

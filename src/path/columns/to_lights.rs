@@ -59,7 +59,8 @@ impl<'s> Columns<'s> {
             self.shadow_ends.push(Ends { origin, end });
             if state == INEXACT {
                 let LightPoint { id, light, pdf, u } = *light;
-                let emitter = SampledEndpoint { point: light.point_at(u), light: Some(id), pdf };
+                let point = light.point_at(u);
+                let emitter = SampledEndpoint { point, light: Some(id), pdf, radiance: None };
                 self.connect_alone(k, &emitter, shared);
                 continue;
             }
