@@ -55,9 +55,13 @@ fn diffuse_steps<'s, S: Scene + ?Sized, W: Steps<'s, S>>(
     steps: &W,
 ) -> Option<(DiffuseSteps, FlatSurfaces<'s>)> {
     let steps = steps.at_diffuse(plan).filter(|_| !W::KEEPS)?;
-    let sees = !plan.techniques.lens_sampling || plan.stage.camera.as_pinhole().is_some();
-    let fits = sees && steps.heuristic.is_in_lanes() && steps.roulette.constant.is_black();
-    Some((steps, plan.stage.scene.flat_surfaces().filter(|_| fits)?))
+    let Plan { stage, techniques, .. } = plan;
+    let flats = stage.scene.flat_surfaces()?;
+    let fits = (!techniques.lens_sampling || stage.camera.as_pinhole().is_some())
+        && (!techniques.next_event || flats.has_flat_lights())
+        && steps.heuristic.is_in_lanes()
+        && steps.roulette.constant.is_black();
+    fits.then_some((steps, flats))
 }
 
 /// Shows `visit` each sample with its subpaths, and tests the shadow rays of all of them.

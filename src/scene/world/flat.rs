@@ -100,6 +100,11 @@ impl FlatSurfaces<'_> {
         &self.0.forest
     }
 
+    /// True if all lights are flat, so that lanes can sample them.
+    pub(crate) fn has_flat_lights(&self) -> bool {
+        self.0.has_flat_lights
+    }
+
     /// What rays in columns meet first, in their order.
     #[inline(always)]
     pub(crate) fn meet(&self, rays: &Rows<6>, ends: &[Ends], mut met: impl FnMut(usize, Meeting)) {

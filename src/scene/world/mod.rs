@@ -15,7 +15,7 @@ pub(crate) use self::flat::{DIFFUSE, Diffuse, FlatHit, Meeting};
 use super::lights::Choice;
 use super::surface::{MaterialId, Surface, SurfaceId};
 use super::{Needs, Warning};
-use crate::endpoint::{AnyLight, LightId};
+use crate::endpoint::{AnyLight, Light, LightId};
 use crate::geometry::{Bounds, Shape, SurfacePoint};
 use crate::light_tree::LightTree;
 use crate::material::{Finish, SurfaceBsdf};
@@ -34,6 +34,8 @@ pub struct World {
     surface_of: Vec<u32>,
     /// The primitives of a world of few, as far as they are flat.
     flat: Vec<Option<Flat>>,
+    /// True if all lights are flat.
+    has_flat_lights: bool,
     lights: Vec<(String, AnyLight)>,
     environment: Option<LightId>,
     light_tree: LightTree,
@@ -61,6 +63,7 @@ impl World {
             surface_of.resize(surface_of.len() + surface.primitives as usize, id as u32);
         }
         let flat = Flat::prepare(forest.shapes(), &surface_of, &surfaces, &materials);
+        let has_flat_lights = lights.iter().all(|(_, light)| light.as_flat().is_some());
         let needs = needs::needs(&materials, &surfaces, &lights, environment, &forest, &bounds);
         let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
         Self {
@@ -70,6 +73,7 @@ impl World {
             surfaces,
             surface_of,
             flat,
+            has_flat_lights,
             lights,
             environment,
             light_tree,
