@@ -100,9 +100,8 @@ impl Light for AnyLight {
         receiver: &SurfacePoint,
         u1: f64,
         u2: DVec2,
-        radiance: &mut Option<Rgb>,
-    ) -> Option<PointSample> {
-        ask!(self, light => light.sample_emission(receiver, u1, u2, radiance))
+    ) -> Option<(PointSample, Option<Rgb>)> {
+        ask!(self, light => light.sample_emission(receiver, u1, u2))
     }
 
     #[inline]

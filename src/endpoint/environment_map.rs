@@ -416,11 +416,10 @@ impl Light for EnvironmentMap {
         receiver: &SurfacePoint,
         _u1: f64,
         u2: DVec2,
-        radiance: &mut Option<Rgb>,
-    ) -> Option<PointSample> {
-        let (PointSample { point, pdf }, found) = self.sample(u2)?;
-        *radiance = Some(found);
-        Some(PointSample { point: self.extent.facing(&point, receiver), pdf })
+    ) -> Option<(PointSample, Option<Rgb>)> {
+        let (PointSample { point, pdf }, radiance) = self.sample(u2)?;
+        let point = self.extent.facing(&point, receiver);
+        Some((PointSample { point, pdf }, Some(radiance)))
     }
 
     fn emission_and_pdf(

@@ -161,17 +161,16 @@ pub trait Light: Endpoint {
     /// True if a ray can reach it by chance: area lights and environments, not Dirac lights.
     fn can_be_hit(&self) -> bool;
 
-    /// A point for `receiver` as [`sample_from`](Endpoint::sample_from) draws it. If what it emits
-    /// to the receiver ([`emit`](Endpoint::emit)) is found on the way, it is entered in `radiance`,
-    /// which is `None` before. Optional, for speed alone.
+    /// A point for `receiver` as [`sample_from`](Endpoint::sample_from) draws it, and what it emits to
+    /// the receiver ([`emit`](Endpoint::emit)) if that is found on the way. Optional, for speed
+    /// alone.
     fn sample_emission(
         &self,
         receiver: &SurfacePoint,
         u1: f64,
         u2: DVec2,
-        _radiance: &mut Option<Rgb>,
-    ) -> Option<PointSample> {
-        self.sample_from(receiver, u1, u2)
+    ) -> Option<(PointSample, Option<Rgb>)> {
+        Some((self.sample_from(receiver, u1, u2)?, None))
     }
 
     /// Radiance that `point` emits into `direction`, with the density with which `receiver` would

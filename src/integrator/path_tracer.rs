@@ -9,7 +9,6 @@
 //! with the walk's throughput T = Π f/p⊥ (Kajiya 1986; Veach 1997, section 10.2 for the weights).
 
 use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
-use crate::endpoint::{Endpoint, Light};
 use crate::path::{Begin, DiffuseSteps, Heuristic, Plan, Roulette, Steps, TechniqueSet, Visit};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -127,24 +126,10 @@ impl PathTracer {
     /// Adds what the vertex emits (s = 0).
     #[inline(always)]
     pub(super) fn hit<S: Scene + ?Sized, P>(&self, visit: &mut Visit<'_, '_, S, P>) {
-        let Visit { plan: Plan { stage, techniques, depth, .. }, walk, vertex, .. } = visit;
-        let counts = techniques.bsdf_sampling && depth.contains(walk.bounces());
-        let Some(id) = vertex.light.filter(|_| counts) else { return };
-        let light = stage.scene.light(id);
-        let (from, point, direction) = (walk.from(), &vertex.point, vertex.to_previous);
-        let competes = techniques.next_event && walk.is_from_connectible();
-        let (radiance, weight) = if competes && light.can_be_connected() {
-            let (radiance, pdf) = light.emission_and_pdf(from, point, direction);
-            let connect = pdf.value() * stage.pick_pmf_for(from, id);
-            let hit = walk.pdf().value() * vertex.geometry;
-            (radiance, self.heuristic.weight([connect / hit]))
-        } else {
-            (light.emit(point, direction), 1.0)
-        };
-        if !radiance.is_black() {
-            let value = vertex.throughput * radiance;
-            visit.out.add(&visit.contribution(0, value, weight));
-        }
+        let Some((value, connect)) = visit.emitted_beside_connection() else { return };
+        let hit = visit.walk.pdf().value() * visit.vertex.geometry;
+        let weight = connect.map_or(1.0, |p| self.heuristic.weight([p.value() / hit]));
+        visit.out.add(&visit.contribution(0, value, weight));
     }
 
     /// Adds the light of the point sampled on a light, if the vertex sees it (s = 1, next event

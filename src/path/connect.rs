@@ -28,12 +28,11 @@ impl SampledEndpoint {
     /// points are large and copied only where they stay.
     #[inline(always)]
     fn new(
-        sample: &Option<PointSample>,
+        PointSample { point, pdf }: &PointSample,
         radiance: Option<Rgb>,
         light: Option<LightId>,
         pmf: f64,
     ) -> Option<Self> {
-        let PointSample { point, pdf } = sample.as_ref()?;
         let pdf = *pdf * pmf;
         if pdf.value() > 0.0 { Some(Self { point: *point, light, pdf, radiance }) } else { None }
     }
@@ -89,8 +88,7 @@ pub(super) fn emitter_at<S: Scene + ?Sized>(
     if !light.can_be_connected() {
         return None;
     }
-    let mut radiance = None;
-    let sample = light.sample_emission(receiver, u1, u2, &mut radiance);
+    let (sample, radiance) = light.sample_emission(receiver, u1, u2)?;
     SampledEndpoint::new(&sample, radiance, Some(id), pmf)
 }
 
@@ -113,7 +111,7 @@ pub fn sample_lens<P: Sampler>(
     sampler: &mut P,
 ) -> Option<SampledEndpoint> {
     let (u1, u2) = lens_numbers(camera, sampler);
-    let sample = Endpoint::sample_from(camera, receiver, u1, u2);
+    let sample = Endpoint::sample_from(camera, receiver, u1, u2)?;
     SampledEndpoint::new(&sample, None, None, 1.0)
 }
 

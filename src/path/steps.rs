@@ -12,9 +12,9 @@ use super::{
     Scattered, Subpaths, Vertex,
 };
 use crate::bsdf::{BsdfSample, TransportMode};
-use crate::endpoint::LightId;
+use crate::endpoint::{Endpoint, Light, LightId};
 use crate::film::{Contribution, Sample, Technique};
-use crate::math::Rgb;
+use crate::math::{PerArea, Rgb};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use fearless_simd::Level;
@@ -169,6 +169,28 @@ impl<'s, S: Scene + ?Sized + 's, P> Visit<'_, 's, S, P> {
         }
         let (light, radiance) = self.vertex.emission(stage.scene)?;
         Some((light, self.vertex.throughput * radiance))
+    }
+
+    /// The same estimate, and the density with which the previous vertex would have been connected to
+    /// this point instead, if it can be by a technique in the set.
+    #[inline(always)]
+    pub fn emitted_beside_connection(&self) -> Option<(Rgb, Option<PerArea>)> {
+        let Self { plan: Plan { stage, techniques, depth, .. }, walk, vertex, .. } = self;
+        let is_hit = techniques.bsdf_sampling && depth.contains(walk.bounces());
+        let id = vertex.light.filter(|_| is_hit)?;
+        let (light, from) = (stage.scene.light(id), walk.from());
+        let connects = techniques.next_event && walk.is_from_connectible();
+        let (radiance, pdf) = if connects && light.can_be_connected() {
+            let (radiance, pdf) = light.emission_and_pdf(from, &vertex.point, vertex.to_previous);
+            (radiance, Some(pdf))
+        } else {
+            (light.emit(&vertex.point, vertex.to_previous), None)
+        };
+        if radiance.is_black() {
+            return None;
+        }
+        let value = vertex.throughput * radiance;
+        Some((value, pdf.map(|pdf| pdf * stage.pick_pmf_for(from, id))))
     }
 
     /// Adds a point on a light that was sampled for this vertex, if the two see each other.

@@ -2,8 +2,7 @@
 
 use crate::bsdf::{Bsdf, LaneForm};
 use crate::endpoint::{FlatLanes, FlatLight, LightId};
-use crate::lanes::dispatch;
-use crate::lanes::{LANES, Rows, Vector, load, store};
+use crate::lanes::{LANES, Rows, Vector, dispatch, load, store};
 use crate::math::{PerArea, Rgb};
 use crate::path::connect::next_event_at;
 use crate::path::diffuse::{BLACK, Diffuse, INEXACT, LightPoints};

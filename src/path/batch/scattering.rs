@@ -1,8 +1,7 @@
 //! Directions of Lambertian reflection.
 
 use crate::bsdf::{Bsdf, BsdfSample, LaneForm};
-use crate::lanes::dispatch;
-use crate::lanes::{Mask, Rows, Vector, load, store};
+use crate::lanes::{Mask, Rows, Vector, dispatch, load, store};
 use crate::math::{PerProjected, Rgb};
 use crate::path::Vertex;
 use crate::path::diffuse::reflected;

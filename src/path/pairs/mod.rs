@@ -8,11 +8,11 @@ mod end;
 mod formulas;
 
 use super::connect::emitter_at;
+use super::diffuse::{BLACK, LIT};
 use super::{Edge, Plan, SampledEndpoint, Stage, StartDensity, Subpaths, Vertex, Weighting};
 use crate::endpoint::{FlatLight, Light, LightId, View};
 use crate::film::Technique;
-use crate::lanes::dispatch;
-use crate::lanes::{Group, LANES, Rows, splat, splat_halves};
+use crate::lanes::{Group, LANES, Rows, dispatch, splat, splat_halves};
 use crate::math::{PerArea, Rgb};
 use crate::sampler::{Sampler, Stream};
 use crate::scene::Scene;
@@ -39,10 +39,6 @@ const TO_LENS: usize = PAIR + 2;
 
 /// The state of a connection that lanes have no form for.
 const UNKNOWN: f64 = -1.0;
-/// The state of an estimate that is black.
-const BLACK: f64 = 0.0;
-/// The state of another one.
-const LIT: f64 = 1.0;
 
 /// The connections of a sample.
 #[derive(Debug, Default)]
