@@ -217,7 +217,7 @@ fn assert_equal(name: &str, a: (Sums, Counters), b: (Sums, Counters)) {
 }
 
 #[test]
-fn walks_in_columns_are_those_of_the_open_traits() -> Result<(), Box<dyn Error>> {
+fn odd_worlds_are_those_of_the_open_traits() -> Result<(), Box<dyn Error>> {
     let cameras: [(&str, &dyn Camera); 3] = [
         ("pinhole", &rooms::camera()),
         ("lens", &rooms::lens_camera()),
@@ -254,6 +254,10 @@ fn walks_in_columns_are_those_of_the_open_traits() -> Result<(), Box<dyn Error>>
                 let handed_on = drawn(&handing_on, camera, &light, sampler)?;
                 assert_equal(&name, handed_on, drawn(&formless, camera, &light, sampler)?);
                 assert_equal(&name, found, drawn(&formless, camera, &light, sampler)?);
+                let heuristic = modes[i % 2].1;
+                let both = Bidirectional { depth, roulette, heuristic, ..Bidirectional::default() };
+                let found = drawn(&world, camera, &both, sampler)?;
+                assert_equal(&name, found, drawn(&formless, camera, &both, sampler)?);
                 for (mode, heuristic) in modes {
                     let path = PathTracer { mode, depth, roulette, heuristic };
                     let found = drawn(&world, camera, &path, sampler)?;
