@@ -4,8 +4,8 @@ use fearless_simd::Level;
 use std::sync::OnceLock;
 
 /// The instruction set that everything in lanes uses: the best one that the processor has, or a
-/// lesser one named by the environment variable `PATHSPACE_SIMD` (`sse2`, `sse4.2`, `avx2`,
-/// `avx512`). Results are the same; it serves to measure what lanes gain.
+/// lesser one named by the environment variable `PATHSPACE_SIMD` (`sse2`, `avx2`, `avx512`).
+/// Results are the same; it serves to measure what lanes gain.
 pub(crate) fn level() -> Level {
     static LEVEL: OnceLock<Level> = OnceLock::new();
     *LEVEL.get_or_init(|| {
@@ -20,7 +20,6 @@ pub(crate) fn level() -> Level {
 fn named(best: Level, name: &str) -> Option<Level> {
     match name {
         "sse2" => Some(Level::baseline()),
-        "sse4.2" => best.as_sse4_2().map(Level::Sse4_2),
         "avx2" => best.as_avx2().map(Level::Avx2),
         "avx512" => best.as_avx512().map(Level::Avx512),
         _ => None,
