@@ -44,11 +44,14 @@
 //! - A Gaussian filter has the same standard deviation, but is the pixel's box blurred. Environment
 //!   maps have their pixels' centres in the middle of pixels.
 //! - `max_depth` counts the edges of a path there and the scattering events here, one less.
-//! - The integrator and the sampler are [hints](super::Hints).
+//! - The integrator and the sampler are [hints](super::Hints); of nested integrators the innermost
+//!   one is taken. `direct` has one scattering event. With a `max_depth` of 0 nothing is seen: no
+//!   emitter is read.
 
 mod conductors;
 mod document;
 mod emitters;
+mod integrators;
 mod materials;
 mod meshes;
 mod sensors;
@@ -64,7 +67,6 @@ use crate::scene::{MaterialId, WorldBuilder};
 use document::{Document, Element};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
-use values::Object;
 
 /// Reads a scene. `parameters` are the values of `$name`s, which precede the `<default>`s in the
 /// file.
@@ -103,6 +105,8 @@ struct Loader<'a> {
     /// Names of objects, and how many have wanted each.
     names: HashMap<String, u64>,
     hints: Hints,
+    /// False if the integrator sees nothing.
+    sees: bool,
     materials: HashMap<*const Element, MaterialId>,
     textures: HashMap<(*const Element, bool), Texture>,
     triangles_left: u64,
@@ -121,6 +125,7 @@ impl<'a> Loader<'a> {
             builder: WorldBuilder::new(),
             names: HashMap::new(),
             hints: Hints::default(),
+            sees: true,
             materials: HashMap::new(),
             textures: HashMap::new(),
             triangles_left: options.limits.triangles,
@@ -202,14 +207,18 @@ impl<'a> Loader<'a> {
 
     fn scene(mut self, path: &Path) -> Result<Import, Error> {
         let mut sensors = Vec::new();
+        // Whether emitters are read depends on it.
+        for element in self.document.scene.iter().filter(|element| element.tag == "integrator") {
+            self.integrator(element, 0)?;
+        }
         for element in &self.document.scene {
             match element.tag.as_str() {
+                "integrator" => {}
                 "shape" => self.shape(element)?,
-                "emitter" => self.emitter(element)?,
+                "emitter" if self.sees => self.emitter(element)?,
                 "sensor" => sensors.push(element),
-                "integrator" => self.integrator(element)?,
-                // Read where they are referred to.
-                "bsdf" | "texture" | "spectrum" | "rgb" | "float" => {}
+                // Read where they are referred to, if at all.
+                "emitter" | "bsdf" | "texture" | "spectrum" | "rgb" | "float" => {}
                 "medium" | "phase" | "volume" => {
                     self.warn(element, "participating media are not supported, and left out")?
                 }
@@ -239,19 +248,5 @@ impl<'a> Loader<'a> {
             )?;
         }
         Ok(Import { world, views, hints: self.hints, warnings: self.warnings.into_list() })
-    }
-
-    /// Takes the hints of an integrator.
-    fn integrator(&mut self, element: &'a Element) -> Result<(), Error> {
-        let object = Object::new(element);
-        self.hints.integrator = Some(element.kind().to_owned());
-        // -1 for all; 0 sees nothing, which no integrator here does.
-        if let Some(depth) = object.integer("max_depth")?.filter(|depth| *depth > 0) {
-            self.hints.max_bounces = Some(u32::try_from(depth - 1).unwrap_or(u32::MAX));
-        }
-        if object.boolean("hide_emitters")? == Some(true) {
-            self.warn(element, "hide_emitters is not supported: emitters are visible")?;
-        }
-        Ok(())
     }
 }

@@ -81,7 +81,7 @@ impl<'a> Loader<'a> {
                 return Ok(());
             }
         };
-        if let (Some(surface), Some(radiance)) = (surface, radiance) {
+        if let (Some(surface), Some(radiance)) = (surface, radiance.filter(|_| self.sees)) {
             self.check_uv(element, &radiance)?;
             self.builder.set_textured_emission(surface, radiance, false).map_err(caused)?;
         }
