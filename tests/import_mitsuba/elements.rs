@@ -1,6 +1,6 @@
 //! Parameters, references and shapes.
 
-use crate::files::{Directory, GLOW, SENSOR, emitted_below, load};
+use crate::files::{Directory, GLOW, SENSOR, emitted_below, emitted_from, load};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3, UVec2};
 use pathspace::film::Filter;
@@ -127,4 +127,73 @@ fn all_mesh_formats_hold_the_same_mesh() {
     }
     let missing = "<shape type='serialized'><string name='filename' value='parts/two.serialized'/><integer name='shape_index' value='2'/></shape>";
     assert!(directory.error(missing).contains("there is no shape 2; there are 2"));
+}
+
+/// A scene of each version, with the names that it has there.
+#[test]
+fn older_versions_are_read() {
+    let directory = Directory::new("versions");
+    let options = Options { strict: true, ..Options::default() };
+    let load = |name: &str, version: &str, text: &str| {
+        let text = format!("<scene version='{version}'>{text}</scene>");
+        mitsuba::load(directory.write(name, text), &options, [])
+            .unwrap_or_else(|error| panic!("{error}"))
+    };
+    let old = "<integrator type='path'><integer name='maxDepth' value='3'/></integrator>\
+         <sensor type='perspective'><float name='fov' value='60'/><string name='fovAxis' value='y'/>\
+         <transform name='toWorld'><lookAt origin='0, 0, 5' target='0, 0, 0' up='0, 1, 0'/></transform>\
+         <sampler type='independent'><integer name='sampleCount' value='7'/></sampler>\
+         <film type='hdrfilm'><integer name='width' value='40'/><integer name='height' value='20'/>\
+         <integer name='cropOffsetX' value='8'/></film></sensor>\
+         <shape type='sphere'><transform name='toWorld'><scale value='2'/></transform>\
+         <boolean name='flipNormals' value='true'/><bsdf type='dielectric'><float name='intIOR' value='1.3'/>\
+         <float name='extIOR' value='1'/></bsdf></shape>\
+         <shape type='rectangle'><emitter type='area'><texture type='checkerboard' name='radiance'>\
+         <float name='uscale' value='2'/><float name='uoffset' value='0.25'/>\
+         <rgb name='color0' value='1'/><rgb name='color1' value='3'/></texture></emitter></shape>";
+    let new = old
+        .replace("maxDepth", "max_depth")
+        .replace("fovAxis", "fov_axis")
+        .replace("toWorld", "to_world")
+        .replace("lookAt", "lookat")
+        .replace("sampleCount", "sample_count")
+        .replace("cropOffsetX", "crop_offset_x")
+        .replace("flipNormals", "flip_normals")
+        .replace("intIOR", "int_ior")
+        .replace("extIOR", "ext_ior")
+        .replace(
+            "<float name='uscale' value='2'/><float name='uoffset' value='0.25'/>",
+            "<transform name='to_uv'><scale x='2'/><translate x='0.25'/></transform>",
+        );
+    let directions = |import: &Import| {
+        let camera = &import.views[0].camera;
+        let point = camera.sample_point(0.5, DVec2::splat(0.5)).expect("a point").point;
+        camera.sample_direction(&point, DVec2::ZERO).expect("a direction").direction
+    };
+    let expected = load("new.xml", "3.0.0", &new);
+    directory.write("parts/old.xml", format!("<scene version='0.5.0'>{old}</scene>"));
+    let include = "<include filename='parts/old.xml'/>";
+    for (version, text) in [
+        ("0.4.0", old),
+        ("0.6.0", old),
+        ("0.6.0", &new),
+        ("1.0", old),
+        ("2.0.0", &new),
+        ("2.1.0", &new),
+        ("3.0.0", include),
+        ("0.6.0", include),
+    ] {
+        let import = load("scene.xml", version, text);
+        assert_eq!(import.hints, expected.hints, "{version}");
+        assert_eq!(import.world.bounds(), expected.world.bounds(), "{version}");
+        assert_eq!(directions(&import), directions(&expected), "{version}");
+        let film = import.views[0].camera.film();
+        assert_eq!(film, expected.views[0].camera.film(), "{version}");
+        for i in 0..8 {
+            let (x, y) = (-0.9 + 0.25 * f64::from(i), 0.3);
+            let [found, expected] = [&import, &expected]
+                .map(|import| emitted_from(&import.world, DVec3::new(x, y, 1.0)));
+            assert_eq!(found, expected, "{version} {x}");
+        }
+    }
 }

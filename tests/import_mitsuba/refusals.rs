@@ -98,11 +98,13 @@ fn what_makes_no_sense_is_refused() {
         let error = directory.error(&elements);
         assert!(error.contains(expected) && error.contains("scene.xml"), "{elements}: {error}");
     }
-    let old = directory.write("old.xml", "<scene version='0.6.0'/>");
-    assert!(
-        mitsuba::load(old, &Options::default(), [])
-            .expect_err("old")
-            .to_string()
-            .contains("version")
-    );
+    for version in ["0.3.0", "4.0.0", "", "x"] {
+        let other = directory.write("other.xml", format!("<scene version='{version}'/>"));
+        assert!(
+            mitsuba::load(other, &Options::default(), [])
+                .expect_err(version)
+                .to_string()
+                .contains("is none from 0.4 to 3.x")
+        );
+    }
 }

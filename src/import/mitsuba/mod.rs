@@ -1,4 +1,5 @@
-//! Scenes of the Mitsuba 3 renderer: XML of scene version 3.
+//! Scenes of the Mitsuba renderer: XML of scene versions 0.4 to 3, of which those before 2 get the
+//! names of parameters that they have since.
 //!
 //! ```no_run
 //! use pathspace::import::{Options, mitsuba};
