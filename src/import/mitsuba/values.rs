@@ -143,7 +143,7 @@ pub(super) fn number(element: &Element, text: &str) -> Result<f64, Error> {
 }
 
 /// Finite numbers, separated by commas or blanks.
-fn numbers(element: &Element, text: &str) -> Result<Vec<f64>, Error> {
+pub(super) fn numbers(element: &Element, text: &str) -> Result<Vec<f64>, Error> {
     let parts = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|part| !part.is_empty());
     parts.map(|part| number(element, part)).collect()
 }
