@@ -197,3 +197,17 @@ fn older_versions_are_read() {
         }
     }
 }
+
+#[test]
+fn booleans_may_have_capitals() {
+    let directory = Directory::new("booleans");
+    for (value, seen) in
+        [("true", 0.0), ("True", 0.0), (" TRUE ", 0.0), ("false", 1.0), ("False", 1.0)]
+    {
+        let flip = format!("<boolean name='flip_normals' value='{value}'/>");
+        let import = directory
+            .load(&format!("{SENSOR}<shape type='rectangle'>{flip}{GLOW}</shape>"))
+            .unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(emitted_below(&import, 0.1, 0.2), Rgb::splat(seen), "{value}");
+    }
+}

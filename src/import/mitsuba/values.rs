@@ -90,11 +90,11 @@ impl<'a> Object<'a> {
     }
 
     pub fn boolean(&self, name: &str) -> Result<Option<bool>, Error> {
-        match self.typed(name, &["boolean"])? {
-            None => Ok(None),
-            Some("true") => Ok(Some(true)),
-            Some("false") => Ok(Some(false)),
-            Some(other) => {
+        let Some(text) = self.typed(name, &["boolean"])? else { return Ok(None) };
+        match text.trim() {
+            value if value.eq_ignore_ascii_case("true") => Ok(Some(true)),
+            value if value.eq_ignore_ascii_case("false") => Ok(Some(false)),
+            other => {
                 Err(self.element.error(format!("{name} is \"{other}\", but must be true or false")))
             }
         }
