@@ -56,3 +56,43 @@ fn cameras_look_where_they_should() {
     let crop = load("shifted.xml").views[0].camera.film();
     assert_eq!((crop.window_min, crop.window_max), (UVec2::new(8, 4), UVec2::new(40, 28)));
 }
+
+/// Rays from all over a thin lens meet at the distance of focus, which is that of the far plane
+/// (10⁴ if it is not given) where there is none. A lens without extent is a pinhole.
+#[test]
+fn lenses_focus_where_they_should() {
+    let directory = Directory::new("lenses");
+    let load = |parameters: &str| {
+        let text = format!(
+            "<sensor type='thinlens'><float name='fov' value='40'/>{parameters}</sensor>\
+             <shape type='sphere'>{GLOW}</shape>"
+        );
+        directory.load(&text).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let float = |name: &str, value: f64| format!("<float name='{name}' value='{value}'/>");
+    let radius = float("aperture_radius", 0.1);
+    for (parameters, focus) in [
+        (float("focus_distance", 5.0), 5.0),
+        (float("focus_distance", 5.0) + &float("far_clip", 50.0), 5.0),
+        (float("far_clip", 50.0), 50.0),
+        (String::new(), 1e4),
+    ] {
+        let import = load(&format!("{radius}{parameters}"));
+        assert_eq!(import.warnings, [], "{parameters}");
+        let camera = &import.views[0].camera;
+        let at = |u: f64| {
+            let point = camera.sample_point(0.5, DVec2::new(u, 0.3)).expect("a point").point;
+            let ray = camera.sample_direction(&point, DVec2::new(0.2, 0.9)).expect("a direction");
+            let direction = ray.direction / ray.direction.z;
+            (ray.from.position, ray.from.position + direction * (focus - ray.from.position.z))
+        };
+        let [(from, first), (other, second)] = [0.1, 0.8].map(at);
+        assert!(from.distance(other) > 0.01);
+        assert_relative_eq!(first, second, epsilon = 1e-9 * focus);
+    }
+    for (parameters, warnings) in [(float("aperture_radius", 0.0), 0), (String::new(), 1)] {
+        let import = load(&parameters);
+        assert_eq!(import.warnings.len(), warnings, "{:?}", import.warnings);
+        assert!(import.views[0].camera.as_pinhole().is_some());
+    }
+}

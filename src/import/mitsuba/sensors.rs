@@ -12,6 +12,9 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, UVec2};
 /// Diagonal of a small-picture film, 36 mm × 24 mm.
 const SMALL_PICTURE_DIAGONAL: f64 = 43.266_615_305_567_87;
 
+/// The distance of the plane beyond which a camera sees nothing in Mitsuba if it does not say.
+const FAR_CLIP: f64 = 1e4;
+
 /// The planes beyond which a camera does not see in Mitsuba, and does here.
 pub(super) struct Clip {
     location: Location,
@@ -77,12 +80,8 @@ impl<'a> Loader<'a> {
         let film = film.map_or_else(|| film_plan(element, 768, 576), Ok)?;
         let FilmRegion { resolution, window_min, window_max } = film.region;
         let size = resolution.as_dvec2();
-        let clip = Clip {
-            location: element.location(),
-            position,
-            forward,
-            planes: [object.float("near_clip")?, object.float("far_clip")?],
-        };
+        let planes = [object.float("near_clip")?, object.float("far_clip")?];
+        let clip = Clip { location: element.location(), position, forward, planes };
         let offset = DVec2::new(
             object.float_or("principal_point_offset_x", 0.0)?,
             object.float_or("principal_point_offset_y", 0.0)?,
@@ -90,31 +89,31 @@ impl<'a> Loader<'a> {
         let principal_point = size * (0.5 - offset);
         let made = |error: EndpointError| element.caused(error);
         let camera: Box<dyn Camera + Send> = match element.kind() {
-            "perspective" => {
-                object.ignore(&["focus_distance"]);
+            kind @ ("perspective" | "thinlens") => {
                 let fov = vertical_fov(&object, size)?;
-                let camera =
-                    PinholeCamera::new(position, target, up, fov, resolution).map_err(made)?;
-                let camera = camera
-                    .with_principal_point(principal_point)
-                    .and_then(|camera| camera.with_window(window_min, window_max));
-                Box::new(camera.map_err(made)?)
-            }
-            "thinlens" => {
-                let fov = vertical_fov(&object, size)?;
-                let radius = object
-                    .float("aperture_radius")?
-                    .ok_or_else(|| element.error("aperture_radius is missing"))?;
-                let focus = object
-                    .float("focus_distance")?
-                    .ok_or_else(|| element.error("focus_distance is missing"))?;
-                let camera =
-                    ThinLensCamera::new(position, target, up, fov, radius, focus, resolution)
-                        .map_err(made)?;
-                let camera = camera
-                    .with_principal_point(principal_point)
-                    .and_then(|camera| camera.with_window(window_min, window_max));
-                Box::new(camera.map_err(made)?)
+                let focus = object.float("focus_distance")?.or(planes[1]).unwrap_or(FAR_CLIP);
+                let radius =
+                    if kind == "thinlens" { object.float("aperture_radius")? } else { None };
+                if kind == "thinlens" && radius.is_none() {
+                    self.warn(element, "aperture_radius is missing; the lens is a point")?;
+                }
+                match radius {
+                    // A lens without extent.
+                    None | Some(0.0) => {
+                        let camera = PinholeCamera::new(position, target, up, fov, resolution)
+                            .and_then(|camera| camera.with_principal_point(principal_point))
+                            .and_then(|camera| camera.with_window(window_min, window_max));
+                        Box::new(camera.map_err(made)?)
+                    }
+                    Some(radius) => {
+                        let camera = ThinLensCamera::new(
+                            position, target, up, fov, radius, focus, resolution,
+                        )
+                        .and_then(|camera| camera.with_principal_point(principal_point))
+                        .and_then(|camera| camera.with_window(window_min, window_max));
+                        Box::new(camera.map_err(made)?)
+                    }
+                }
             }
             "orthographic" => {
                 object.ignore(&["focus_distance"]);
