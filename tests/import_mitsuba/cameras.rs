@@ -96,3 +96,56 @@ fn lenses_focus_where_they_should() {
         assert!(import.views[0].camera.as_pinhole().is_some());
     }
 }
+
+/// A mirroring transform of a sensor exchanges left and right of its image, for every ray that it
+/// sends and wherever a point is seen.
+#[test]
+fn mirrored_sensors_have_mirrored_images() {
+    let directory = Directory::new("mirrored");
+    let load = |kind: &str, parameters: &str, mirror: &str| {
+        let film = "<film type='hdrfilm'><integer name='width' value='40'/>\
+             <integer name='height' value='20'/></film>";
+        let place = format!(
+            "<transform name='to_world'>{mirror}<lookat origin='0, 0, 5' target='0, 0, 0' up='0, 1, 0'/></transform>"
+        );
+        let text = format!(
+            "<sensor type='{kind}'>{parameters}{place}{film}</sensor><shape type='sphere'>{GLOW}</shape>"
+        );
+        directory.load(&text).unwrap_or_else(|error| panic!("{error}")).views.remove(0).camera
+    };
+    let offset = "<float name='principal_point_offset_x' value='0.1'/>";
+    let aperture =
+        "<float name='aperture_radius' value='0.1'/><float name='focus_distance' value='3'/>";
+    for (kind, parameters) in
+        [("perspective", offset), ("thinlens", aperture), ("orthographic", "")]
+    {
+        let (plain, mirrored, upside_down) = (
+            load(kind, parameters, ""),
+            load(kind, parameters, "<scale x='-1'/>"),
+            load(kind, parameters, "<scale y='-1'/>"),
+        );
+        let mirror = DVec3::new(-1.0, 1.0, 1.0);
+        for u in [DVec2::new(0.1, 0.3), DVec2::new(0.9, 0.6)] {
+            let [a, b, c] = [&plain, &mirrored, &upside_down].map(|camera| {
+                let point = camera.sample_point(0.5, DVec2::splat(0.5)).expect("a point").point;
+                camera.sample_direction(&point, u).expect("a direction")
+            });
+            assert_relative_eq!(a.direction * mirror, b.direction, epsilon = 1e-12);
+            assert_relative_eq!(a.from.position * mirror, b.from.position, epsilon = 1e-12);
+            assert_relative_eq!(
+                a.direction * DVec3::new(1.0, -1.0, 1.0),
+                c.direction,
+                epsilon = 1e-12
+            );
+            assert_relative_eq!(a.pdf.value(), b.pdf.value(), max_relative = 1e-12);
+            // The pixel at which the direction is drawn is that at which it is seen.
+            let raster = mirrored.raster(&b.from, b.direction).expect("in front");
+            assert_relative_eq!(raster, u * DVec2::new(40.0, 20.0), epsilon = 1e-9);
+        }
+    }
+    // The camera looks along -z: what is at +x is on the left of a mirrored image.
+    let camera = load("perspective", "", "<scale x='-1'/>");
+    let eye = camera.sample_point(0.5, DVec2::splat(0.5)).expect("a point").point;
+    let seen = camera.raster(&eye, DVec3::new(0.1, 0.0, -1.0).normalize()).expect("in front");
+    assert!(seen.x < 20.0, "{seen}");
+}

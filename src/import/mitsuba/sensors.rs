@@ -57,6 +57,7 @@ impl<'a> Loader<'a> {
         let object = Object::new(element);
         let to_world = object.transform("to_world")?;
         let [position, forward, up] = self.pose(element, &to_world)?;
+        let is_mirrored = to_world.matrix3.determinant() < 0.0;
         let target = position + forward;
         let mut film = None;
         for child in object.objects() {
@@ -102,16 +103,18 @@ impl<'a> Loader<'a> {
                     None | Some(0.0) => {
                         let camera = PinholeCamera::new(position, target, up, fov, resolution)
                             .and_then(|camera| camera.with_principal_point(principal_point))
-                            .and_then(|camera| camera.with_window(window_min, window_max));
-                        Box::new(camera.map_err(made)?)
+                            .and_then(|camera| camera.with_window(window_min, window_max))
+                            .map_err(made)?;
+                        Box::new(if is_mirrored { camera.mirrored() } else { camera })
                     }
                     Some(radius) => {
                         let camera = ThinLensCamera::new(
                             position, target, up, fov, radius, focus, resolution,
                         )
                         .and_then(|camera| camera.with_principal_point(principal_point))
-                        .and_then(|camera| camera.with_window(window_min, window_max));
-                        Box::new(camera.map_err(made)?)
+                        .and_then(|camera| camera.with_window(window_min, window_max))
+                        .map_err(made)?;
+                        Box::new(if is_mirrored { camera.mirrored() } else { camera })
                     }
                 }
             }
@@ -131,8 +134,9 @@ impl<'a> Loader<'a> {
                     2.0 * x * size.y / size.x,
                     resolution,
                 )
+                .and_then(|camera| camera.with_window(window_min, window_max))
                 .map_err(made)?;
-                Box::new(camera.with_window(window_min, window_max).map_err(made)?)
+                Box::new(if is_mirrored { camera.mirrored() } else { camera })
             }
             other => {
                 return Err(element.error(format!("sensors of type {other} are not supported")));
@@ -154,9 +158,6 @@ impl<'a> Loader<'a> {
         let error = skew.transpose() * skew - DMat3::IDENTITY;
         if error.to_cols_array().iter().any(|e| e.abs() > 1e-3) {
             return Err(element.error("to_world of a sensor must not shear"));
-        }
-        if skew.determinant() < 0.0 {
-            return Err(element.error("to_world of a sensor must not mirror"));
         }
         Ok([to_world.translation, z, y])
     }
