@@ -211,3 +211,50 @@ fn booleans_may_have_capitals() {
         assert_eq!(emitted_below(&import, 0.1, 0.2), Rgb::splat(seen), "{value}");
     }
 }
+
+/// A triangle with each flag of precision, both, and none, which means single.
+#[test]
+fn serialized_meshes_need_no_flag_of_precision() {
+    let directory = Directory::new("precision");
+    let corners = [-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.5, 0.25];
+    for flags in [0u32, 0x1000, 0x2000, 0x3000] {
+        let mut mesh = flags.to_le_bytes().to_vec();
+        mesh.push(0);
+        [3u64, 1].iter().for_each(|count| mesh.extend(count.to_le_bytes()));
+        for corner in corners {
+            if flags & 0x2000 != 0 {
+                mesh.extend(f64::to_le_bytes(corner));
+            } else {
+                mesh.extend((corner as f32).to_le_bytes());
+            }
+        }
+        (0..3u32).for_each(|index| mesh.extend(index.to_le_bytes()));
+        let mut file = b"\x1c\x04\x04\x00".to_vec();
+        file.extend(stored(&mesh));
+        file.extend(0u64.to_le_bytes());
+        file.extend(1u32.to_le_bytes());
+        directory.write("parts/one.serialized", file);
+        let shape = "<shape type='serialized'><string name='filename' value='parts/one.serialized'/></shape>";
+        let import = directory.load(&format!("{SENSOR}{shape}")).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(import.warnings, []);
+        assert_eq!(import.world.primitive_count(), 1, "{flags:x}");
+        let bounds = import.world.bounds();
+        assert_eq!(bounds.min, DVec3::new(-1.0, -1.0, 0.0), "{flags:x}");
+        assert_eq!(bounds.max, DVec3::new(1.0, 1.5, 0.25), "{flags:x}");
+    }
+}
+
+/// A zlib stream of one block that is not compressed (RFC 1950 and 1951).
+fn stored(bytes: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(bytes.len()).expect("short");
+    let mut stream = vec![0x78, 0x01, 0x01];
+    stream.extend(length.to_le_bytes());
+    stream.extend((!length).to_le_bytes());
+    stream.extend(bytes);
+    let (a, b) = bytes.iter().fold((1u32, 0u32), |(a, b), byte| {
+        let a = (a + u32::from(*byte)) % 65521;
+        (a, (a + b) % 65521)
+    });
+    stream.extend((b << 16 | a).to_be_bytes());
+    stream
+}

@@ -349,10 +349,8 @@ struct Stream<'a> {
 impl Stream<'_> {
     fn mesh(&mut self, version: u16) -> Result<Mesh, String> {
         let flags = u32::from_le_bytes(self.bytes()?);
+        // Files without a flag of precision are of single precision.
         self.double = flags & 0x2000 != 0;
-        if self.double == (flags & 0x1000 != 0) {
-            return Err("the numbers are neither of single nor of double precision".to_owned());
-        }
         // The name.
         while version == 4 && self.bytes::<1>()? != [0] {}
         let (vertices, triangles) =
