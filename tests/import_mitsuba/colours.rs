@@ -189,3 +189,47 @@ fn spectra_are_plug_ins_too() {
     assert_eq!((grey, warnings.len()), (Rgb::splat(0.5), 1));
     assert!(warnings[0].to_string().contains("spectrum of type measured"), "{}", warnings[0]);
 }
+
+/// R = ((n - 1)² + k²)/((n + 1)² + k²) at normal incidence, with 0 for what is negative.
+#[test]
+fn negative_indices_are_zero() {
+    let directory = Directory::new("negative");
+    let reflected = |kind: &str, eta: &str, k: &str| {
+        let bsdf = format!("<bsdf type='{kind}'>{eta}{k}</bsdf>");
+        let import = directory
+            .load(&format!("{SENSOR}<shape type='rectangle'>{bsdf}</shape>"))
+            .unwrap_or_else(|error| panic!("{error}"));
+        let hit = import
+            .world
+            .intersect(&SurfacePoint::dirac(DVec3::Z), -DVec3::Z)
+            .expect("the rectangle");
+        let sample = import
+            .world
+            .bsdf(&hit)
+            .sample(DVec3::Z, TransportMode::Radiance, 0.5, DVec2::splat(0.5))
+            .expect("a reflection");
+        let warnings = import.warnings.into_iter().map(|warning| warning.to_string()).collect();
+        (sample.weight, warnings)
+    };
+    let rgb = |name: &str, value: &str| format!("<rgb name='{name}' value='{value}'/>");
+    let (colour, warnings): (Rgb, Vec<String>) =
+        reflected("conductor", &rgb("eta", "-0.05, 4, 4"), &rgb("k", "-0.04, 0.1, 1.3"));
+    let exact = [1.0, 9.01 / 25.01, (9.0 + 1.69) / (25.0 + 1.69)];
+    (0..3).for_each(|c| assert_relative_eq!(colour[c], exact[c], max_relative = 1e-12));
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert!(warnings[0].contains("conductor: eta has negative components"), "{warnings:?}");
+    assert!(warnings[1].contains("conductor: k has negative components"), "{warnings:?}");
+    let (colour, warnings) = reflected("conductor", &rgb("eta", "0.5"), &rgb("k", "0, 1, 2"));
+    let exact = [0.25 / 2.25, 1.25 / 3.25, 4.25 / 6.25];
+    (0..3).for_each(|c| assert_relative_eq!(colour[c], exact[c], max_relative = 1e-12));
+    assert_eq!(warnings, [""; 0]);
+    let list = |name: &str, value: &str| format!("<spectrum name='{name}' value='{value}'/>");
+    let (white, warnings) =
+        reflected("conductor", &list("eta", "400:-1, 700:-0.5"), &list("k", "400:2, 700:-0.1"));
+    (0..3).for_each(|c| assert_relative_eq!(white[c], 1.0, max_relative = 1e-12));
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    let (rough, warnings) =
+        reflected("roughconductor", &rgb("eta", "-0.05, 4, 4"), &rgb("k", "-0.04, 0.1, 1.3"));
+    assert!(rough.is_finite() && rough[0] > rough[2] && rough[2] > rough[1], "{rough:?}");
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+}
