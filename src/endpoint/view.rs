@@ -6,8 +6,8 @@ use crate::film::FilmRegion;
 use crate::lanes::{Lane, Mask, Vector};
 use glam::{DVec2, DVec3, UVec2};
 
-/// A view: x to the right, y up, looking along `forward`, all three of unit length; left-handed if it
-/// is mirrored.
+/// A view: x to the right, y up, looking along `forward`, all three of unit length; left-handed if
+/// it is mirrored.
 /// Film coordinates have their origin at the upper left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]

@@ -46,6 +46,18 @@ impl Directory {
         self.load(elements).expect_err(elements).to_string()
     }
 
+    /// Loads a scene with an object that is left out or replaced, which a warning says; in strict
+    /// mode the same is an error.
+    pub fn left_out(&self, elements: &str, expected: &str) -> Import {
+        let import = self.load(elements).expect(elements);
+        let is_said = import.warnings.iter().any(|warning| warning.to_string().contains(expected));
+        assert!(is_said, "{elements}: {:?}", import.warnings);
+        let strict = self.load_with(elements, &Options { strict: true, ..Options::default() });
+        let error = strict.expect_err(elements).to_string();
+        assert!(error.contains(expected) && error.contains("scene.xml"), "{elements}: {error}");
+        import
+    }
+
     /// The only warning of a scene, which is an error in strict mode.
     pub fn warning(&self, elements: &str) -> String {
         let import = self.load(elements).expect(elements);

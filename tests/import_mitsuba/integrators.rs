@@ -81,5 +81,7 @@ fn integrators_go_as_far_as_they_should() {
         }
     }
     let knot = "<integrator type='aov' id='a'><ref id='a'/></integrator>";
-    assert!(directory.error(&format!("{scene}{knot}")).contains("contain each other"));
+    let import = directory.load(&format!("{scene}{knot}")).expect("a scene");
+    let last = import.warnings.last().expect("a warning").to_string();
+    assert!(last.contains("contain each other; all light is taken"), "{last}");
 }

@@ -66,6 +66,11 @@ impl Element {
         Error::new(self.location(), reason)
     }
 
+    /// An error of what asks for more than a limit admits.
+    pub fn limit(&self, reason: impl Into<String>) -> Error {
+        Error::limit(self.location(), reason)
+    }
+
     pub fn caused(&self, source: impl std::error::Error + Send + Sync + 'static) -> Error {
         Error::caused(self.location(), source)
     }

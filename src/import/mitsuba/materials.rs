@@ -24,7 +24,9 @@ impl<'a> Loader<'a> {
         if let Some(id) = self.materials.get(&key) {
             return Ok(*id);
         }
-        let material = self.bsdf(element, 0)?;
+        let material = self.bsdf(element, 0);
+        let instead = "the surface is diffuse and grey instead";
+        let material = self.warnings.rescue(material, instead)?.unwrap_or_else(stand_in);
         // The scene's own names of materials are another set.
         let name = format!("{} {}", self.materials.len(), element.id().unwrap_or(element.kind()));
         let id =

@@ -28,6 +28,11 @@
 //! | parts of sensors | film, crop window, reconstruction filter |
 //! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials |
 //! | colours | `rgb`, `float`, `spectrum` as a value, or a list or file of wavelengths and values |
+//! | spectra | `uniform`, `d65`, `srgb`, `rawconstant`, `regular`, `irregular`, `blackbody` |
+//!
+//! An object that is malformed, degenerate or unknown, or that needs a file which is missing or
+//! damaged, is left out or replaced with a warning; in strict mode it is an error. What the limits
+//! do not admit is always refused.
 //!
 //! # Conventions
 //!
@@ -66,6 +71,7 @@ use super::{Error, Hints, Import, ImportedView, Limits, Location, Options, Warni
 use crate::material::Texture;
 use crate::scene::{MaterialId, WorldBuilder};
 use document::{Document, Element};
+use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
@@ -73,9 +79,9 @@ use std::path::Path;
 /// file.
 ///
 /// # Errors
-/// If a file cannot be read or is malformed, refers to what does not exist or must not be read,
-/// asks for more than the limits admit, or describes nothing that can be rendered; in strict mode
-/// also for everything that would be a warning.
+/// If the file or one that it includes cannot be read or is no XML of a scene, has parameters
+/// without a value, asks for more than the limits admit, or has no sensor that can be used, or
+/// neither a surface nor a light; in strict mode also for everything that would be a warning.
 pub fn load(
     path: impl AsRef<Path>,
     options: &Options,
@@ -139,10 +145,14 @@ impl<'a> Loader<'a> {
 
     fn find_ids(&mut self, elements: &'a [Element]) -> Result<(), Error> {
         for element in elements {
-            if let Some(id) = element.id().filter(|_| element.tag != "ref")
-                && self.ids.insert(id, element).is_some()
-            {
-                return Err(element.error(format!("the id {id} occurs twice")));
+            if let Some(id) = element.id().filter(|_| element.tag != "ref") {
+                match self.ids.entry(id) {
+                    Entry::Vacant(entry) => drop(entry.insert(element)),
+                    Entry::Occupied(_) => self.warn(
+                        element,
+                        format!("the id {id} occurs twice; the first one is referred to"),
+                    )?,
+                }
             }
             self.find_ids(&element.children)?;
         }
@@ -210,13 +220,20 @@ impl<'a> Loader<'a> {
         let mut sensors = Vec::new();
         // Whether emitters are read depends on it.
         for element in self.document.scene.iter().filter(|element| element.tag == "integrator") {
-            self.integrator(element, 0)?;
+            let read = self.integrator(element, 0);
+            self.warnings.rescue(read, "all light is taken")?;
         }
         for element in &self.document.scene {
             match element.tag.as_str() {
                 "integrator" => {}
-                "shape" => self.shape(element)?,
-                "emitter" if self.sees => self.emitter(element)?,
+                "shape" => {
+                    let read = self.shape(element);
+                    self.warnings.rescue(read, "it is left out")?;
+                }
+                "emitter" if self.sees => {
+                    let read = self.emitter(element);
+                    self.warnings.rescue(read, "it is left out")?;
+                }
                 "sensor" => sensors.push(element),
                 // Read where they are referred to, if at all.
                 "emitter" | "bsdf" | "texture" | "spectrum" | "rgb" | "float" => {}
@@ -233,9 +250,16 @@ impl<'a> Loader<'a> {
         let mut views = Vec::new();
         let mut clips = Vec::new();
         for sensor in sensors {
-            let (view, clip) = self.sensor(sensor, views.len())?;
-            views.push(view);
-            clips.push(clip);
+            let read = self.sensor(sensor, views.len());
+            if let Some((view, clip)) = self.warnings.rescue(read, "it is left out")? {
+                views.push(view);
+                clips.push(clip);
+            }
+        }
+        if views.is_empty() {
+            let last = self.warnings.into_list().pop();
+            let why = last.map_or_else(String::new, |warning| warning.to_string());
+            return Err(Error::new(whole(), format!("no sensor can be used: {why}")));
         }
         let builder = std::mem::take(&mut self.builder);
         let world = builder.build().map_err(|error| Error::caused(whole(), error))?;

@@ -63,10 +63,14 @@ impl<'a> Loader<'a> {
         for child in object.objects() {
             let child = self.resolved(child)?;
             match child.tag.as_str() {
-                "film" => film = Some(self.film(child)?),
+                "film" => {
+                    let plan = self.film(child);
+                    film = self.warnings.rescue(plan, "another film is taken")?;
+                }
                 "sampler" => {
                     self.hints.sampler = Some(child.kind().to_owned());
-                    let samples = Object::new(child).integer("sample_count")?;
+                    let samples = Object::new(child).integer("sample_count");
+                    let samples = self.warnings.rescue(samples, "it is not taken")?.flatten();
                     self.hints.samples_per_pixel = samples
                         .and_then(|n| u32::try_from(n).ok())
                         .or(self.hints.samples_per_pixel);
@@ -172,7 +176,7 @@ impl<'a> Loader<'a> {
         };
         let (width, height) = (pixels("width", 768)?, pixels("height", 576)?);
         if u64::from(width) * u64::from(height) > self.limits.pixels {
-            return Err(element.error(format!(
+            return Err(element.limit(format!(
                 "a film of {width} x {height} pixels is larger than the limit admits"
             )));
         }
@@ -191,7 +195,9 @@ impl<'a> Loader<'a> {
         for child in object.objects() {
             let child = self.resolved(child)?;
             if child.tag == "rfilter" {
-                plan.filter = self.filter(child)?;
+                let filter = self.filter(child);
+                let filter = self.warnings.rescue(filter, "a Gaussian of 0.5 pixels is taken")?;
+                plan.filter = filter.unwrap_or(plan.filter);
             } else {
                 self.warn(
                     child,

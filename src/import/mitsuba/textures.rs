@@ -20,7 +20,9 @@ impl<'a> Loader<'a> {
         name: &str,
         illuminant: Illuminant,
     ) -> Result<Option<Texture>, Error> {
-        object.get(name).map(|element| self.texture_of(element, illuminant)).transpose()
+        let Some(element) = object.get(name) else { return Ok(None) };
+        let texture = self.texture_of(element, illuminant);
+        self.warnings.rescue(texture, &format!("the {name} is as if it were not given"))
     }
 
     /// The colour of a name, which must not vary; `None` if there is none.
@@ -31,7 +33,7 @@ impl<'a> Loader<'a> {
         illuminant: Illuminant,
     ) -> Result<Option<Rgb>, Error> {
         let Some(element) = object.get(name) else { return Ok(None) };
-        let texture = self.texture_of(element, illuminant)?;
+        let Some(texture) = self.texture(object, name, illuminant)? else { return Ok(None) };
         texture.as_constant().map(Some).ok_or_else(|| element.error("must not be a texture here"))
     }
 
@@ -210,7 +212,7 @@ impl<'a> Loader<'a> {
         let pixels = u64::from(width) * u64::from(height);
         let left = self.pixels_left.checked_sub(pixels);
         self.pixels_left =
-            left.ok_or_else(|| element.error("the images have more pixels than the limit admits"))?;
+            left.ok_or_else(|| element.limit("the images have more pixels than the limit admits"))?;
         let mut decoder = reader().map_err(|error| element.caused(error))?;
         let mut limits = image::Limits::default();
         limits.max_alloc = Some(pixels.saturating_mul(32).saturating_add(1 << 20));

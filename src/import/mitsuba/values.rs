@@ -176,9 +176,13 @@ fn transform(element: &Element) -> Result<DAffine3, Error> {
             "scale" => DMat4::from_scale(components(step, 1.0)?),
             "rotate" => {
                 let axis = components(step, 0.0)?;
-                let axis =
-                    axis.try_normalize().ok_or_else(|| step.error("the axis has length zero"))?;
-                DMat4::from_axis_angle(axis, number(step, step.required("angle")?)?.to_radians())
+                let angle = number(step, step.required("angle")?)?;
+                match axis.try_normalize() {
+                    Some(axis) => DMat4::from_axis_angle(axis, angle.to_radians()),
+                    // Nothing is turned, about whatever axis.
+                    None if angle == 0.0 => DMat4::IDENTITY,
+                    None => return Err(step.error("the axis has length zero")),
+                }
             }
             "lookat" => look_at(step)?,
             "matrix" => matrix(step)?,
