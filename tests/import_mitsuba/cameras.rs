@@ -149,3 +149,38 @@ fn mirrored_sensors_have_mirrored_images() {
     let seen = camera.raster(&eye, DVec3::new(0.1, 0.0, -1.0).normalize()).expect("in front");
     assert!(seen.x < 20.0, "{seen}");
 }
+
+/// A sensor that is unknown or has values out of range is approximated, so that its scene has one.
+#[test]
+fn odd_sensors_are_replaced() {
+    let directory = Directory::new("odd");
+    let corner = |sensor: &str, expected: &str| {
+        let film = "<film type='hdrfilm'><integer name='width' value='100'/>\
+             <integer name='height' value='50'/></film>";
+        let text = format!("{}{film}</sensor><shape type='sphere'>{GLOW}</shape>", sensor);
+        let import = directory.left_out(&text, expected);
+        let camera = &import.views[0].camera;
+        let point = camera.sample_point(0.5, DVec2::splat(0.5)).expect("a point").point;
+        let sample = camera.sample_direction(&point, DVec2::ZERO).expect("a direction");
+        (sample.from.position, sample.direction / sample.direction.z)
+    };
+    // That of a lens of 50 mm.
+    let direction = DVec3::new(0.386988, 0.193494, 1.0);
+    for (sensor, expected) in [
+        ("<sensor type='fisheye'>", "sensors of type fisheye are not supported"),
+        ("<sensor type='perspective'><float name='fov' value='180'/>", "fov is 180"),
+        ("<sensor type='perspective'><float name='fov' value='x'/>", "is not a finite number"),
+        ("<sensor type='thinlens'>", "aperture_radius is missing"),
+        ("<sensor type='thinlens'><float name='aperture_radius' value='-1'/>", "or negative"),
+    ] {
+        assert_relative_eq!(corner(sensor, expected).1, direction, epsilon = 2e-6);
+    }
+    let scaled = "<transform name='to_world'><scale x='10' y='4'/></transform>";
+    let (position, _) = corner(&format!("<sensor type='orthographic'>{scaled}"), "are square here");
+    assert_relative_eq!(position.truncate(), DVec2::new(10.0, 5.0), epsilon = 1e-12);
+    let sheared = "<transform name='to_world'><matrix value='1 0.5 0  0 1 0  0 0 1'/></transform>";
+    let sensor = format!("<sensor type='perspective'>{sheared}");
+    let up = DVec3::new(0.5, 1.0, 0.0).normalize();
+    let turned = DVec3::Z + 0.386988 * up.cross(DVec3::Z) + 0.193494 * up;
+    assert_relative_eq!(corner(&sensor, "must not shear").1, turned, epsilon = 2e-6);
+}

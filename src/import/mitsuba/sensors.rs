@@ -94,17 +94,47 @@ impl<'a> Loader<'a> {
         let principal_point = size * (0.5 - offset);
         let made = |error: EndpointError| element.caused(error);
         let camera: Box<dyn Camera + Send> = match element.kind() {
-            kind @ ("perspective" | "thinlens") => {
-                let fov = vertical_fov(&object, size)?;
+            "orthographic" => {
+                object.ignore(&["focus_distance"]);
+                let [x, y] = [to_world.matrix3.x_axis.length(), to_world.matrix3.y_axis.length()];
+                if (x - y).abs() > 1e-6 * x {
+                    self.warn(element, "the pixels of an orthographic sensor are square here: its scale along x is taken")?;
+                }
+                // The film is two units wide before it is scaled.
+                let camera = OrthographicCamera::new(
+                    position,
+                    target,
+                    up,
+                    2.0 * x * size.y / size.x,
+                    resolution,
+                )
+                .and_then(|camera| camera.with_window(window_min, window_max))
+                .map_err(made)?;
+                Box::new(if is_mirrored { camera.mirrored() } else { camera })
+            }
+            kind => {
+                if !matches!(kind, "perspective" | "thinlens") {
+                    self.warn(
+                        element,
+                        format!(
+                            "sensors of type {kind} are not supported; it is perspective instead"
+                        ),
+                    )?;
+                }
+                let fov = vertical_fov(&object, size);
+                let fov = self.warnings.rescue(fov, "the lens is one of 50 mm instead")?;
+                let fov = fov.unwrap_or_else(|| default_fov(size));
                 let focus = object.float("focus_distance")?.or(planes[1]).unwrap_or(FAR_CLIP);
                 let radius =
-                    if kind == "thinlens" { object.float("aperture_radius")? } else { None };
-                if kind == "thinlens" && radius.is_none() {
-                    self.warn(element, "aperture_radius is missing; the lens is a point")?;
+                    if kind == "thinlens" { object.float("aperture_radius")? } else { Some(0.0) };
+                if radius.is_none_or(|radius| radius < 0.0) {
+                    self.warn(
+                        element,
+                        "aperture_radius is missing or negative; the lens is a point",
+                    )?;
                 }
-                match radius {
-                    // A lens without extent.
-                    None | Some(0.0) => {
+                match radius.filter(|radius| *radius > 0.0) {
+                    None => {
                         let camera = PinholeCamera::new(position, target, up, fov, resolution)
                             .and_then(|camera| camera.with_principal_point(principal_point))
                             .and_then(|camera| camera.with_window(window_min, window_max))
@@ -122,29 +152,6 @@ impl<'a> Loader<'a> {
                     }
                 }
             }
-            "orthographic" => {
-                object.ignore(&["focus_distance"]);
-                let [x, y] = [to_world.matrix3.x_axis.length(), to_world.matrix3.y_axis.length()];
-                if (x - y).abs() > 1e-6 * x {
-                    return Err(
-                        element.error("the pixels of an orthographic sensor must be square: it is scaled differently along x and y")
-                    );
-                }
-                // The film is two units wide before it is scaled.
-                let camera = OrthographicCamera::new(
-                    position,
-                    target,
-                    up,
-                    2.0 * x * size.y / size.x,
-                    resolution,
-                )
-                .and_then(|camera| camera.with_window(window_min, window_max))
-                .map_err(made)?;
-                Box::new(if is_mirrored { camera.mirrored() } else { camera })
-            }
-            other => {
-                return Err(element.error(format!("sensors of type {other} are not supported")));
-            }
         };
         object.finish(&mut self.warnings)?;
         let name = element.id().map_or_else(|| format!("camera {}", index + 1), str::to_owned);
@@ -161,7 +168,7 @@ impl<'a> Loader<'a> {
         let skew = DMat3::from_cols(x, y, z);
         let error = skew.transpose() * skew - DMat3::IDENTITY;
         if error.to_cols_array().iter().any(|e| e.abs() > 1e-3) {
-            return Err(element.error("to_world of a sensor must not shear"));
+            self.warn(element, "to_world of a sensor must not shear; its axes y and z are taken")?;
         }
         Ok([to_world.translation, z, y])
     }
@@ -296,5 +303,15 @@ fn vertical_fov(object: &Object<'_>, size: DVec2) -> Result<f64, Error> {
         "larger" => size.max_element(),
         other => return Err(element.error(format!("the fov_axis \"{other}\" is not known"))),
     };
-    Ok(2.0 * (tangent * size.y / extent).atan().to_degrees())
+    Ok(degrees(tangent * size.y / extent))
+}
+
+/// The vertical field of view of the lens that sensors have by default.
+fn default_fov(size: DVec2) -> f64 {
+    degrees(0.5 * SMALL_PICTURE_DIAGONAL / 50.0 * size.y / size.length())
+}
+
+/// The angle of which half has this tangent.
+fn degrees(tangent: f64) -> f64 {
+    2.0 * tangent.atan().to_degrees()
 }
