@@ -15,5 +15,7 @@ mod files;
 mod hostile;
 #[path = "import_mitsuba/images.rs"]
 mod images;
+#[path = "import_mitsuba/integrators.rs"]
+mod integrators;
 #[path = "import_mitsuba/refusals.rs"]
 mod refusals;

@@ -36,6 +36,12 @@ impl OrthographicCamera {
         Ok(Self { view: View::new(OBJECT, [position, target, up], film_height, resolution)? })
     }
 
+    /// The same camera with left and right of its image exchanged.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        Self { view: self.view.mirrored() }
+    }
+
     /// The same camera, rendering only the pixels from `min` up to but without `max`.
     ///
     /// # Errors

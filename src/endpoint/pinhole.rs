@@ -46,6 +46,12 @@ impl PinholeCamera {
         Ok(Self { view: self.view.with_principal_point(pixel)? })
     }
 
+    /// The same camera with left and right of its image exchanged.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        Self { view: self.view.mirrored() }
+    }
+
     /// The same camera, rendering only the pixels from `min` up to but without `max`.
     ///
     /// # Errors

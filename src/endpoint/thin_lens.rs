@@ -60,6 +60,12 @@ impl ThinLensCamera {
         Ok(Self { view: self.view.with_principal_point(pixel)?, ..self })
     }
 
+    /// The same camera with left and right of its image exchanged.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        Self { view: self.view.mirrored(), ..self }
+    }
+
     /// The same camera, rendering only the pixels from `min` up to but without `max`.
     ///
     /// # Errors

@@ -6,7 +6,8 @@ use crate::film::FilmRegion;
 use crate::lanes::{Lane, Mask, Vector};
 use glam::{DVec2, DVec3, UVec2};
 
-/// A right-handed view: x to the right, y up, looking along `forward`, all three of unit length.
+/// A view: x to the right, y up, looking along `forward`, all three of unit length; left-handed if
+/// it is mirrored.
 /// Film coordinates have their origin at the upper left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -78,6 +79,11 @@ impl View {
             });
         }
         Ok(Self { film: FilmRegion { resolution, window_min: min, window_max: max }, ..self })
+    }
+
+    /// The same view with left and right of its image exchanged.
+    pub(super) fn mirrored(self) -> Self {
+        Self { right: -self.right, ..self }
     }
 
     /// The same view through a film that is displaced in its plane.

@@ -90,7 +90,7 @@ impl Files {
     pub fn spend(&mut self, bytes: u64, location: Location) -> Result<(), Error> {
         let left = self.bytes_left.checked_sub(bytes);
         self.bytes_left = left.ok_or_else(|| {
-            Error::new(location, "the files of the scene have more bytes than the limit admits")
+            Error::limit(location, "the files of the scene have more bytes than the limit admits")
         })?;
         Ok(())
     }

@@ -175,6 +175,17 @@ impl Error {
         Self { location, reason: reason.into(), source: None }
     }
 
+    /// An error of a file that asks for more than a limit admits.
+    pub(crate) fn limit(location: Location, reason: impl Into<String>) -> Self {
+        Self { source: Some(Box::new(LimitExceeded)), ..Self::new(location, reason) }
+    }
+
+    /// True if leaving something out is no remedy.
+    #[cfg(feature = "mitsuba")]
+    fn is_limit(&self) -> bool {
+        self.source.as_ref().is_some_and(|source| source.is::<LimitExceeded>())
+    }
+
     /// An error that another one has caused; its message becomes part of the reason.
     pub(crate) fn caused(
         location: Location,
@@ -183,6 +194,18 @@ impl Error {
         Self { location, reason: source.to_string(), source: Some(Box::new(source)) }
     }
 }
+
+/// The source of errors of files that ask for more than a limit admits.
+#[derive(Debug)]
+struct LimitExceeded;
+
+impl fmt::Display for LimitExceeded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a limit of the options is exceeded")
+    }
+}
+
+impl std::error::Error for LimitExceeded {}
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -223,6 +246,24 @@ impl Warnings {
             self.list.push(Warning { location, reason });
         }
         Ok(())
+    }
+
+    /// The result, or `None` after a warning of what is taken `instead`. In strict mode, and where
+    /// a limit is exceeded, it stays an error.
+    #[cfg(feature = "mitsuba")]
+    pub fn rescue<T>(
+        &mut self,
+        result: Result<T, Error>,
+        instead: &str,
+    ) -> Result<Option<T>, Error> {
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(error) if self.strict || error.is_limit() => Err(error),
+            Err(error) => {
+                self.warn(error.location, format!("{}; {instead}", error.reason))?;
+                Ok(None)
+            }
+        }
     }
 
     pub fn into_list(self) -> Vec<Warning> {

@@ -140,3 +140,96 @@ fn materials_are_known_by_name() {
         directory.load(&format!("{SENSOR}{shapes}")).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(import.warnings, []);
 }
+
+/// Spectra as plug-ins. Daylight is white, and a uniform spectrum has its value in each channel, as
+/// Mitsuba renders RGB; lists are what they are in an attribute. The sun's colour was integrated
+/// by another program, every 5 nm.
+#[test]
+fn spectra_are_plug_ins_too() {
+    let directory = Directory::new("plug-ins");
+    let load = |spectrum: &str| {
+        let glow = format!("<emitter type='area'>{spectrum}</emitter>");
+        let import = directory
+            .load(&format!("{SENSOR}<shape type='rectangle'>{glow}</shape>"))
+            .unwrap_or_else(|error| panic!("{error}"));
+        (emitted_below(&import, 0.0, 0.0), import.warnings)
+    };
+    let emitted = |spectrum: &str| {
+        let (colour, warnings) = load(spectrum);
+        assert_eq!(warnings, [], "{spectrum}");
+        colour
+    };
+    let plug_in = |kind: &str, parameters: &str| {
+        let [spectrum, texture] = ["spectrum", "texture"].map(|tag| {
+            emitted(&format!("<{tag} type='{kind}' name='radiance'>{parameters}</{tag}>"))
+        });
+        assert_eq!(spectrum, texture, "{kind}");
+        spectrum
+    };
+    let float = |name: &str, value: f64| format!("<float name='{name}' value='{value}'/>");
+    assert_eq!(plug_in("d65", ""), Rgb::WHITE);
+    assert_eq!(plug_in("d65", &float("scale", 3.0)), Rgb::splat(3.0));
+    assert_eq!(plug_in("uniform", &float("value", 2.0)), Rgb::splat(2.0));
+    let colour = "<rgb name='color' value='0.2, 0.5, 0.7'/>";
+    assert_eq!(plug_in("srgb", colour), Rgb::new(0.2, 0.5, 0.7));
+    let constant = "<rgb name='value' value='4, 5, 6'/>";
+    assert_eq!(plug_in("rawconstant", constant), Rgb::new(4.0, 5.0, 6.0));
+    let list = emitted("<spectrum name='radiance' value='400:1, 500:3, 600:2'/>");
+    let irregular =
+        "<string name='wavelengths' value='400, 500 600'/><string name='values' value='1, 3, 2'/>";
+    assert_eq!(plug_in("irregular", irregular), list);
+    let regular = "<float name='wavelength_min' value='400'/><float name='wavelength_max' value='600'/>\
+         <string name='values' value='1, 3, 2'/>";
+    assert_eq!(plug_in("regular", regular), list);
+    let sun = plug_in("blackbody", &float("temperature", 5772.0));
+    for (c, expected) in [28_106.6, 24_638.0, 23_064.0].into_iter().enumerate() {
+        assert_relative_eq!(sun[c], expected, max_relative = 2e-3);
+    }
+    let (grey, warnings) = load("<spectrum type='measured' name='radiance'/>");
+    assert_eq!((grey, warnings.len()), (Rgb::splat(0.5), 1));
+    assert!(warnings[0].to_string().contains("spectrum of type measured"), "{}", warnings[0]);
+}
+
+/// R = ((n - 1)² + k²)/((n + 1)² + k²) at normal incidence, with 0 for what is negative.
+#[test]
+fn negative_indices_are_zero() {
+    let directory = Directory::new("negative");
+    let reflected = |kind: &str, eta: &str, k: &str| {
+        let bsdf = format!("<bsdf type='{kind}'>{eta}{k}</bsdf>");
+        let import = directory
+            .load(&format!("{SENSOR}<shape type='rectangle'>{bsdf}</shape>"))
+            .unwrap_or_else(|error| panic!("{error}"));
+        let hit = import
+            .world
+            .intersect(&SurfacePoint::dirac(DVec3::Z), -DVec3::Z)
+            .expect("the rectangle");
+        let sample = import
+            .world
+            .bsdf(&hit)
+            .sample(DVec3::Z, TransportMode::Radiance, 0.5, DVec2::splat(0.5))
+            .expect("a reflection");
+        let warnings = import.warnings.into_iter().map(|warning| warning.to_string()).collect();
+        (sample.weight, warnings)
+    };
+    let rgb = |name: &str, value: &str| format!("<rgb name='{name}' value='{value}'/>");
+    let (colour, warnings): (Rgb, Vec<String>) =
+        reflected("conductor", &rgb("eta", "-0.05, 4, 4"), &rgb("k", "-0.04, 0.1, 1.3"));
+    let exact = [1.0, 9.01 / 25.01, (9.0 + 1.69) / (25.0 + 1.69)];
+    (0..3).for_each(|c| assert_relative_eq!(colour[c], exact[c], max_relative = 1e-12));
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert!(warnings[0].contains("conductor: eta has negative components"), "{warnings:?}");
+    assert!(warnings[1].contains("conductor: k has negative components"), "{warnings:?}");
+    let (colour, warnings) = reflected("conductor", &rgb("eta", "0.5"), &rgb("k", "0, 1, 2"));
+    let exact = [0.25 / 2.25, 1.25 / 3.25, 4.25 / 6.25];
+    (0..3).for_each(|c| assert_relative_eq!(colour[c], exact[c], max_relative = 1e-12));
+    assert_eq!(warnings, [""; 0]);
+    let list = |name: &str, value: &str| format!("<spectrum name='{name}' value='{value}'/>");
+    let (white, warnings) =
+        reflected("conductor", &list("eta", "400:-1, 700:-0.5"), &list("k", "400:2, 700:-0.1"));
+    (0..3).for_each(|c| assert_relative_eq!(white[c], 1.0, max_relative = 1e-12));
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    let (rough, warnings) =
+        reflected("roughconductor", &rgb("eta", "-0.05, 4, 4"), &rgb("k", "-0.04, 0.1, 1.3"));
+    assert!(rough.is_finite() && rough[0] > rough[2] && rough[2] > rough[1], "{rough:?}");
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+}

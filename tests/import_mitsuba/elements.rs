@@ -1,6 +1,6 @@
 //! Parameters, references and shapes.
 
-use crate::files::{Directory, GLOW, SENSOR, emitted_below, load};
+use crate::files::{Directory, GLOW, SENSOR, emitted_below, emitted_from, load};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3, UVec2};
 use pathspace::film::Filter;
@@ -126,5 +126,136 @@ fn all_mesh_formats_hold_the_same_mesh() {
         assert_eq!(emitted_below(&import, 0.1, 0.02), Rgb::WHITE, "{shape}");
     }
     let missing = "<shape type='serialized'><string name='filename' value='parts/two.serialized'/><integer name='shape_index' value='2'/></shape>";
-    assert!(directory.error(missing).contains("there is no shape 2; there are 2"));
+    let other = "<shape type='sphere'/>";
+    directory.left_out(&format!("{SENSOR}{other}{missing}"), "there is no shape 2; there are 2");
+}
+
+/// A scene of each version, with the names that it has there.
+#[test]
+fn older_versions_are_read() {
+    let directory = Directory::new("versions");
+    let options = Options { strict: true, ..Options::default() };
+    let load = |name: &str, version: &str, text: &str| {
+        let text = format!("<scene version='{version}'>{text}</scene>");
+        mitsuba::load(directory.write(name, text), &options, [])
+            .unwrap_or_else(|error| panic!("{error}"))
+    };
+    let old = "<integrator type='path'><integer name='maxDepth' value='3'/></integrator>\
+         <sensor type='perspective'><float name='fov' value='60'/><string name='fovAxis' value='y'/>\
+         <transform name='toWorld'><lookAt origin='0, 0, 5' target='0, 0, 0' up='0, 1, 0'/></transform>\
+         <sampler type='independent'><integer name='sampleCount' value='7'/></sampler>\
+         <film type='hdrfilm'><integer name='width' value='40'/><integer name='height' value='20'/>\
+         <integer name='cropOffsetX' value='8'/></film></sensor>\
+         <shape type='sphere'><transform name='toWorld'><scale value='2'/></transform>\
+         <boolean name='flipNormals' value='true'/><bsdf type='dielectric'><float name='intIOR' value='1.3'/>\
+         <float name='extIOR' value='1'/></bsdf></shape>\
+         <shape type='rectangle'><emitter type='area'><texture type='checkerboard' name='radiance'>\
+         <float name='uscale' value='2'/><float name='uoffset' value='0.25'/>\
+         <rgb name='color0' value='1'/><rgb name='color1' value='3'/></texture></emitter></shape>";
+    let new = old
+        .replace("maxDepth", "max_depth")
+        .replace("fovAxis", "fov_axis")
+        .replace("toWorld", "to_world")
+        .replace("lookAt", "lookat")
+        .replace("sampleCount", "sample_count")
+        .replace("cropOffsetX", "crop_offset_x")
+        .replace("flipNormals", "flip_normals")
+        .replace("intIOR", "int_ior")
+        .replace("extIOR", "ext_ior")
+        .replace(
+            "<float name='uscale' value='2'/><float name='uoffset' value='0.25'/>",
+            "<transform name='to_uv'><scale x='2'/><translate x='0.25'/></transform>",
+        );
+    let directions = |import: &Import| {
+        let camera = &import.views[0].camera;
+        let point = camera.sample_point(0.5, DVec2::splat(0.5)).expect("a point").point;
+        camera.sample_direction(&point, DVec2::ZERO).expect("a direction").direction
+    };
+    let expected = load("new.xml", "3.0.0", &new);
+    directory.write("parts/old.xml", format!("<scene version='0.5.0'>{old}</scene>"));
+    let include = "<include filename='parts/old.xml'/>";
+    for (version, text) in [
+        ("0.4.0", old),
+        ("0.6.0", old),
+        ("0.6.0", &new),
+        ("1.0", old),
+        ("2.0.0", &new),
+        ("2.1.0", &new),
+        ("3.0.0", include),
+        ("0.6.0", include),
+    ] {
+        let import = load("scene.xml", version, text);
+        assert_eq!(import.hints, expected.hints, "{version}");
+        assert_eq!(import.world.bounds(), expected.world.bounds(), "{version}");
+        assert_eq!(directions(&import), directions(&expected), "{version}");
+        let film = import.views[0].camera.film();
+        assert_eq!(film, expected.views[0].camera.film(), "{version}");
+        for i in 0..8 {
+            let (x, y) = (-0.9 + 0.25 * f64::from(i), 0.3);
+            let [found, expected] = [&import, &expected]
+                .map(|import| emitted_from(&import.world, DVec3::new(x, y, 1.0)));
+            assert_eq!(found, expected, "{version} {x}");
+        }
+    }
+}
+
+#[test]
+fn booleans_may_have_capitals() {
+    let directory = Directory::new("booleans");
+    for (value, seen) in
+        [("true", 0.0), ("True", 0.0), (" TRUE ", 0.0), ("false", 1.0), ("False", 1.0)]
+    {
+        let flip = format!("<boolean name='flip_normals' value='{value}'/>");
+        let import = directory
+            .load(&format!("{SENSOR}<shape type='rectangle'>{flip}{GLOW}</shape>"))
+            .unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(emitted_below(&import, 0.1, 0.2), Rgb::splat(seen), "{value}");
+    }
+}
+
+/// A triangle with each flag of precision, both, and none, which means single.
+#[test]
+fn serialized_meshes_need_no_flag_of_precision() {
+    let directory = Directory::new("precision");
+    let corners = [-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.5, 0.25];
+    for flags in [0u32, 0x1000, 0x2000, 0x3000] {
+        let mut mesh = flags.to_le_bytes().to_vec();
+        mesh.push(0);
+        [3u64, 1].iter().for_each(|count| mesh.extend(count.to_le_bytes()));
+        for corner in corners {
+            if flags & 0x2000 != 0 {
+                mesh.extend(f64::to_le_bytes(corner));
+            } else {
+                mesh.extend((corner as f32).to_le_bytes());
+            }
+        }
+        (0..3u32).for_each(|index| mesh.extend(index.to_le_bytes()));
+        let mut file = b"\x1c\x04\x04\x00".to_vec();
+        file.extend(stored(&mesh));
+        file.extend(0u64.to_le_bytes());
+        file.extend(1u32.to_le_bytes());
+        directory.write("parts/one.serialized", file);
+        let shape = "<shape type='serialized'><string name='filename' value='parts/one.serialized'/></shape>";
+        let import = directory.load(&format!("{SENSOR}{shape}")).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(import.warnings, []);
+        assert_eq!(import.world.primitive_count(), 1, "{flags:x}");
+        let bounds = import.world.bounds();
+        assert_eq!(bounds.min, DVec3::new(-1.0, -1.0, 0.0), "{flags:x}");
+        assert_eq!(bounds.max, DVec3::new(1.0, 1.5, 0.25), "{flags:x}");
+    }
+}
+
+/// A zlib stream of one block that is not compressed (RFC 1950 and 1951).
+fn stored(bytes: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(bytes.len()).expect("short");
+    let mut stream = vec![0x78, 0x01, 0x01];
+    stream.extend(length.to_le_bytes());
+    stream.extend((!length).to_le_bytes());
+    stream.extend(bytes);
+    let (a, b) = bytes.iter().fold((1u32, 0u32), |(a, b), byte| {
+        let a = (a + u32::from(*byte)) % 65521;
+        (a, (a + b) % 65521)
+    });
+    stream.extend((b << 16 | a).to_be_bytes());
+    stream
 }

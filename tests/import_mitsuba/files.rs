@@ -5,7 +5,7 @@ use pathspace::endpoint::Endpoint;
 use pathspace::geometry::SurfacePoint;
 use pathspace::import::{Error, Import, Options, mitsuba};
 use pathspace::math::Rgb;
-use pathspace::scene::Scene;
+use pathspace::scene::{Scene, World};
 use std::path::{Path, PathBuf};
 
 pub const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/mitsuba");
@@ -46,6 +46,18 @@ impl Directory {
         self.load(elements).expect_err(elements).to_string()
     }
 
+    /// Loads a scene with an object that is left out or replaced, which a warning says; in strict
+    /// mode the same is an error.
+    pub fn left_out(&self, elements: &str, expected: &str) -> Import {
+        let import = self.load(elements).expect(elements);
+        let is_said = import.warnings.iter().any(|warning| warning.to_string().contains(expected));
+        assert!(is_said, "{elements}: {:?}", import.warnings);
+        let strict = self.load_with(elements, &Options { strict: true, ..Options::default() });
+        let error = strict.expect_err(elements).to_string();
+        assert!(error.contains(expected) && error.contains("scene.xml"), "{elements}: {error}");
+        import
+    }
+
     /// The only warning of a scene, which is an error in strict mode.
     pub fn warning(&self, elements: &str) -> String {
         let import = self.load(elements).expect(elements);
@@ -78,10 +90,12 @@ pub fn load(name: &str) -> Import {
 /// The radiance that a ray from above meets on a surface of the scene, as the camera of the first
 /// view would see it without light from elsewhere.
 pub fn emitted_below(import: &Import, x: f64, y: f64) -> Rgb {
-    let world = &import.world;
-    let hit = world
-        .intersect(&SurfacePoint::dirac(DVec3::new(x, y, 10.0)), -DVec3::Z)
-        .expect("a surface");
+    emitted_from(&import.world, DVec3::new(x, y, 10.0))
+}
+
+/// The same from another height.
+pub fn emitted_from(world: &World, position: DVec3) -> Rgb {
+    let hit = world.intersect(&SurfacePoint::dirac(position), -DVec3::Z).expect("a surface");
     world.light_at(&hit).map_or(Rgb::BLACK, |light| world.light(light).emit(&hit, DVec3::Z))
 }
 

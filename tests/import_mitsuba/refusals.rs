@@ -56,37 +56,125 @@ fn what_is_not_supported_is_said() {
     }
 }
 
+/// An object that makes no sense does not cost the scene, nor the objects beside it.
+#[test]
+fn what_makes_no_sense_is_left_out() {
+    let directory = Directory::new("left-out");
+    let cases = [
+        (
+            format!("<shape type='cube'><ref id='nobody'/></shape>"),
+            "there is no object with the id nobody",
+        ),
+        (
+            format!(
+                "<bsdf type='twosided' id='a'><ref id='a'/></bsdf><shape type='cube'><ref id='a'/></shape>"
+            ),
+            "contain each other",
+        ),
+        (
+            format!(
+                "<bsdf type='mask' id='a'><ref id='b'/></bsdf><bsdf type='mask' id='b'><ref id='a'/></bsdf><shape type='cube'><ref id='a'/></shape>"
+            ),
+            "contain each other",
+        ),
+        (format!("<bsdf type='diffuse' id='a'/><bsdf type='diffuse' id='a'/>"), "occurs twice"),
+        (
+            format!(
+                "<shape type='cube'><bsdf type='diffuse'><rgb name='reflectance' value='1, 2, x'/></bsdf></shape>"
+            ),
+            "\"x\" is not a finite number",
+        ),
+        (
+            format!(
+                "<shape type='cube'><bsdf type='diffuse'><rgb name='reflectance' value='1.5'/></bsdf></shape>"
+            ),
+            "bsdf of type diffuse: reflectance must be in [0, 1]",
+        ),
+        (
+            format!(
+                "<shape type='cube'><bsdf type='twosided'><bsdf type='dielectric'/></bsdf></shape>"
+            ),
+            "must not transmit",
+        ),
+        (
+            format!(
+                "<shape type='cube'><transform name='to_world'><scale x='0'/></transform></shape>"
+            ),
+            "normal of vertex 0 is zero",
+        ),
+        (
+            format!("<shape type='obj'><string name='filename' value='none.obj'/></shape>"),
+            "there is no file none.obj",
+        ),
+        (
+            format!("<shape type='obj'><string name='filename' value='../x.obj'/></shape>"),
+            "outside of the scene's directory",
+        ),
+        (
+            format!("<shape type='obj'><string name='filename' value='/etc/passwd'/></shape>"),
+            "outside of the scene's directory",
+        ),
+    ];
+    for (elements, expected) in cases {
+        let import = directory.left_out(
+            &format!("{SENSOR}{elements}<shape type='rectangle'>{GLOW}</shape>"),
+            expected,
+        );
+        assert_eq!(import.world.light_count(), 1, "{elements}");
+    }
+    // Of what is left of an object, too.
+    let whole = |elements: &str, expected: &str| {
+        let other = "<shape type='sphere'/>";
+        let import = directory.left_out(&format!("{SENSOR}{other}{elements}"), expected);
+        let surfaces = import.world.surface_count() - 1;
+        (surfaces, import.world.light_count(), import.views.len())
+    };
+    let grey = "<bsdf type='diffuse'><texture type='bitmap' name='reflectance'><string name='filename' value='none.png'/></texture></bsdf>";
+    assert_eq!(
+        whole(&format!("<shape type='cube'>{grey}</shape>"), "there is no file none.png"),
+        (1, 0, 1)
+    );
+    let dark = "<emitter type='area'><rgb name='radiance' value='-1'/></emitter>";
+    assert_eq!(
+        whole(&format!("<shape type='cube'>{dark}</shape>"), "shape of type cube"),
+        (1, 0, 1)
+    );
+    assert_eq!(
+        whole(
+            "<emitter type='spot'><float name='cutoff_angle' value='x'/></emitter>",
+            "is not a finite number"
+        ),
+        (0, 0, 1)
+    );
+    assert_eq!(
+        whole(
+            "<integrator type='path'><integer name='max_depth' value='x'/></integrator>",
+            "must be an integer"
+        ),
+        (0, 0, 1)
+    );
+    let film = "<sensor type='perspective'><film type='hdrfilm'><rfilter type='gaussian'><float name='stddev' value='-1'/></rfilter></film></sensor>";
+    assert_eq!(whole(film, "rfilter of type gaussian"), (0, 0, 2));
+    let turned = |angle: &str| {
+        format!(
+            "<shape type='sphere'><transform name='to_world'><rotate angle='{angle}'/></transform></shape>"
+        )
+    };
+    assert_eq!(whole(&turned("3"), "the axis has length zero"), (0, 0, 1));
+    let import = directory.load(&format!("{SENSOR}{}", turned("0"))).expect("valid");
+    assert_eq!((import.world.surface_count(), import.warnings), (1, vec![]));
+}
+
 #[test]
 fn what_makes_no_sense_is_refused() {
     let directory = Directory::new("errors");
     let sphere = format!("<shape type='sphere'>{GLOW}</shape>");
     let cases = [
         (sphere.clone(), "no sensor"),
-        (format!("{SENSOR}{sphere}<shape type='cube'><ref id='nobody'/></shape>"), "there is no object with the id nobody"),
         (
-            format!("{SENSOR}<bsdf type='twosided' id='a'><ref id='a'/></bsdf><shape type='cube'><ref id='a'/></shape>"),
-            "contain each other",
+            format!("<sensor type='perspective'><transform name='to_world'><scale value='0'/></transform></sensor>{sphere}"),
+            "no sensor can be used: ",
         ),
-        (
-            format!(
-                "{SENSOR}<bsdf type='mask' id='a'><ref id='b'/></bsdf><bsdf type='mask' id='b'><ref id='a'/></bsdf><shape type='cube'><ref id='a'/></shape>"
-            ),
-            "contain each other",
-        ),
-        (format!("{SENSOR}<bsdf type='diffuse' id='a'/><bsdf type='diffuse' id='a'/>"), "occurs twice"),
-        (
-            format!("{SENSOR}<shape type='cube'><bsdf type='diffuse'><rgb name='reflectance' value='1, 2, x'/></bsdf></shape>"),
-            "\"x\" is not a finite number",
-        ),
-        (
-            format!("{SENSOR}<shape type='cube'><bsdf type='diffuse'><rgb name='reflectance' value='1.5'/></bsdf></shape>"),
-            "bsdf of type diffuse: reflectance must be in [0, 1]",
-        ),
-        (format!("{SENSOR}<shape type='cube'><bsdf type='twosided'><bsdf type='dielectric'/></bsdf></shape>"), "must not transmit"),
-        (format!("{SENSOR}<shape type='cube'><transform name='to_world'><scale x='0'/></transform></shape>"), "normal of vertex 0 is zero"),
-        (format!("{SENSOR}<shape type='obj'><string name='filename' value='none.obj'/></shape>"), "there is no file none.obj"),
-        (format!("{SENSOR}<shape type='obj'><string name='filename' value='../x.obj'/></shape>"), "outside of the scene's directory"),
-        (format!("{SENSOR}<shape type='obj'><string name='filename' value='/etc/passwd'/></shape>"), "outside of the scene's directory"),
         ("<include filename='scene.xml'/>".to_owned(), "include each other"),
         (
             "<sensor type='perspective'><film type='hdrfilm'><integer name='width' value='2000000000'/></film></sensor>".to_owned(),
@@ -98,11 +186,13 @@ fn what_makes_no_sense_is_refused() {
         let error = directory.error(&elements);
         assert!(error.contains(expected) && error.contains("scene.xml"), "{elements}: {error}");
     }
-    let old = directory.write("old.xml", "<scene version='0.6.0'/>");
-    assert!(
-        mitsuba::load(old, &Options::default(), [])
-            .expect_err("old")
-            .to_string()
-            .contains("version")
-    );
+    for version in ["0.3.0", "4.0.0", "", "x"] {
+        let other = directory.write("other.xml", format!("<scene version='{version}'/>"));
+        assert!(
+            mitsuba::load(other, &Options::default(), [])
+                .expect_err(version)
+                .to_string()
+                .contains("is none from 0.4 to 3.x")
+        );
+    }
 }

@@ -24,8 +24,8 @@ pub(super) fn by_name(name: &str) -> Option<[Rgb; 2]> {
     Some([Rgb(*n), Rgb(*k)])
 }
 
-/// n and k of a material with these spectra, which go on as they end. There must be values, and n
-/// must be positive.
+/// n and k of a material with these spectra, which go on as they end. There must be values, none of
+/// them negative.
 pub(super) fn from_spectra(n: &Spectrum, k: &Spectrum) -> [Rgb; 2] {
     let table: Vec<[f64; 3]> = spectrum::wavelengths()
         .map(|at| [at, spectrum::extended(n, at), spectrum::extended(k, at)])
@@ -44,6 +44,12 @@ pub(super) fn from_spectra(n: &Spectrum, k: &Spectrum) -> [Rgb; 2] {
     let mut indices = [eta, Rgb::BLACK];
     for channel in 0..3 {
         let (n, r) = (eta[channel], reflectance[channel]);
+        if r >= 1.0 {
+            // Everything is reflected by what has no real part.
+            indices[0].0[channel] = 0.0;
+            indices[1].0[channel] = 1.0;
+            continue;
+        }
         // R = ((n - 1)² + k²)/((n + 1)² + k²), solved for k²
         let square = (r * (n + 1.0) * (n + 1.0) - (n - 1.0) * (n - 1.0)) / (1.0 - r);
         if square >= 0.0 {

@@ -66,9 +66,79 @@ impl Element {
         Error::new(self.location(), reason)
     }
 
+    /// An error of what asks for more than a limit admits.
+    pub fn limit(&self, reason: impl Into<String>) -> Error {
+        Error::limit(self.location(), reason)
+    }
+
     pub fn caused(&self, source: impl std::error::Error + Send + Sync + 'static) -> Error {
         Error::caused(self.location(), source)
     }
+
+    /// Gives an element of a scene version before 2 the names that it has since; done twice it is
+    /// as once.
+    fn upgrade(&mut self) {
+        if self.tag == "lookAt" {
+            self.tag = "lookat".to_owned();
+        }
+        let is_diffuse = self.tag == "bsdf" && self.kind() == "diffuse";
+        // Scale and offset of texture coordinates.
+        let uv = [("scale", "uscale", "vscale"), ("translate", "uoffset", "voffset")].map(
+            |(tag, x, y)| {
+                let values = [("x", x), ("y", y)].into_iter().filter_map(|(axis, name)| {
+                    let index =
+                        self.children.iter().position(|c| c.attribute("name") == Some(name))?;
+                    let child = self.children.remove(index);
+                    Some((axis.to_owned(), child.attribute("value")?.to_owned()))
+                });
+                let attributes = values.collect();
+                Self { attributes, ..self.part(tag) }
+            },
+        );
+        if uv.iter().any(|step| !step.attributes.is_empty()) {
+            let mut transform = self.part("transform");
+            transform.attributes.push(("name".to_owned(), "to_uv".to_owned()));
+            transform.children.extend(uv);
+            self.children.push(transform);
+        }
+        for child in &mut self.children {
+            for (key, value) in &mut child.attributes {
+                if key == "name" {
+                    *value = snake_case(value);
+                    if is_diffuse && value == "diffuse_reflectance" {
+                        *value = "reflectance".to_owned();
+                    }
+                }
+            }
+            child.upgrade();
+        }
+    }
+
+    /// An element without attributes in the place of this one.
+    fn part(&self, tag: &str) -> Self {
+        Self {
+            tag: tag.to_owned(),
+            attributes: Vec::new(),
+            children: Vec::new(),
+            file: Rc::clone(&self.file),
+            line: self.line,
+        }
+    }
+}
+
+/// "int_ior" for "intIOR".
+fn snake_case(name: &str) -> String {
+    let mut result = String::with_capacity(name.len() + 4);
+    let (mut after_lower, mut in_capitals) = (false, false);
+    for c in name.chars() {
+        in_capitals = c.is_ascii_uppercase() && (after_lower || in_capitals);
+        if in_capitals && after_lower {
+            result.push('_');
+        }
+        result.push(if in_capitals { c.to_ascii_lowercase() } else { c });
+        after_lower = c.is_ascii_lowercase();
+    }
+    result
 }
 
 /// All elements of a scene.
@@ -177,13 +247,20 @@ impl Reader<'_> {
             ));
         }
         let version = root.attribute("version").unwrap_or("");
-        if !version.starts_with("3.") {
-            let reason = format!(
-                "scene version \"{version}\" is not 3.x; Mitsuba itself can upgrade older files"
-            );
-            return Err(Error::new(whole(Some(source.line(root.range().start))), reason));
+        let mut numbers = version.split('.').map(|part| part.trim().parse::<u32>().ok());
+        let camel_case = match (numbers.next().flatten(), numbers.next().flatten()) {
+            (Some(0), Some(4..)) | (Some(1), _) => true,
+            (Some(2 | 3), _) => false,
+            _ => {
+                let reason = format!("scene version \"{version}\" is none from 0.4 to 3.x");
+                return Err(Error::new(whole(Some(source.line(root.range().start))), reason));
+            }
+        };
+        let mut children = self.children(root, &source, depth, 0)?;
+        if camel_case {
+            children.iter_mut().for_each(Element::upgrade);
         }
-        self.children(root, &source, depth, 0)
+        Ok(children)
     }
 
     fn children(

@@ -24,7 +24,9 @@ impl<'a> Loader<'a> {
         if let Some(id) = self.materials.get(&key) {
             return Ok(*id);
         }
-        let material = self.bsdf(element, 0)?;
+        let material = self.bsdf(element, 0);
+        let instead = "the surface is diffuse and grey instead";
+        let material = self.warnings.rescue(material, instead)?.unwrap_or_else(stand_in);
         // The scene's own names of materials are another set.
         let name = format!("{} {}", self.materials.len(), element.id().unwrap_or(element.kind()));
         let id =
@@ -245,24 +247,45 @@ impl<'a> Loader<'a> {
         ))
     }
 
+    /// Takes 0 for negative components of an index of refraction.
+    fn without_negative<'v>(
+        &mut self,
+        element: &Element,
+        name: &str,
+        values: impl Iterator<Item = &'v mut f64>,
+    ) -> Result<(), Error> {
+        let mut any = false;
+        for value in values.filter(|value| **value < 0.0) {
+            *value = 0.0;
+            any = true;
+        }
+        if any {
+            self.warn(element, format!("{name} has negative components; they are 0 instead"))?;
+        }
+        Ok(())
+    }
+
     fn complex_ior(&mut self, object: &Object<'a>) -> Result<(Rgb, Rgb), Error> {
         let element = object.element;
         let mut spectrum = |name| object.get(name).map_or(Ok(None), |child| self.spectrum(child));
-        if let (Some(n), Some(k)) = (spectrum("eta")?, spectrum("k")?) {
-            if n.is_empty()
-                || k.is_empty()
-                || n.iter().any(|(_, n)| *n <= 0.0)
-                || k.iter().any(|(_, k)| *k < 0.0)
-            {
-                return Err(element
-                    .error("eta must be positive at all its wavelengths, and k not negative"));
+        if let (Some(mut n), Some(mut k)) = (spectrum("eta")?, spectrum("k")?) {
+            if n.is_empty() || k.is_empty() {
+                return Err(element.error("eta and k must have values"));
+            }
+            for (name, values) in [("eta", &mut n), ("k", &mut k)] {
+                let negative = values.iter_mut().map(|(_, value)| value);
+                self.without_negative(element, name, negative)?;
             }
             let [eta, k] = conductors::from_spectra(&n, &k);
             return Ok((eta, k));
         }
         let name = object.string("material")?;
-        let eta = self.colour(object, "eta", Illuminant::D65)?;
-        let k = self.colour(object, "k", Illuminant::D65)?;
+        let mut eta = self.colour(object, "eta", Illuminant::D65)?;
+        let mut k = self.colour(object, "k", Illuminant::D65)?;
+        for (name, value) in [("eta", &mut eta), ("k", &mut k)] {
+            let components = value.iter_mut().flat_map(|value| &mut value.0);
+            self.without_negative(element, name, components)?;
+        }
         match (name, eta, k) {
             (None, Some(eta), Some(k)) => Ok((eta, k)),
             (None, None, None) => Ok((Rgb::BLACK, Rgb::WHITE)),

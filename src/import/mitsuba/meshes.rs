@@ -27,21 +27,33 @@ impl<'a> Loader<'a> {
             object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
         let (path, bytes) = self.files.read(name, element.location())?;
         let parsed = match kind {
-            "obj" => obj(&bytes, self.triangles_left),
+            "obj" => {
+                let corners = corners(&bytes);
+                if corners > self.triangles_left.saturating_mul(3) {
+                    return Err(element.limit(format!(
+                        "{}: its {corners} corners make more triangles than the limit admits",
+                        path.display()
+                    )));
+                }
+                obj(&bytes)
+            }
             "ply" => ply(&bytes, self.triangles_left),
             _ => {
                 let index = object.integer("shape_index")?.unwrap_or(0);
-                serialized(&bytes, index, self.files.bytes_left()).and_then(|(mesh, read)| {
-                    self.files.spend(read, element.location()).map_err(|error| error.reason)?;
-                    Ok(mesh)
-                })
+                let most = self.files.bytes_left();
+                let mut read = 0;
+                let mesh = serialized(&bytes, index, most, &mut read);
+                // A mesh that was cut off there has at least one byte more.
+                let more = u64::from(mesh.is_err() && read == most);
+                self.files.spend(read + more, element.location())?;
+                mesh
             }
         };
         let mut mesh =
             parsed.map_err(|reason| element.error(format!("{}: {reason}", path.display())))?;
         let left = self.triangles_left.checked_sub(mesh.indices.len() as u64);
         self.triangles_left = left
-            .ok_or_else(|| element.error("the meshes have more triangles than the limit admits"))?;
+            .ok_or_else(|| element.limit("the meshes have more triangles than the limit admits"))?;
         check(element, &mesh)?;
         if face_normals {
             mesh.normals = None;
@@ -120,20 +132,21 @@ fn vectors<const N: usize>(values: &[f32]) -> Vec<[f64; N]> {
     values.as_chunks::<N>().0.iter().map(|v| v.map(f64::from)).collect()
 }
 
-fn obj(bytes: &[u8], most: u64) -> Result<Mesh, String> {
-    // The parser takes much more memory than the file for corners, of which triangles have three
-    // and other polygons fewer for each triangle that they become.
+/// The number of corners of all faces in an OBJ file. The parser takes much more memory for them
+/// than the file; triangles have three, and other polygons fewer for each triangle that they
+/// become.
+fn corners(bytes: &[u8]) -> u64 {
     let faces = bytes
         .split(|byte| *byte == b'\n')
         .filter(|line| matches!(line.trim_ascii_start().first(), Some(b'f' | b'l' | b'p')));
-    let corners: u64 = faces
+    faces
         .map(|line| {
             line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count() as u64 - 1
         })
-        .sum();
-    if corners > most.saturating_mul(3) {
-        return Err(format!("its {corners} corners make more triangles than the limit admits"));
-    }
+        .sum()
+}
+
+fn obj(bytes: &[u8]) -> Result<Mesh, String> {
     let options =
         tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| {
@@ -240,6 +253,7 @@ impl PropertyAccess for Skipped {
     }
 }
 
+/// The mesh of a PLY file, with triangles up to the first one too many.
 fn ply(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
     let mut reader = Reader::new(Cursor::new(bytes));
     let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(|e| e.to_string())?;
@@ -281,9 +295,7 @@ fn ply(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
                     };
                     mesh.indices.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
                     if mesh.indices.len() as u64 > most_triangles {
-                        return Err(
-                            "the meshes have more triangles than the limit admits".to_owned()
-                        );
+                        break;
                     }
                 }
             }
@@ -305,11 +317,12 @@ fn ply(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
 /// Magic number of Mitsuba's format.
 const SERIALIZED: u16 = 0x041C;
 
-/// One mesh of a file in Mitsuba's format, versions 3 and 4, and how many bytes were decompressed.
+/// One mesh of a file in Mitsuba's format, versions 3 and 4. `read` becomes the number of bytes
+/// that were decompressed.
 ///
 /// Each mesh is a header and a zlib stream; at the file's end are the offsets of the meshes and
 /// their number.
-fn serialized(bytes: &[u8], index: i64, most_bytes: u64) -> Result<(Mesh, u64), String> {
+fn serialized(bytes: &[u8], index: i64, most_bytes: u64, read: &mut u64) -> Result<Mesh, String> {
     let end = || "the file ends too early".to_owned();
     let at = |offset: usize, length: usize| {
         bytes.get(offset..).and_then(|rest| rest.get(..length)).ok_or_else(end)
@@ -336,8 +349,9 @@ fn serialized(bytes: &[u8], index: i64, most_bytes: u64) -> Result<(Mesh, u64), 
     }
     let stream = bytes.get(offset.saturating_add(4)..).ok_or_else(end)?;
     let mut data = Stream { reader: ZlibDecoder::new(stream).take(most_bytes), double: false };
-    let mesh = data.mesh(version)?;
-    Ok((mesh, most_bytes - data.reader.limit()))
+    let mesh = data.mesh(version);
+    *read = most_bytes - data.reader.limit();
+    mesh
 }
 
 /// A decompressed mesh.
@@ -349,10 +363,8 @@ struct Stream<'a> {
 impl Stream<'_> {
     fn mesh(&mut self, version: u16) -> Result<Mesh, String> {
         let flags = u32::from_le_bytes(self.bytes()?);
+        // Files without a flag of precision are of single precision.
         self.double = flags & 0x2000 != 0;
-        if self.double == (flags & 0x1000 != 0) {
-            return Err("the numbers are neither of single nor of double precision".to_owned());
-        }
         // The name.
         while version == 4 && self.bytes::<1>()? != [0] {}
         let (vertices, triangles) =

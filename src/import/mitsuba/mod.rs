@@ -1,4 +1,5 @@
-//! Scenes of the Mitsuba 3 renderer: XML of scene version 3.
+//! Scenes of the Mitsuba renderer: XML of scene versions 0.4 to 3, of which those before 2 get the
+//! names of parameters that they have since.
 //!
 //! ```no_run
 //! use pathspace::import::{Options, mitsuba};
@@ -27,6 +28,11 @@
 //! | parts of sensors | film, crop window, reconstruction filter |
 //! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials |
 //! | colours | `rgb`, `float`, `spectrum` as a value, or a list or file of wavelengths and values |
+//! | spectra | `uniform`, `d65`, `srgb`, `rawconstant`, `regular`, `irregular`, `blackbody` |
+//!
+//! An object that is malformed, degenerate or unknown, or that needs a file which is missing or
+//! damaged, is left out or replaced with a warning; in strict mode it is an error. What the limits
+//! do not admit is always refused.
 //!
 //! # Conventions
 //!
@@ -44,11 +50,14 @@
 //! - A Gaussian filter has the same standard deviation, but is the pixel's box blurred. Environment
 //!   maps have their pixels' centres in the middle of pixels.
 //! - `max_depth` counts the edges of a path there and the scattering events here, one less.
-//! - The integrator and the sampler are [hints](super::Hints).
+//! - The integrator and the sampler are [hints](super::Hints); of nested integrators the innermost
+//!   one is taken. `direct` has one scattering event. With a `max_depth` of 0 nothing is seen: no
+//!   emitter is read.
 
 mod conductors;
 mod document;
 mod emitters;
+mod integrators;
 mod materials;
 mod meshes;
 mod sensors;
@@ -62,17 +71,17 @@ use super::{Error, Hints, Import, ImportedView, Limits, Location, Options, Warni
 use crate::material::Texture;
 use crate::scene::{MaterialId, WorldBuilder};
 use document::{Document, Element};
+use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
-use values::Object;
 
 /// Reads a scene. `parameters` are the values of `$name`s, which precede the `<default>`s in the
 /// file.
 ///
 /// # Errors
-/// If a file cannot be read or is malformed, refers to what does not exist or must not be read,
-/// asks for more than the limits admit, or describes nothing that can be rendered; in strict mode
-/// also for everything that would be a warning.
+/// If the file or one that it includes cannot be read or is no XML of a scene, has parameters
+/// without a value, asks for more than the limits admit, or has no sensor that can be used, or
+/// neither a surface nor a light; in strict mode also for everything that would be a warning.
 pub fn load(
     path: impl AsRef<Path>,
     options: &Options,
@@ -103,6 +112,8 @@ struct Loader<'a> {
     /// Names of objects, and how many have wanted each.
     names: HashMap<String, u64>,
     hints: Hints,
+    /// False if the integrator sees nothing.
+    sees: bool,
     materials: HashMap<*const Element, MaterialId>,
     textures: HashMap<(*const Element, bool), Texture>,
     triangles_left: u64,
@@ -121,6 +132,7 @@ impl<'a> Loader<'a> {
             builder: WorldBuilder::new(),
             names: HashMap::new(),
             hints: Hints::default(),
+            sees: true,
             materials: HashMap::new(),
             textures: HashMap::new(),
             triangles_left: options.limits.triangles,
@@ -133,10 +145,14 @@ impl<'a> Loader<'a> {
 
     fn find_ids(&mut self, elements: &'a [Element]) -> Result<(), Error> {
         for element in elements {
-            if let Some(id) = element.id().filter(|_| element.tag != "ref")
-                && self.ids.insert(id, element).is_some()
-            {
-                return Err(element.error(format!("the id {id} occurs twice")));
+            if let Some(id) = element.id().filter(|_| element.tag != "ref") {
+                match self.ids.entry(id) {
+                    Entry::Vacant(entry) => drop(entry.insert(element)),
+                    Entry::Occupied(_) => self.warn(
+                        element,
+                        format!("the id {id} occurs twice; the first one is referred to"),
+                    )?,
+                }
             }
             self.find_ids(&element.children)?;
         }
@@ -202,14 +218,25 @@ impl<'a> Loader<'a> {
 
     fn scene(mut self, path: &Path) -> Result<Import, Error> {
         let mut sensors = Vec::new();
+        // Whether emitters are read depends on it.
+        for element in self.document.scene.iter().filter(|element| element.tag == "integrator") {
+            let read = self.integrator(element, 0);
+            self.warnings.rescue(read, "all light is taken")?;
+        }
         for element in &self.document.scene {
             match element.tag.as_str() {
-                "shape" => self.shape(element)?,
-                "emitter" => self.emitter(element)?,
+                "integrator" => {}
+                "shape" => {
+                    let read = self.shape(element);
+                    self.warnings.rescue(read, "it is left out")?;
+                }
+                "emitter" if self.sees => {
+                    let read = self.emitter(element);
+                    self.warnings.rescue(read, "it is left out")?;
+                }
                 "sensor" => sensors.push(element),
-                "integrator" => self.integrator(element)?,
-                // Read where they are referred to.
-                "bsdf" | "texture" | "spectrum" | "rgb" | "float" => {}
+                // Read where they are referred to, if at all.
+                "emitter" | "bsdf" | "texture" | "spectrum" | "rgb" | "float" => {}
                 "medium" | "phase" | "volume" => {
                     self.warn(element, "participating media are not supported, and left out")?
                 }
@@ -223,9 +250,16 @@ impl<'a> Loader<'a> {
         let mut views = Vec::new();
         let mut clips = Vec::new();
         for sensor in sensors {
-            let (view, clip) = self.sensor(sensor, views.len())?;
-            views.push(view);
-            clips.push(clip);
+            let read = self.sensor(sensor, views.len());
+            if let Some((view, clip)) = self.warnings.rescue(read, "it is left out")? {
+                views.push(view);
+                clips.push(clip);
+            }
+        }
+        if views.is_empty() {
+            let last = self.warnings.into_list().pop();
+            let why = last.map_or_else(String::new, |warning| warning.to_string());
+            return Err(Error::new(whole(), format!("no sensor can be used: {why}")));
         }
         let builder = std::mem::take(&mut self.builder);
         let world = builder.build().map_err(|error| Error::caused(whole(), error))?;
@@ -239,19 +273,5 @@ impl<'a> Loader<'a> {
             )?;
         }
         Ok(Import { world, views, hints: self.hints, warnings: self.warnings.into_list() })
-    }
-
-    /// Takes the hints of an integrator.
-    fn integrator(&mut self, element: &'a Element) -> Result<(), Error> {
-        let object = Object::new(element);
-        self.hints.integrator = Some(element.kind().to_owned());
-        // -1 for all; 0 sees nothing, which no integrator here does.
-        if let Some(depth) = object.integer("max_depth")?.filter(|depth| *depth > 0) {
-            self.hints.max_bounces = Some(u32::try_from(depth - 1).unwrap_or(u32::MAX));
-        }
-        if object.boolean("hide_emitters")? == Some(true) {
-            self.warn(element, "hide_emitters is not supported: emitters are visible")?;
-        }
-        Ok(())
     }
 }

@@ -12,6 +12,9 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, UVec2};
 /// Diagonal of a small-picture film, 36 mm × 24 mm.
 const SMALL_PICTURE_DIAGONAL: f64 = 43.266_615_305_567_87;
 
+/// The distance of the plane beyond which a camera sees nothing in Mitsuba if it does not say.
+const FAR_CLIP: f64 = 1e4;
+
 /// The planes beyond which a camera does not see in Mitsuba, and does here.
 pub(super) struct Clip {
     location: Location,
@@ -54,15 +57,20 @@ impl<'a> Loader<'a> {
         let object = Object::new(element);
         let to_world = object.transform("to_world")?;
         let [position, forward, up] = self.pose(element, &to_world)?;
+        let is_mirrored = to_world.matrix3.determinant() < 0.0;
         let target = position + forward;
         let mut film = None;
         for child in object.objects() {
             let child = self.resolved(child)?;
             match child.tag.as_str() {
-                "film" => film = Some(self.film(child)?),
+                "film" => {
+                    let plan = self.film(child);
+                    film = self.warnings.rescue(plan, "another film is taken")?;
+                }
                 "sampler" => {
                     self.hints.sampler = Some(child.kind().to_owned());
-                    let samples = Object::new(child).integer("sample_count")?;
+                    let samples = Object::new(child).integer("sample_count");
+                    let samples = self.warnings.rescue(samples, "it is not taken")?.flatten();
                     self.hints.samples_per_pixel = samples
                         .and_then(|n| u32::try_from(n).ok())
                         .or(self.hints.samples_per_pixel);
@@ -77,12 +85,8 @@ impl<'a> Loader<'a> {
         let film = film.map_or_else(|| film_plan(element, 768, 576), Ok)?;
         let FilmRegion { resolution, window_min, window_max } = film.region;
         let size = resolution.as_dvec2();
-        let clip = Clip {
-            location: element.location(),
-            position,
-            forward,
-            planes: [object.float("near_clip")?, object.float("far_clip")?],
-        };
+        let planes = [object.float("near_clip")?, object.float("far_clip")?];
+        let clip = Clip { location: element.location(), position, forward, planes };
         let offset = DVec2::new(
             object.float_or("principal_point_offset_x", 0.0)?,
             object.float_or("principal_point_offset_y", 0.0)?,
@@ -90,39 +94,11 @@ impl<'a> Loader<'a> {
         let principal_point = size * (0.5 - offset);
         let made = |error: EndpointError| element.caused(error);
         let camera: Box<dyn Camera + Send> = match element.kind() {
-            "perspective" => {
-                object.ignore(&["focus_distance"]);
-                let fov = vertical_fov(&object, size)?;
-                let camera =
-                    PinholeCamera::new(position, target, up, fov, resolution).map_err(made)?;
-                let camera = camera
-                    .with_principal_point(principal_point)
-                    .and_then(|camera| camera.with_window(window_min, window_max));
-                Box::new(camera.map_err(made)?)
-            }
-            "thinlens" => {
-                let fov = vertical_fov(&object, size)?;
-                let radius = object
-                    .float("aperture_radius")?
-                    .ok_or_else(|| element.error("aperture_radius is missing"))?;
-                let focus = object
-                    .float("focus_distance")?
-                    .ok_or_else(|| element.error("focus_distance is missing"))?;
-                let camera =
-                    ThinLensCamera::new(position, target, up, fov, radius, focus, resolution)
-                        .map_err(made)?;
-                let camera = camera
-                    .with_principal_point(principal_point)
-                    .and_then(|camera| camera.with_window(window_min, window_max));
-                Box::new(camera.map_err(made)?)
-            }
             "orthographic" => {
                 object.ignore(&["focus_distance"]);
                 let [x, y] = [to_world.matrix3.x_axis.length(), to_world.matrix3.y_axis.length()];
                 if (x - y).abs() > 1e-6 * x {
-                    return Err(
-                        element.error("the pixels of an orthographic sensor must be square: it is scaled differently along x and y")
-                    );
+                    self.warn(element, "the pixels of an orthographic sensor are square here: its scale along x is taken")?;
                 }
                 // The film is two units wide before it is scaled.
                 let camera = OrthographicCamera::new(
@@ -132,11 +108,49 @@ impl<'a> Loader<'a> {
                     2.0 * x * size.y / size.x,
                     resolution,
                 )
+                .and_then(|camera| camera.with_window(window_min, window_max))
                 .map_err(made)?;
-                Box::new(camera.with_window(window_min, window_max).map_err(made)?)
+                Box::new(if is_mirrored { camera.mirrored() } else { camera })
             }
-            other => {
-                return Err(element.error(format!("sensors of type {other} are not supported")));
+            kind => {
+                if !matches!(kind, "perspective" | "thinlens") {
+                    self.warn(
+                        element,
+                        format!(
+                            "sensors of type {kind} are not supported; it is perspective instead"
+                        ),
+                    )?;
+                }
+                let fov = vertical_fov(&object, size);
+                let fov = self.warnings.rescue(fov, "the lens is one of 50 mm instead")?;
+                let fov = fov.unwrap_or_else(|| default_fov(size));
+                let focus = object.float("focus_distance")?.or(planes[1]).unwrap_or(FAR_CLIP);
+                let radius =
+                    if kind == "thinlens" { object.float("aperture_radius")? } else { Some(0.0) };
+                if radius.is_none_or(|radius| radius < 0.0) {
+                    self.warn(
+                        element,
+                        "aperture_radius is missing or negative; the lens is a point",
+                    )?;
+                }
+                match radius.filter(|radius| *radius > 0.0) {
+                    None => {
+                        let camera = PinholeCamera::new(position, target, up, fov, resolution)
+                            .and_then(|camera| camera.with_principal_point(principal_point))
+                            .and_then(|camera| camera.with_window(window_min, window_max))
+                            .map_err(made)?;
+                        Box::new(if is_mirrored { camera.mirrored() } else { camera })
+                    }
+                    Some(radius) => {
+                        let camera = ThinLensCamera::new(
+                            position, target, up, fov, radius, focus, resolution,
+                        )
+                        .and_then(|camera| camera.with_principal_point(principal_point))
+                        .and_then(|camera| camera.with_window(window_min, window_max))
+                        .map_err(made)?;
+                        Box::new(if is_mirrored { camera.mirrored() } else { camera })
+                    }
+                }
             }
         };
         object.finish(&mut self.warnings)?;
@@ -154,10 +168,7 @@ impl<'a> Loader<'a> {
         let skew = DMat3::from_cols(x, y, z);
         let error = skew.transpose() * skew - DMat3::IDENTITY;
         if error.to_cols_array().iter().any(|e| e.abs() > 1e-3) {
-            return Err(element.error("to_world of a sensor must not shear"));
-        }
-        if skew.determinant() < 0.0 {
-            return Err(element.error("to_world of a sensor must not mirror"));
+            self.warn(element, "to_world of a sensor must not shear; its axes y and z are taken")?;
         }
         Ok([to_world.translation, z, y])
     }
@@ -172,7 +183,7 @@ impl<'a> Loader<'a> {
         };
         let (width, height) = (pixels("width", 768)?, pixels("height", 576)?);
         if u64::from(width) * u64::from(height) > self.limits.pixels {
-            return Err(element.error(format!(
+            return Err(element.limit(format!(
                 "a film of {width} x {height} pixels is larger than the limit admits"
             )));
         }
@@ -191,7 +202,9 @@ impl<'a> Loader<'a> {
         for child in object.objects() {
             let child = self.resolved(child)?;
             if child.tag == "rfilter" {
-                plan.filter = self.filter(child)?;
+                let filter = self.filter(child);
+                let filter = self.warnings.rescue(filter, "a Gaussian of 0.5 pixels is taken")?;
+                plan.filter = filter.unwrap_or(plan.filter);
             } else {
                 self.warn(
                     child,
@@ -290,5 +303,15 @@ fn vertical_fov(object: &Object<'_>, size: DVec2) -> Result<f64, Error> {
         "larger" => size.max_element(),
         other => return Err(element.error(format!("the fov_axis \"{other}\" is not known"))),
     };
-    Ok(2.0 * (tangent * size.y / extent).atan().to_degrees())
+    Ok(degrees(tangent * size.y / extent))
+}
+
+/// The vertical field of view of the lens that sensors have by default.
+fn default_fov(size: DVec2) -> f64 {
+    degrees(0.5 * SMALL_PICTURE_DIAGONAL / 50.0 * size.y / size.length())
+}
+
+/// The angle of which half has this tangent.
+fn degrees(tangent: f64) -> f64 {
+    2.0 * tangent.atan().to_degrees()
 }

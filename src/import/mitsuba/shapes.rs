@@ -17,10 +17,14 @@ impl<'a> Loader<'a> {
         let flip = object.boolean("flip_normals")?.unwrap_or(false);
         let (mut material, mut radiance) = (None, None);
         for child in object.objects() {
-            let target = self.resolved(child)?;
+            let target = self.resolved(child);
+            let Some(target) = self.warnings.rescue(target, "it is left out")? else { continue };
             match target.tag.as_str() {
                 "bsdf" => material = Some(self.material(target)?),
-                "emitter" => radiance = self.area_light(target)?,
+                "emitter" => {
+                    let light = self.area_light(target);
+                    radiance = self.warnings.rescue(light, "it emits nothing")?.flatten();
+                }
                 "medium" => {
                     self.warn(child, "participating media are not supported, and left out")?
                 }
@@ -81,9 +85,10 @@ impl<'a> Loader<'a> {
                 return Ok(());
             }
         };
-        if let (Some(surface), Some(radiance)) = (surface, radiance) {
+        if let (Some(surface), Some(radiance)) = (surface, radiance.filter(|_| self.sees)) {
             self.check_uv(element, &radiance)?;
-            self.builder.set_textured_emission(surface, radiance, false).map_err(caused)?;
+            let emits = self.builder.set_textured_emission(surface, radiance, false);
+            self.warnings.rescue(emits.map_err(caused), "it emits nothing")?;
         }
         object.ignore(&["silhouette_sampling_weight"]);
         object.finish(&mut self.warnings)

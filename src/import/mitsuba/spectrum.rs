@@ -60,6 +60,19 @@ pub(super) fn extended(spectrum: &[(f64, f64)], wavelength: f64) -> f64 {
     }
 }
 
+/// The wavelengths in nanometres that spectra are between, unless they say otherwise.
+pub(super) const FIRST_VISIBLE: f64 = 360.0;
+pub(super) const LAST_VISIBLE: f64 = 830.0;
+
+/// The radiance of a black body (Planck's law) in W m⁻² sr⁻¹ nm⁻¹, for a wavelength in nanometres
+/// and a temperature in kelvins.
+pub(super) fn planck(wavelength: f64, temperature: f64) -> f64 {
+    // 2 h c² in W nm⁴ m⁻² per steradian, and h c / k in nm K (CODATA 2018).
+    const FIRST_CONSTANT: f64 = 1.191_042_972e20;
+    const SECOND_CONSTANT: f64 = 1.438_776_877e7;
+    FIRST_CONSTANT / (wavelength.powi(5) * (SECOND_CONSTANT / (wavelength * temperature)).exp_m1())
+}
+
 /// The visible wavelengths, nanometre by nanometre.
 pub(super) fn wavelengths() -> impl Iterator<Item = f64> {
     let steps = (STEP * (OBSERVER.len() - 1) as f64) as u32;
@@ -88,7 +101,7 @@ fn from_xyz([x, y, z]: [f64; 3]) -> Rgb {
 }
 
 /// First wavelength of the table in nanometres.
-const FIRST: f64 = 360.0;
+const FIRST: f64 = FIRST_VISIBLE;
 const STEP: f64 = 5.0;
 /// x̄, ȳ, z̄ (CIE 1931) and the relative power of D65.
 #[rustfmt::skip]

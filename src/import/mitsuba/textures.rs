@@ -3,8 +3,8 @@
 use super::super::Error;
 use super::Loader;
 use super::document::Element;
-use super::spectrum::Illuminant;
-use super::values::{Object, colour, listed_colour, wavelengths};
+use super::spectrum::{self, FIRST_VISIBLE, Illuminant, LAST_VISIBLE, planck};
+use super::values::{Object, colour, listed_colour, numbers, wavelengths};
 use crate::film::{Image, linear_from_srgb};
 use crate::material::{Interpolation, Texture, Wrap};
 use crate::math::Rgb;
@@ -20,7 +20,9 @@ impl<'a> Loader<'a> {
         name: &str,
         illuminant: Illuminant,
     ) -> Result<Option<Texture>, Error> {
-        object.get(name).map(|element| self.texture_of(element, illuminant)).transpose()
+        let Some(element) = object.get(name) else { return Ok(None) };
+        let texture = self.texture_of(element, illuminant);
+        self.warnings.rescue(texture, &format!("the {name} is as if it were not given"))
     }
 
     /// The colour of a name, which must not vary; `None` if there is none.
@@ -31,7 +33,7 @@ impl<'a> Loader<'a> {
         illuminant: Illuminant,
     ) -> Result<Option<Rgb>, Error> {
         let Some(element) = object.get(name) else { return Ok(None) };
-        let texture = self.texture_of(element, illuminant)?;
+        let Some(texture) = self.texture(object, name, illuminant)? else { return Ok(None) };
         texture.as_constant().map(Some).ok_or_else(|| element.error("must not be a texture here"))
     }
 
@@ -45,7 +47,7 @@ impl<'a> Loader<'a> {
             return listed_colour(element, &spectrum, illuminant, &mut self.warnings)
                 .map(Texture::from);
         }
-        if element.tag != "texture" {
+        if element.tag != "texture" && !is_spectrum_plug_in(element) {
             return colour(element, illuminant).map(Texture::from);
         }
         let key = (std::ptr::from_ref(element), illuminant == Illuminant::Equal);
@@ -61,6 +63,18 @@ impl<'a> Loader<'a> {
                 };
                 Texture::checkerboard(square("color0", 0.4)?, square("color1", 0.2)?)
             }
+            // White is the colour of daylight.
+            "d65" | "srgb_d65" => {
+                let colour = self.colour(&object, "color", Illuminant::D65)?;
+                let scale = object.float_or("scale", 1.0)?;
+                (colour.unwrap_or(Rgb::WHITE) * scale).into()
+            }
+            "uniform" => Rgb::splat(object.float_or("value", 1.0)?).into(),
+            "srgb" => self.colour(&object, "color", Illuminant::D65)?.unwrap_or(Rgb::WHITE).into(),
+            "rawconstant" => match object.vector("value") {
+                Ok(Some(value)) => Rgb(value.to_array()).into(),
+                _ => self.colour(&object, "value", Illuminant::D65)?.unwrap_or(Rgb::WHITE).into(),
+            },
             other => {
                 self.warn(
                     element,
@@ -69,19 +83,26 @@ impl<'a> Loader<'a> {
                 return Ok(Rgb::splat(0.5).into());
             }
         };
-        let texture =
-            texture.with_transform(to_uv(&object)?).map_err(|error| element.caused(error))?;
+        let texture = if texture.as_constant().is_some() {
+            texture
+        } else {
+            texture.with_transform(to_uv(&object)?).map_err(|error| element.caused(error))?
+        };
         object.finish(&mut self.warnings)?;
         self.textures.insert(key, texture.clone());
         Ok(texture)
     }
 
-    /// The values of a `<spectrum>` that has a list or a file of them, wavelength by wavelength.
+    /// The values of a spectrum that has a list or a file of them or follows a law, wavelength by
+    /// wavelength.
     pub(super) fn spectrum(
         &mut self,
         element: &'a Element,
     ) -> Result<Option<Vec<(f64, f64)>>, Error> {
         let element = self.resolved(element)?;
+        if is_spectrum_plug_in(element) {
+            return self.spectrum_plug_in(element);
+        }
         if element.tag != "spectrum" {
             return Ok(None);
         }
@@ -95,6 +116,57 @@ impl<'a> Loader<'a> {
             .filter(|text| text.contains(':'))
             .map(|text| wavelengths(element, text, false))
             .transpose()
+    }
+
+    /// The same of the plug-ins that tell more than a colour.
+    fn spectrum_plug_in(&mut self, element: &'a Element) -> Result<Option<Vec<(f64, f64)>>, Error> {
+        let object = Object::new(element);
+        let listed = |name: &str| {
+            let text =
+                object.string(name)?.ok_or_else(|| element.error(format!("{name} is missing")))?;
+            numbers(element, text)
+        };
+        let bound = |name: &str, old_name: &str, default: f64| -> Result<f64, Error> {
+            Ok(object.float(name)?.or(object.float(old_name)?).unwrap_or(default))
+        };
+        let bounds = || -> Result<[f64; 2], Error> {
+            let first = bound("wavelength_min", "lambda_min", FIRST_VISIBLE)?;
+            let last = bound("wavelength_max", "lambda_max", LAST_VISIBLE)?;
+            if first < last {
+                Ok([first, last])
+            } else {
+                Err(element.error("wavelength_min must be less than wavelength_max"))
+            }
+        };
+        let spectrum: Vec<(f64, f64)> = match element.kind() {
+            "regular" => {
+                let (values, [first, last]) = (listed("values")?, bounds()?);
+                let steps = values.len().saturating_sub(1).max(1) as f64;
+                let at = |i: usize| first + (last - first) * i as f64 / steps;
+                values.into_iter().enumerate().map(|(i, value)| (at(i), value)).collect()
+            }
+            "irregular" => {
+                let (wavelengths, values) = (listed("wavelengths")?, listed("values")?);
+                if wavelengths.len() != values.len() {
+                    return Err(element.error("there must be as many values as wavelengths"));
+                }
+                wavelengths.into_iter().zip(values).collect()
+            }
+            "blackbody" => {
+                let temperature = object.float("temperature")?.filter(|kelvin| *kelvin > 0.0);
+                let temperature =
+                    temperature.ok_or_else(|| element.error("the temperature must be positive"))?;
+                let [first, last] = bounds()?;
+                let inside = spectrum::wavelengths().filter(|at| (first..=last).contains(at));
+                inside.map(|at| (at, planck(at, temperature))).collect()
+            }
+            _ => return Ok(None),
+        };
+        if !spectrum.is_sorted_by(|(a, _), (b, _)| a < b) {
+            return Err(element.error("wavelengths must rise"));
+        }
+        object.finish(&mut self.warnings)?;
+        Ok(Some(spectrum))
     }
 
     fn bitmap(&mut self, object: &Object<'a>) -> Result<Texture, Error> {
@@ -140,7 +212,7 @@ impl<'a> Loader<'a> {
         let pixels = u64::from(width) * u64::from(height);
         let left = self.pixels_left.checked_sub(pixels);
         self.pixels_left =
-            left.ok_or_else(|| element.error("the images have more pixels than the limit admits"))?;
+            left.ok_or_else(|| element.limit("the images have more pixels than the limit admits"))?;
         let mut decoder = reader().map_err(|error| element.caused(error))?;
         let mut limits = image::Limits::default();
         limits.max_alloc = Some(pixels.saturating_mul(32).saturating_add(1 << 20));
@@ -156,6 +228,11 @@ impl<'a> Loader<'a> {
         Image::new(width, height, pixels)
             .ok_or_else(|| element.error("the image has another size than it says"))
     }
+}
+
+/// A `<spectrum>` with a type is the same as a `<texture>` with it.
+fn is_spectrum_plug_in(element: &Element) -> bool {
+    matches!(element.tag.as_str(), "spectrum" | "texture") && element.attribute("type").is_some()
 }
 
 /// The transform of texture coordinates: rows and columns x, y and translation of the one in space.

@@ -90,11 +90,11 @@ impl<'a> Object<'a> {
     }
 
     pub fn boolean(&self, name: &str) -> Result<Option<bool>, Error> {
-        match self.typed(name, &["boolean"])? {
-            None => Ok(None),
-            Some("true") => Ok(Some(true)),
-            Some("false") => Ok(Some(false)),
-            Some(other) => {
+        let Some(text) = self.typed(name, &["boolean"])? else { return Ok(None) };
+        match text.trim() {
+            value if value.eq_ignore_ascii_case("true") => Ok(Some(true)),
+            value if value.eq_ignore_ascii_case("false") => Ok(Some(false)),
+            other => {
                 Err(self.element.error(format!("{name} is \"{other}\", but must be true or false")))
             }
         }
@@ -143,7 +143,7 @@ pub(super) fn number(element: &Element, text: &str) -> Result<f64, Error> {
 }
 
 /// Finite numbers, separated by commas or blanks.
-fn numbers(element: &Element, text: &str) -> Result<Vec<f64>, Error> {
+pub(super) fn numbers(element: &Element, text: &str) -> Result<Vec<f64>, Error> {
     let parts = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|part| !part.is_empty());
     parts.map(|part| number(element, part)).collect()
 }
@@ -176,9 +176,13 @@ fn transform(element: &Element) -> Result<DAffine3, Error> {
             "scale" => DMat4::from_scale(components(step, 1.0)?),
             "rotate" => {
                 let axis = components(step, 0.0)?;
-                let axis =
-                    axis.try_normalize().ok_or_else(|| step.error("the axis has length zero"))?;
-                DMat4::from_axis_angle(axis, number(step, step.required("angle")?)?.to_radians())
+                let angle = number(step, step.required("angle")?)?;
+                match axis.try_normalize() {
+                    Some(axis) => DMat4::from_axis_angle(axis, angle.to_radians()),
+                    // Nothing is turned, about whatever axis.
+                    None if angle == 0.0 => DMat4::IDENTITY,
+                    None => return Err(step.error("the axis has length zero")),
+                }
             }
             "lookat" => look_at(step)?,
             "matrix" => matrix(step)?,
