@@ -1,7 +1,11 @@
 //! Refusals, and warnings of what is left out.
 
 use crate::files::{Directory, GLOW, SENSOR};
+use glam::{DVec2, DVec3};
+use pathspace::bsdf::{Bsdf, TransportMode};
+use pathspace::geometry::SurfacePoint;
 use pathspace::import::{Options, mitsuba};
+use pathspace::scene::Scene;
 
 #[test]
 fn what_is_not_supported_is_said() {
@@ -163,6 +167,53 @@ fn what_makes_no_sense_is_left_out() {
     assert_eq!(whole(&turned("3"), "the axis has length zero"), (0, 0, 1));
     let import = directory.load(&format!("{SENSOR}{}", turned("0"))).expect("valid");
     assert_eq!((import.world.surface_count(), import.warnings), (1, vec![]));
+}
+
+/// A value that is not known is replaced, not the whole object: what is left is that of the
+/// default.
+#[test]
+fn unknown_values_have_their_default() {
+    let directory = Directory::new("values");
+    let reflected = |bsdf: &str| {
+        let text = format!("{SENSOR}<shape type='rectangle'>{bsdf}</shape>");
+        let import = directory.load(&text).unwrap_or_else(|error| panic!("{error}"));
+        let x = SurfacePoint::dirac(DVec3::new(0.3, 0.1, 1.0));
+        let hit = import.world.intersect(&x, -DVec3::Z).expect("a surface");
+        let bsdf = import.world.bsdf(&hit);
+        let wo = DVec3::new(0.6, 0.0, 0.8);
+        let images = [0.01, 0.99].map(|u| {
+            let sample = bsdf.sample(wo, TransportMode::Radiance, u, DVec2::splat(0.4));
+            sample.map(|sample| (sample.weight, sample.next))
+        });
+        (bsdf.eval(DVec3::new(-0.6, 0.0, 0.8), wo), images, import.warnings)
+    };
+    let map = "<string name='filename' value='parts/colours.png'/>";
+    let textured = |value: &str| {
+        format!(
+            "<bsdf type='diffuse'><texture type='bitmap' name='reflectance'>{map}{value}</texture></bsdf>"
+        )
+    };
+    let rough = |value: &str| format!("<bsdf type='roughconductor'>{value}</bsdf>");
+    let glass = |value: &str| format!("<bsdf type='dielectric'>{value}</bsdf>");
+    let plastic = |value: &str| format!("<bsdf type='plastic'>{value}</bsdf>");
+    let tint = format!("<texture type='bitmap' name='specular_reflectance'>{map}</texture>");
+    for (odd, plain, expected) in [
+        (textured("<string name='filter_type' value='ewa'/>"), textured(""), "\"ewa\" is bilinear"),
+        (textured("<string name='wrap_mode' value='zero'/>"), textured(""), "\"zero\" is repeat"),
+        (rough("<string name='distribution' value='phong'/>"), rough(""), "\"phong\" is beckmann"),
+        (glass("<string name='int_ior' value='jelly'/>"), glass(""), "it is that of bk7"),
+        (
+            glass("<float name='ext_ior' value='-1'/>"),
+            glass(""),
+            "-1 is not positive; it is that of air",
+        ),
+        (plastic(&tint), plastic(""), "must not be a texture here"),
+    ] {
+        let (odd, plain) = (reflected(&odd), reflected(&plain));
+        assert_eq!((odd.0, odd.1), (plain.0, plain.1), "{expected}");
+        assert_eq!((odd.2.len(), plain.2.len()), (1, 0), "{:?}", odd.2);
+        assert!(odd.2[0].to_string().contains(expected), "{}", odd.2[0]);
+    }
 }
 
 #[test]

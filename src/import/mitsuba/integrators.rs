@@ -73,17 +73,11 @@ impl<'a> Loader<'a> {
                 None
             }
         };
-        if !DIRECT.contains(&kind) && !OF_PATHS.contains(&kind) {
-            let depth = self
-                .hints
-                .max_bounces
-                .map_or_else(|| "without limit".to_owned(), |most| format!("up to {most}"));
+        let is_known = DIRECT.contains(&kind) || OF_PATHS.contains(&kind);
+        if !is_known && object.get("max_depth").is_none() {
             self.warn(
                 element,
-                format!(
-                    "the integrator {kind} is not known; light is taken with scattering events \
-                     {depth}"
-                ),
+                format!("the integrator {kind} is not known; light is taken without a limit"),
             )?;
         }
         if object.boolean("hide_emitters")? == Some(true) {

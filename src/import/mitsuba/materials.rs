@@ -64,17 +64,17 @@ impl<'a> Loader<'a> {
         let material = match element.kind() {
             "diffuse" => self.diffuse(&object)?.one_sided(),
             "dielectric" => {
-                let relative_ior = relative_ior(&object, "bk7")?;
+                let relative_ior = self.relative_ior(&object, "bk7")?;
                 self.transmissive(&object, Material::Dielectric { relative_ior })?
             }
             "thindielectric" => {
-                let relative_ior = relative_ior(&object, "bk7")?;
+                let relative_ior = self.relative_ior(&object, "bk7")?;
                 self.transmissive(&object, Material::ThinDielectric { relative_ior })?
             }
             "roughdielectric" => {
                 let (alpha, beckmann) = self.roughness(&object)?;
                 let glass = Material::RoughDielectric {
-                    relative_ior: relative_ior(&object, "bk7")?,
+                    relative_ior: self.relative_ior(&object, "bk7")?,
                     alpha,
                 };
                 self.transmissive(&object, with_distribution(glass, beckmann))?
@@ -188,7 +188,7 @@ impl<'a> Loader<'a> {
             specular: self
                 .colour(object, "specular_reflectance", Illuminant::D65)?
                 .unwrap_or(Rgb::WHITE),
-            relative_ior: relative_ior(object, "polypropylene")?,
+            relative_ior: self.relative_ior(object, "polypropylene")?,
             colour_shift: object.boolean("nonlinear")?.unwrap_or(false),
         })
     }
@@ -223,9 +223,11 @@ impl<'a> Loader<'a> {
             None | Some("beckmann") => true,
             Some("ggx") => false,
             Some(other) => {
-                return Err(object
-                    .element
-                    .error(format!("the distribution \"{other}\" is not known")));
+                self.warn(
+                    object.element,
+                    format!("the distribution \"{other}\" is beckmann instead"),
+                )?;
+                true
             }
         };
         let mut alpha = |name: &str| -> Result<Option<f64>, Error> {
@@ -245,6 +247,16 @@ impl<'a> Loader<'a> {
             DVec2::new(alpha("alpha_u")?.unwrap_or(both), alpha("alpha_v")?.unwrap_or(both)),
             beckmann,
         ))
+    }
+
+    /// n inside over n outside.
+    fn relative_ior(&mut self, object: &Object<'a>, inside: &str) -> Result<f64, Error> {
+        let mut index = |name: &str, default: &str| -> Result<f64, Error> {
+            let given = object.get(name).map_or(Ok(None), |child| ior(child).map(Some));
+            let given = self.warnings.rescue(given, &format!("it is that of {default}"))?.flatten();
+            Ok(given.or(named_ior(default)).unwrap_or(1.0))
+        };
+        Ok(index("int_ior", inside)? / index("ext_ior", "air")?)
     }
 
     /// Takes 0 for negative components of an index of refraction.
@@ -315,22 +327,17 @@ fn with_distribution(rough: Material, beckmann: bool) -> Material {
     if beckmann { Material::Beckmann { rough: Box::new(rough) } } else { rough }
 }
 
-/// n inside over n outside, each a number or a name.
-fn relative_ior(object: &Object<'_>, inside: &str) -> Result<f64, Error> {
-    let index = |name: &str, default: &str| -> Result<f64, Error> {
-        let Some(child) = object.get(name) else { return Ok(named_ior(default).unwrap_or(1.0)) };
-        let value = child.required("value")?;
-        match child.tag.as_str() {
-            "string" => named_ior(value).ok_or_else(|| {
-                child
-                    .error(format!("the material {value} is not known; give its index as a number"))
-            }),
-            "float" | "integer" => number(child, value),
-            _ => Err(child.error("must be a number or the name of a material")),
-        }
+/// An index of refraction, a number or the name of a material.
+fn ior(element: &Element) -> Result<f64, Error> {
+    let value = element.required("value")?;
+    let index = match element.tag.as_str() {
+        "string" => named_ior(value).ok_or_else(|| {
+            element.error(format!("the material {value} is not known; give its index as a number"))
+        })?,
+        "float" | "integer" => number(element, value)?,
+        _ => return Err(element.error("must be a number or the name of a material")),
     };
-    let (inside, outside) = (index("int_ior", inside)?, index("ext_ior", "air")?);
-    Ok(inside / outside)
+    if index > 0.0 { Ok(index) } else { Err(element.error(format!("{index} is not positive"))) }
 }
 
 /// Indices of refraction of common materials for the sodium D line.

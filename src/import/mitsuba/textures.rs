@@ -34,7 +34,9 @@ impl<'a> Loader<'a> {
     ) -> Result<Option<Rgb>, Error> {
         let Some(element) = object.get(name) else { return Ok(None) };
         let Some(texture) = self.texture(object, name, illuminant)? else { return Ok(None) };
-        texture.as_constant().map(Some).ok_or_else(|| element.error("must not be a texture here"))
+        let colour =
+            texture.as_constant().ok_or_else(|| element.error("must not be a texture here"));
+        self.warnings.rescue(colour, &format!("the {name} is as if it were not given"))
     }
 
     fn texture_of(
@@ -175,7 +177,8 @@ impl<'a> Loader<'a> {
             None | Some("bilinear") => Interpolation::Bilinear,
             Some("nearest") => Interpolation::Nearest,
             Some(other) => {
-                return Err(element.error(format!("the filter_type \"{other}\" is not known")));
+                self.warn(element, format!("the filter_type \"{other}\" is bilinear instead"))?;
+                Interpolation::Bilinear
             }
         };
         let wrap = match object.string("wrap_mode")? {
@@ -183,7 +186,8 @@ impl<'a> Loader<'a> {
             Some("mirror") => Wrap::Mirror,
             Some("clamp") => Wrap::Clamp,
             Some(other) => {
-                return Err(element.error(format!("the wrap_mode \"{other}\" is not known")));
+                self.warn(element, format!("the wrap_mode \"{other}\" is repeat instead"))?;
+                Wrap::Repeat
             }
         };
         let raw = object.boolean("raw")?.unwrap_or(false);
