@@ -16,7 +16,7 @@ mod texture;
 pub use custom::CustomBsdf;
 pub(crate) use finish::Finish;
 pub use surface_bsdf::SurfaceBsdf;
-pub use texture::{Interpolation, Texture, TextureError, Wrap};
+pub use texture::{Bitmap, Interpolation, Texture, TextureError, Wrap};
 
 use crate::bsdf::Bsdf;
 use crate::math::Rgb;

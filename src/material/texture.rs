@@ -23,7 +23,15 @@ pub struct Texture {
 enum Pattern {
     Constant(Rgb),
     Checkerboard([Rgb; 2]),
-    Bitmap { image: Arc<Image>, interpolation: Interpolation, wrap: [Wrap; 2] },
+    Bitmap { bitmap: Bitmap, interpolation: Interpolation, wrap: [Wrap; 2] },
+}
+
+/// An image that textures can show, with the range of its colours, which is found once for all of
+/// them; cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Bitmap {
+    image: Arc<Image>,
+    range: [Rgb; 2],
 }
 
 /// The lookup of an image between the centres of its pixels.
@@ -93,14 +101,7 @@ impl Texture {
         interpolation: Interpolation,
         wrap: [Wrap; 2],
     ) -> Result<Self, TextureError> {
-        let image = image.into();
-        if image.pixels().is_empty() {
-            return Err(TextureError::Empty);
-        }
-        if !image.pixels().iter().all(|pixel| pixel.is_finite()) {
-            return Err(TextureError::NotFinite);
-        }
-        Ok(Self::of(Pattern::Bitmap { image, interpolation, wrap }))
+        Bitmap::new(image).map(|bitmap| bitmap.texture(interpolation, wrap))
     }
 
     /// The same texture, with another transform applied to texture coordinates before all others.
@@ -169,7 +170,7 @@ impl Texture {
                 let half = |x: f64| x - x.floor() >= 0.5;
                 colours[usize::from(half(uv.x) != half(uv.y))]
             }
-            Pattern::Bitmap { image, interpolation, wrap } => {
+            Pattern::Bitmap { bitmap: Bitmap { image, .. }, interpolation, wrap } => {
                 let size = [image.width() as usize, image.height() as usize];
                 let pixel = |x: i64, y: i64| {
                     image.pixels()[wrap[1].index(y, size[1]) * size[0] + wrap[0].index(x, size[0])]
@@ -194,20 +195,13 @@ impl Texture {
     /// Every value is between two colours, channel by channel: these.
     #[must_use]
     pub fn range(&self) -> [Rgb; 2] {
-        let hull = |colours: &[Rgb]| {
-            let channel = |c: usize, f: fn(f64, f64) -> f64| {
-                colours.iter().map(|rgb| rgb[c]).reduce(f).unwrap_or(0.0)
-            };
-            let of = |f: fn(f64, f64) -> f64| Rgb::new(channel(0, f), channel(1, f), channel(2, f));
-            [of(f64::min), of(f64::max)]
-        };
         if self.cutoff.is_some() {
             return self.as_constant().map_or([Rgb::BLACK, Rgb::WHITE], |colour| [colour; 2]);
         }
         let [least, greatest] = match &self.pattern {
             Pattern::Constant(colour) => [*colour; 2],
             Pattern::Checkerboard(colours) => hull(colours),
-            Pattern::Bitmap { image, .. } => hull(image.pixels()),
+            Pattern::Bitmap { bitmap, .. } => bitmap.range,
         };
         // A negative factor swaps them.
         hull(&[least * self.factor, greatest * self.factor])
@@ -225,6 +219,49 @@ impl Texture {
             _ => self.range().iter().all(valid),
         }
     }
+}
+
+impl Bitmap {
+    /// A checked image.
+    ///
+    /// # Errors
+    /// If the image has no pixels, or one that is infinite or not a number.
+    pub fn new(image: impl Into<Arc<Image>>) -> Result<Self, TextureError> {
+        let image = image.into();
+        if image.pixels().is_empty() {
+            return Err(TextureError::Empty);
+        }
+        if !image.pixels().iter().all(|pixel| pixel.is_finite()) {
+            return Err(TextureError::NotFinite);
+        }
+        let range = hull(image.pixels());
+        Ok(Self { image, range })
+    }
+
+    /// A texture of the image; `wrap` along u and along v.
+    #[must_use]
+    pub fn texture(self, interpolation: Interpolation, wrap: [Wrap; 2]) -> Texture {
+        Texture::of(Pattern::Bitmap { bitmap: self, interpolation, wrap })
+    }
+}
+
+impl PartialEq for Bitmap {
+    fn eq(&self, other: &Self) -> bool {
+        // Most often it is one image in memory, whose pixels need no comparison.
+        Arc::ptr_eq(&self.image, &other.image) || self.image == other.image
+    }
+}
+
+/// The least and the greatest value of each channel of at least one colour.
+fn hull(colours: &[Rgb]) -> [Rgb; 2] {
+    let [mut least, mut greatest] = [colours[0].0; 2];
+    for colour in colours {
+        for channel in 0..3 {
+            least[channel] = least[channel].min(colour[channel]);
+            greatest[channel] = greatest[channel].max(colour[channel]);
+        }
+    }
+    [Rgb(least), Rgb(greatest)]
 }
 
 impl Wrap {

@@ -3,15 +3,14 @@
 use super::document::Document;
 use crate::film::{Image, linear_from_srgb};
 use crate::import::{Error, Location};
-use crate::material::{Interpolation, Texture, Wrap};
+use crate::material::{Bitmap, Interpolation, Texture, Wrap};
 use crate::math::Rgb;
 use glam::{DAffine2, DVec2};
 use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
-use image::{ImageFormat, ImageReader};
+use image::{DynamicImage, ImageFormat, ImageReader};
 use std::collections::HashMap;
 use std::io::Cursor;
-use std::sync::Arc;
 
 /// The meaning of the numbers of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -26,7 +25,7 @@ pub(super) enum Meaning {
 
 /// Images that have been decoded, each once for every meaning.
 pub(super) struct Textures {
-    images: HashMap<(usize, Meaning), Arc<Image>>,
+    images: HashMap<(usize, Meaning), Bitmap>,
     pixels: u64,
 }
 
@@ -45,7 +44,7 @@ impl Textures {
         at: &Location,
     ) -> Result<Texture, Error> {
         let source = document.root.textures[info.index.value()].source.value();
-        let image = self.image(document, source, meaning)?;
+        let bitmap = self.bitmap(document, source, meaning)?;
         let texture = &document.root.textures[info.index.value()];
         let sampler = texture.sampler.map(|index| &document.root.samplers[index.value()]);
         let nearest = sampler
@@ -53,21 +52,21 @@ impl Textures {
         let interpolation = if nearest { Interpolation::Nearest } else { Interpolation::Bilinear };
         let wraps = sampler
             .map_or([Wrap::Repeat; 2], |sampler| [wrap(&sampler.wrap_s), wrap(&sampler.wrap_t)]);
-        let texture = Texture::bitmap(image, interpolation, wraps)
-            .and_then(|texture| texture.with_transform(transform(info)));
-        texture
+        bitmap
+            .texture(interpolation, wraps)
+            .with_transform(transform(info))
             .and_then(|texture| texture.scaled(factor))
             .map_err(|error| Error::caused(at.clone(), error))
     }
 
-    fn image(
+    fn bitmap(
         &mut self,
         document: &mut Document,
         index: usize,
         meaning: Meaning,
-    ) -> Result<Arc<Image>, Error> {
-        if let Some(image) = self.images.get(&(index, meaning)) {
-            return Ok(Arc::clone(image));
+    ) -> Result<Bitmap, Error> {
+        if let Some(bitmap) = self.images.get(&(index, meaning)) {
+            return Ok(bitmap.clone());
         }
         let source = &document.root.images[index];
         let location = document.location(format!("image {index}"), source.name.as_ref());
@@ -81,9 +80,9 @@ impl Textures {
             _ => return Err(Error::new(location, "it needs either a uri or a buffer view")),
         };
         let image = self.decode(bytes, meaning, &location)?;
-        let image = Arc::new(image);
-        self.images.insert((index, meaning), Arc::clone(&image));
-        Ok(image)
+        let bitmap = Bitmap::new(image).map_err(|error| Error::caused(location, error))?;
+        self.images.insert((index, meaning), bitmap.clone());
+        Ok(bitmap)
     }
 
     fn decode(
@@ -114,18 +113,30 @@ impl Textures {
         let mut limits = image::Limits::no_limits();
         limits.max_alloc = Some(pixels.saturating_mul(32).saturating_add(1 << 20));
         reader.limits(limits);
-        let decoded = reader.decode().map_err(caused)?.into_rgba16();
-        let unit = |channel: u16| f64::from(channel) / 65535.0;
-        let value = |[r, g, b, a]: [u16; 4]| match meaning {
-            Meaning::Colour => Rgb::new(unit(r), unit(g), unit(b)).map(linear_from_srgb),
-            Meaning::Data => Rgb::new(unit(r), unit(g), unit(b)),
-            Meaning::Alpha => Rgb::splat(unit(a)),
-        };
-        let (width, height) = decoded.dimensions();
-        let image =
-            Image::new(width, height, decoded.pixels().map(|pixel| value(pixel.0)).collect());
-        image.ok_or_else(|| refuse("the number of pixels does not match the size".to_owned()))
+        let decoded = reader.decode().map_err(caused)?;
+        Image::new(width, height, colours(decoded, meaning))
+            .ok_or_else(|| refuse("the number of pixels does not match the size".to_owned()))
     }
+}
+
+/// The colours of an image whose channels have 8 or 16 bits.
+fn colours(decoded: DynamicImage, meaning: Meaning) -> Vec<Rgb> {
+    let value = |share: f64| match meaning {
+        Meaning::Colour => linear_from_srgb(share),
+        Meaning::Alpha | Meaning::Data => share,
+    };
+    let colour = |[r, g, b, a]: [f64; 4]| match meaning {
+        Meaning::Colour | Meaning::Data => Rgb::new(r, g, b),
+        Meaning::Alpha => Rgb::splat(a),
+    };
+    let format = decoded.color();
+    if format.bytes_per_pixel() == format.channel_count() {
+        let table: [f64; 256] = std::array::from_fn(|code| value(code as f64 / 255.0));
+        let pixel = |codes: [u8; 4]| colour(codes.map(|code| table[usize::from(code)]));
+        return decoded.into_rgba8().pixels().map(|codes| pixel(codes.0)).collect();
+    }
+    let pixel = |codes: [u16; 4]| colour(codes.map(|code| value(f64::from(code) / 65535.0)));
+    decoded.into_rgba16().pixels().map(|codes| pixel(codes.0)).collect()
 }
 
 /// The set of texture coordinates that a texture is looked up with.
@@ -155,4 +166,39 @@ fn transform(info: &Info) -> DAffine2 {
     let (scale, offset) = (vector(transform.scale.0), vector(transform.offset.0));
     let (sin, cos) = f64::from(transform.rotation.0).sin_cos();
     DAffine2::from_cols(DVec2::new(cos, -sin) * scale.x, DVec2::new(sin, cos) * scale.y, offset)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{GrayAlphaImage, GrayImage, RgbImage, RgbaImage};
+
+    #[test]
+    fn tables_hold_what_the_formula_gives() {
+        let codes = |channels: usize| (0..=255).flat_map(|code| vec![code; channels]).collect();
+        let images: [DynamicImage; 4] = [
+            GrayImage::from_raw(256, 1, codes(1)).expect("256 pixels").into(),
+            GrayAlphaImage::from_raw(256, 1, codes(2)).expect("256 pixels").into(),
+            RgbImage::from_raw(256, 1, codes(3)).expect("256 pixels").into(),
+            RgbaImage::from_raw(256, 1, codes(4)).expect("256 pixels").into(),
+        ];
+        for image in images {
+            for meaning in [Meaning::Colour, Meaning::Alpha, Meaning::Data] {
+                // All images of 16 bits are converted without a table.
+                let precise = DynamicImage::from(image.to_rgba16());
+                let expected = colours(precise, meaning);
+                for (code, pixel) in colours(image.clone(), meaning).into_iter().enumerate() {
+                    let share = code as f64 / 255.0;
+                    let formula = match meaning {
+                        Meaning::Colour => linear_from_srgb(share),
+                        Meaning::Data => share,
+                        Meaning::Alpha if image.color().has_alpha() => share,
+                        Meaning::Alpha => 1.0,
+                    };
+                    assert_eq!(pixel, Rgb::splat(formula), "{meaning:?} {code}");
+                    assert_eq!(pixel, expected[code], "{meaning:?} {code}");
+                }
+            }
+        }
+    }
 }

@@ -106,3 +106,17 @@ fn bad_values_are_refused_and_bad_coordinates_survive() {
             && !Texture::from(Rgb::splat(f64::NAN)).is_within(0.0, 1.0)
     );
 }
+
+#[test]
+fn textures_of_one_bitmap_share_its_range() {
+    let colours = [Rgb::new(0.5, 0.25, -1.0), Rgb::new(0.125, 2.0, 0.0), Rgb::new(1.0, 0.5, -3.0)];
+    let image = Image::new(3, 1, colours.to_vec()).expect("3 pixels");
+    let bitmap = Bitmap::new(image).expect("valid");
+    let range = [Rgb::new(0.125, 0.25, -3.0), Rgb::new(1.0, 2.0, 0.0)];
+    for wrap in [Wrap::Repeat, Wrap::Clamp] {
+        let texture = bitmap.clone().texture(Interpolation::Nearest, [wrap; 2]);
+        assert_eq!(texture.range(), range);
+        let scaled = texture.scaled(Rgb::new(-2.0, 0.5, 1.0)).expect("finite");
+        assert_eq!(scaled.range(), [Rgb::new(-2.0, 0.125, -3.0), Rgb::new(-0.25, 1.0, 0.0)]);
+    }
+}
