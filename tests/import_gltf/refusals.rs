@@ -16,7 +16,7 @@ fn malformed_files_are_refused_for_their_reason() {
         ("/nodes/1/scale", json!([1, 0, 0]), "not invertible"),
         ("/scene", json!(3), "Index out of bounds"),
         ("/meshes/0/primitives/0/attributes/POSITION", json!(99), "accessor 99"),
-        ("/meshes/0/primitives/0/attributes/POSITION", json!(2), "Missing data"),
+        ("/meshes/0/primitives/0/attributes/POSITION", json!(2), "accessor 2: Vec3 is needed"),
         ("/meshes/0/primitives/0/attributes/TEXCOORD_0", json!(3), "accessor 3: Vec2 is needed"),
         ("/meshes/0/primitives/0/indices", json!(0), "unsigned whole numbers"),
         ("/accessors/0/count", json!(5), "do not fit"),
@@ -86,14 +86,6 @@ fn sparse_accessors_and_images_are_checked() {
         ("meshes.gltf", "/accessors/3/sparse/count", json!(4), "4 sparse values"),
         ("meshes.gltf", "/accessors/2/sparse/values/byteOffset", json!(4), "do not fit"),
         ("meshes.gltf", "/accessors/2/sparse/indices/componentType", json!(5126), "Invalid value"),
-        ("textures.gltf", "/images/0/uri", json!("textures.bin"), "neither PNG nor JPEG"),
-        (
-            "textures.gltf",
-            "/images/0/uri",
-            json!("%2e%2e/textures.bin"),
-            "outside of the scene's directory",
-        ),
-        ("textures.gltf", "/images/0", json!({}), "either a uri or a buffer view"),
         ("textures.gltf", "/textures/0/source", json!(9), "Index out of bounds"),
         (
             "lights.gltf",
