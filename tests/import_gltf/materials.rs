@@ -154,6 +154,37 @@ fn factors_hold_where_images_cannot_be_read() {
     }
 }
 
+/// A factor that exceeds 1 by the last bit of a single-precision number is 1; the index of
+/// refraction 0 stands for an infinite one, which reflects everything.
+#[test]
+fn factors_are_rounded_and_the_index_of_refraction_may_be_zero() {
+    use serde_json::json;
+    let above = f64::from(1f32.next_up());
+    let factors = json!({
+        "baseColorFactor": [above, 0.5, 0.25, 1],
+        "metallicFactor": above,
+        "roughnessFactor": above,
+    });
+    let cases = [
+        ("/materials/0/pbrMetallicRoughness", factors, surface([1.0, 0.5, 0.25], 1.0, 1.0, 1.5)),
+        (
+            "/materials/0",
+            json!({
+                "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0.5},
+                "extensions": {"KHR_materials_ior": {"ior": 0}},
+            }),
+            surface([1.0; 3], 0.0, 0.5, 1e6),
+        ),
+    ];
+    for (pointer, value, expected) in cases {
+        let text = altered("box.gltf", pointer, value);
+        let world = load_text("factors", &text, &Options::default()).expect(pointer).world;
+        let point = seen(&world, DVec3::new(0.25, 0.125, 0.0), -DVec3::Z);
+        let expected = expected.mixture().expect("valid");
+        assert_eq!(world.bsdf(&point).mixture(true), expected, "{pointer}");
+    }
+}
+
 /// A JPEG whose left half is grey and whose right half is pink, looked up from u = -1 to u = 2.
 #[test]
 fn jpegs_wrap_in_each_mode() {
