@@ -115,6 +115,24 @@ fn cameras_look_out_of_their_nodes() {
     assert_relative_eq!(direction, -DVec3::X, epsilon = 1e-6);
 }
 
+/// The back wall flattened along its normal stays where it is, and a block becomes a sheet.
+#[test]
+fn flattened_nodes_keep_what_has_an_area() {
+    let cases = [
+        ("/nodes/1/scale", [1, 1, 0], "back", DVec3::new(0.25, 0.125, -1.0)),
+        ("/nodes/8/scale", [1, 1, 0], "plastic block", DVec3::new(0.25, -0.875, 0.125)),
+    ];
+    for (pointer, scale, name, expected) in cases {
+        let text = altered("box.gltf", pointer, serde_json::json!(scale));
+        let strict = Options { strict: true, ..Options::default() };
+        let world = load_text("flattened", &text, &strict).expect(name).world;
+        let point = seen(&world, expected + 0.25 * DVec3::Z, -DVec3::Z);
+        assert_eq!(world.surface_name(&point), Some(name));
+        assert_relative_eq!(point.position, expected, epsilon = 1e-12);
+        assert_relative_eq!(point.geometric_normal.abs(), DVec3::Z, epsilon = 1e-12);
+    }
+}
+
 /// Bounds of positions are not needed, and numbers that no bytes stand for are 0: every point shows
 /// the upper left texel.
 #[test]
