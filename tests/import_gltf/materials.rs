@@ -1,6 +1,6 @@
 //! Materials and textures against those built by hand.
 
-use crate::files::{SQUARE, data, seen};
+use crate::files::{SQUARE, altered, data, directory, load_text, seen};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3, UVec2};
 use pathspace::bsdf::{Bsdf, MetallicRoughness, Mixture, Model};
@@ -110,6 +110,78 @@ fn textures_are_decoded_where_they_are_looked_up() {
             world.bsdf(&point).mixture(true),
             Some(Mixture::new([Model::from(expected), Model::Black], [1.0, 0.0]).expect("valid"))
         );
+    }
+}
+
+/// Where there is no image, colours are the factors: 1, 0.5, 1 with opacity 1, and metal of
+/// roughness 0.1 and 0.5 of what it emits; the second image alone decides roughness and metalness.
+#[test]
+fn factors_hold_where_images_cannot_be_read() {
+    use serde_json::json;
+    for other in ["textures.bin", "two by two.png"] {
+        std::fs::copy(data(other), directory("unreadable").join(other)).expect("copied");
+    }
+    let cases = [
+        ("/images/0", json!({}), "image 0: it needs either a uri or a buffer view"),
+        ("/images/0/uri", json!("nowhere.png"), "image 0: there is no file nowhere.png"),
+        ("/images/0/uri", json!("textures.bin"), "image 0: it is neither PNG nor JPEG"),
+        ("/images/0/uri", json!("%2e%2e/textures.bin"), "outside of the scene's directory"),
+        (
+            "/textures/0",
+            json!({"extensions": {"EXT_texture_webp": {}}}),
+            "texture 0: it has no image",
+        ),
+    ];
+    for (pointer, value, reason) in cases {
+        let text = altered("textures.gltf", pointer, value);
+        let import = load_text("unreadable", &text, &Options::default()).expect(reason);
+        let warnings: Vec<String> = import.warnings.iter().map(ToString::to_string).collect();
+        assert!(warnings.iter().any(|warning| warning.contains(reason)), "{warnings:?}");
+        let world = &import.world;
+        for (x, y, roughness, metalness) in [(-0.5, 0.5, 0.5, 0.0), (0.5, -0.5, 0.1, 1.0)] {
+            let point = seen(world, DVec3::new(x, y, 1.0), -DVec3::Z);
+            let color = Rgb::new(1.0, 0.5, 1.0);
+            let front = MetallicRoughness::new(color, metalness, roughness, 1.5).expect("valid");
+            let (a, b) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.28, 0.96));
+            let (value, expected) = (world.bsdf(&point).eval(a, b), front.eval(a, b));
+            for channel in 0..3 {
+                assert_relative_eq!(value[channel], expected[channel], max_relative = 1e-6);
+            }
+        }
+        let strict = Options { strict: true, ..Options::default() };
+        let error = load_text("unreadable", &text, &strict).expect_err(reason).to_string();
+        assert!(error.contains(reason), "{error}");
+    }
+}
+
+/// A factor that exceeds 1 by the last bit of a single-precision number is 1; the index of
+/// refraction 0 stands for an infinite one, which reflects everything.
+#[test]
+fn factors_are_rounded_and_the_index_of_refraction_may_be_zero() {
+    use serde_json::json;
+    let above = f64::from(1f32.next_up());
+    let factors = json!({
+        "baseColorFactor": [above, 0.5, 0.25, 1],
+        "metallicFactor": above,
+        "roughnessFactor": above,
+    });
+    let cases = [
+        ("/materials/0/pbrMetallicRoughness", factors, surface([1.0, 0.5, 0.25], 1.0, 1.0, 1.5)),
+        (
+            "/materials/0",
+            json!({
+                "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0.5},
+                "extensions": {"KHR_materials_ior": {"ior": 0}},
+            }),
+            surface([1.0; 3], 0.0, 0.5, 1e6),
+        ),
+    ];
+    for (pointer, value, expected) in cases {
+        let text = altered("box.gltf", pointer, value);
+        let world = load_text("factors", &text, &Options::default()).expect(pointer).world;
+        let point = seen(&world, DVec3::new(0.25, 0.125, 0.0), -DVec3::Z);
+        let expected = expected.mixture().expect("valid");
+        assert_eq!(world.bsdf(&point).mixture(true), expected, "{pointer}");
     }
 }
 

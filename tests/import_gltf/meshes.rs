@@ -1,6 +1,6 @@
 //! Triangles and attributes of meshes, and where nodes put them.
 
-use crate::files::{SQUARE, data, load_text, seen};
+use crate::files::{SQUARE, altered, data, directory, load, load_text, seen};
 use approx::assert_relative_eq;
 use glam::{DAffine3, DQuat, DVec2, DVec3, UVec2};
 use pathspace::endpoint::Endpoint;
@@ -113,4 +113,47 @@ fn cameras_look_out_of_their_nodes() {
     let (position, direction) = corner("orthographic");
     assert_relative_eq!(position, DVec3::new(2.0, 1.5, 3.0), epsilon = 1e-6);
     assert_relative_eq!(direction, -DVec3::X, epsilon = 1e-6);
+}
+
+/// The back wall flattened along its normal stays where it is, and a block becomes a sheet.
+#[test]
+fn flattened_nodes_keep_what_has_an_area() {
+    let cases = [
+        ("/nodes/1/scale", [1, 1, 0], "back", DVec3::new(0.25, 0.125, -1.0)),
+        ("/nodes/8/scale", [1, 1, 0], "plastic block", DVec3::new(0.25, -0.875, 0.125)),
+    ];
+    for (pointer, scale, name, expected) in cases {
+        let text = altered("box.gltf", pointer, serde_json::json!(scale));
+        let strict = Options { strict: true, ..Options::default() };
+        let world = load_text("flattened", &text, &strict).expect(name).world;
+        let point = seen(&world, expected + 0.25 * DVec3::Z, -DVec3::Z);
+        assert_eq!(world.surface_name(&point), Some(name));
+        assert_relative_eq!(point.position, expected, epsilon = 1e-12);
+        assert_relative_eq!(point.geometric_normal.abs(), DVec3::Z, epsilon = 1e-12);
+    }
+}
+
+/// Bounds of positions are not needed, and numbers that no bytes stand for are 0: every point shows
+/// the upper left texel.
+#[test]
+fn accessors_may_lack_bounds_and_bytes() {
+    let positions = serde_json::json!(
+        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"}
+    );
+    let strict = Options { strict: true, ..Options::default() };
+    let text = altered("box.gltf", "/accessors/0", positions);
+    let bounds = load_text("accessors", &text, &strict).expect("valid").world.bounds();
+    assert_eq!(bounds, load("box.gltf", SQUARE).world.bounds());
+
+    for other in ["textures.bin", "two by two.png"] {
+        std::fs::copy(data(other), directory("accessors").join(other)).expect("copied");
+    }
+    let zeros = serde_json::json!({"componentType": 5126, "count": 4, "type": "VEC2"});
+    let text = altered("textures.gltf", "/accessors/1", zeros);
+    let world = load_text("accessors", &text, &Options::default()).expect("valid").world;
+    let lamp = world.light(world.light_by_name("painted").expect("it emits"));
+    for (x, y) in [(-0.5, 0.5), (0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)] {
+        let point = seen(&world, DVec3::new(x, y, 1.0), -DVec3::Z);
+        assert_eq!(lamp.emit(&point, DVec3::Z), Rgb::new(0.5, 0.0, 0.0));
+    }
 }

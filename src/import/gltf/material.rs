@@ -36,6 +36,16 @@ impl Look {
 
 const DEFAULT_IOR: f64 = 1.5;
 
+/// The index of refraction in place of 0, by which the format means that everything is reflected:
+/// the largest that models take. All but 4e-6 is reflected.
+const INFINITE_IOR: f64 = 1e6;
+
+/// A factor in [0, 1]; 1 if it exceeds 1 by no more than rounding explains.
+fn share(factor: f32) -> f64 {
+    let factor = f64::from(factor);
+    if (1.0..1.0 + 1e-6).contains(&factor) { 1.0 } else { factor }
+}
+
 /// Reads material `index`.
 pub(super) fn look(
     document: &mut Document,
@@ -48,47 +58,49 @@ pub(super) fn look(
     let coordinates = common_coordinates(document, &source, &location)?;
 
     let pbr = &source.pbr_metallic_roughness;
-    let [r, g, b, opacity] = pbr.base_color_factor.0.map(f64::from);
+    let [r, g, b, opacity] = pbr.base_color_factor.0.map(share);
     let factor = Rgb::new(r, g, b);
     let base_color = match &pbr.base_color_texture {
         Some(info) => textures.texture(document, info, Meaning::Colour, factor, &location)?,
         None => factor.into(),
     };
-    let (roughness, metalness) =
-        (f64::from(pbr.roughness_factor.0), f64::from(pbr.metallic_factor.0));
+    let (roughness, metalness) = (share(pbr.roughness_factor.0), share(pbr.metallic_factor.0));
     let surface = Rgb::new(0.0, roughness, metalness);
     let metallic_roughness = match &pbr.metallic_roughness_texture {
         Some(info) => textures.texture(document, info, Meaning::Data, surface, &location)?,
         None => surface.into(),
     };
     let extensions = source.extensions.clone().unwrap_or_default();
-    let relative_ior = extensions.ior.map_or(DEFAULT_IOR, |ior| f64::from(ior.ior.0));
+    let relative_ior = extensions.ior.map_or(DEFAULT_IOR, |ior| match f64::from(ior.ior.0) {
+        0.0 => INFINITE_IOR,
+        ior => ior,
+    });
 
     let transmission = extensions
         .transmission
         .as_ref()
-        .map_or(0.0, |transmission| f64::from(transmission.transmission_factor.0));
+        .map_or(0.0, |transmission| share(transmission.transmission_factor.0));
     if !(0.0..=1.0).contains(&transmission) {
         return Err(Error::new(
             location,
             format!("transmission must be in [0, 1], but is {transmission}"),
         ));
     }
-    let share = transmission * (1.0 - metalness);
-    let mut material = if transmission > 0.0 && share > 0.0 {
-        let rest = metalness / (1.0 - share);
+    let transmitting = transmission * (1.0 - metalness);
+    let mut material = if transmission > 0.0 && transmitting > 0.0 {
+        let rest = metalness / (1.0 - transmitting);
         let opaque = Material::MetallicRoughness {
             base_color: base_color.clone(),
             metallic_roughness: Rgb::new(0.0, roughness, rest.min(1.0)).into(),
             relative_ior,
         };
         let glass = glass(document, &source, base_color, roughness, relative_ior, &location)?;
-        if share >= 1.0 {
+        if transmitting >= 1.0 {
             glass
         } else {
             Material::Mixture {
                 components: Box::new([opaque, glass]),
-                weights: [1.0 - share, share],
+                weights: [1.0 - transmitting, transmitting],
             }
         }
     } else {

@@ -46,9 +46,9 @@ use std::path::Path;
 /// `resolution` wide or high, or both.
 ///
 /// # Errors
-/// If the file or one that it refers to cannot be read, breaks the rules of the format, requires an
-/// unknown extension, exceeds a limit or leaves nothing to render; if the resolution is 0; in
-/// strict mode, for the first warning.
+/// If the file or a buffer that it refers to cannot be read, breaks the rules of the format,
+/// requires an unknown extension, exceeds a limit or leaves nothing to render; if the resolution is
+/// 0; in strict mode, for the first warning.
 pub fn load(path: impl AsRef<Path>, resolution: UVec2, options: &Options) -> Result<Import, Error> {
     let mut document = document::Document::open(path.as_ref(), options)?;
     scene::build(&mut document, resolution)

@@ -9,7 +9,7 @@ use crate::endpoint::ConstantEnvironment;
 use crate::film::Filter;
 use crate::import::{Error, Hints, Import, ImportedView, Location};
 use crate::math::Rgb;
-use crate::scene::{MaterialId, Mesh, WorldBuilder};
+use crate::scene::{MaterialId, Mesh, SceneError, WorldBuilder};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, UVec2};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
@@ -202,7 +202,16 @@ impl<'a> SceneReader<'a> {
             })?;
             let Some(geometry) = geometry else { continue };
             let caused = |error| Error::caused(location.clone(), error);
-            let surface = self.builder.add_mesh(name, geometry, transform, id).map_err(caused)?;
+            let mut added = self.builder.add_mesh(name.clone(), geometry, transform, id);
+            if let Err(SceneError::SingularTransform { .. }) = added {
+                let Some(flat) = flattened(geometry, transform) else {
+                    let reason = "its transform leaves nothing of its triangles: it is left out";
+                    self.document.warnings.warn(location.clone(), reason)?;
+                    continue;
+                };
+                added = self.builder.add_mesh(name, &flat, DAffine3::IDENTITY, id);
+            }
+            let surface = added.map_err(caused)?;
             if let Some(radiance) = look.emission {
                 self.builder
                     .set_textured_emission(surface, radiance, look.double_sided)
@@ -390,6 +399,18 @@ fn local_transform(node: &Node) -> Result<DAffine3, String> {
     } else {
         Err("its transform is infinite or not a number".to_owned())
     }
+}
+
+/// A mesh in world space, without normals, since a singular transform has none for them; `None` if
+/// no triangle keeps an area.
+fn flattened(mesh: &Mesh, transform: DAffine3) -> Option<Mesh> {
+    let positions: Vec<DVec3> =
+        mesh.positions.iter().map(|&position| transform.transform_point3(position)).collect();
+    let has_area = mesh.indices.iter().any(|corners| {
+        let [a, b, c] = corners.map(|corner| positions.get(corner as usize).copied());
+        matches!((a, b, c), (Some(a), Some(b), Some(c)) if (b - a).cross(c - a) != DVec3::ZERO)
+    });
+    has_area.then(|| Mesh { positions, normals: None, ..mesh.clone() })
 }
 
 /// Corners of triangles. Every other triangle of a strip is turned, so that all face the same side.

@@ -9,7 +9,7 @@ use glam::{DAffine2, DVec2};
 use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
 use image::{DynamicImage, ImageFormat, ImageReader};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io::Cursor;
 
 /// The meaning of the numbers of an image.
@@ -26,15 +26,31 @@ pub(super) enum Meaning {
 /// Images that have been decoded, each once for every meaning.
 pub(super) struct Textures {
     images: HashMap<(usize, Meaning), Bitmap>,
+    /// Images that cannot be read.
+    unreadable: HashSet<usize>,
+    /// Textures without an image.
+    empty: HashSet<usize>,
     pixels: u64,
+}
+
+/// An image before its pixels are decoded: a small file may stand for a huge image.
+struct Encoded {
+    bytes: Vec<u8>,
+    format: ImageFormat,
+    size: [u32; 2],
 }
 
 impl Textures {
     pub fn new(document: &Document) -> Self {
-        Self { images: HashMap::new(), pixels: document.limits.pixels }
+        Self {
+            images: HashMap::new(),
+            unreadable: HashSet::new(),
+            empty: HashSet::new(),
+            pixels: document.limits.pixels,
+        }
     }
 
-    /// A texture of a material, times a factor.
+    /// A texture of a material, times a factor; the factor alone if there is no image to read.
     pub fn texture(
         &mut self,
         document: &mut Document,
@@ -43,9 +59,21 @@ impl Textures {
         factor: Rgb,
         at: &Location,
     ) -> Result<Texture, Error> {
-        let source = document.root.textures[info.index.value()].source.value();
-        let bitmap = self.bitmap(document, source, meaning)?;
-        let texture = &document.root.textures[info.index.value()];
+        let index = info.index.value();
+        let source = document.root.textures[index].source.value();
+        if source >= document.root.images.len() {
+            if self.empty.insert(index) {
+                let name = document.root.textures[index].name.as_ref();
+                let location = document.location(format!("texture {index}"), name);
+                let reason = "it has no image that can be read: factors hold in place of it";
+                document.warnings.warn(location, reason)?;
+            }
+            return Ok(factor.into());
+        }
+        let Some(bitmap) = self.bitmap(document, source, meaning)? else {
+            return Ok(factor.into());
+        };
+        let texture = &document.root.textures[index];
         let sampler = texture.sampler.map(|index| &document.root.samplers[index.value()]);
         let nearest = sampler
             .is_some_and(|sampler| sampler.mag_filter == Some(Checked::Valid(MagFilter::Nearest)));
@@ -59,63 +87,89 @@ impl Textures {
             .map_err(|error| Error::caused(at.clone(), error))
     }
 
+    /// An image of the file; `None` if it cannot be read.
     fn bitmap(
         &mut self,
         document: &mut Document,
         index: usize,
         meaning: Meaning,
-    ) -> Result<Bitmap, Error> {
+    ) -> Result<Option<Bitmap>, Error> {
         if let Some(bitmap) = self.images.get(&(index, meaning)) {
-            return Ok(bitmap.clone());
+            return Ok(Some(bitmap.clone()));
         }
-        let source = &document.root.images[index];
-        let location = document.location(format!("image {index}"), source.name.as_ref());
-        let fetched;
-        let bytes = match (source.uri.clone(), source.buffer_view) {
-            (Some(uri), None) => {
-                fetched = document.fetch(&uri, &location)?;
-                &fetched[..]
+        if self.unreadable.contains(&index) {
+            return Ok(None);
+        }
+        let name = document.root.images[index].name.as_ref();
+        let location = document.location(format!("image {index}"), name);
+        let bitmap = match Encoded::open(document, index, &location) {
+            Ok(encoded) => {
+                self.spend(encoded.size, &location)?;
+                encoded.decode(meaning, &location)
             }
-            (None, Some(view)) => document.view(view.value(), &location)?,
-            _ => return Err(Error::new(location, "it needs either a uri or a buffer view")),
+            Err(error) => Err(error),
         };
-        let image = self.decode(bytes, meaning, &location)?;
-        let bitmap = Bitmap::new(image).map_err(|error| Error::caused(location, error))?;
-        self.images.insert((index, meaning), bitmap.clone());
-        Ok(bitmap)
+        match bitmap {
+            Ok(bitmap) => {
+                self.images.insert((index, meaning), bitmap.clone());
+                Ok(Some(bitmap))
+            }
+            Err(error) => {
+                self.unreadable.insert(index);
+                let reason = format!("{}: factors hold in place of it", error.reason);
+                document.warnings.warn(location, reason)?;
+                Ok(None)
+            }
+        }
     }
 
-    fn decode(
-        &mut self,
-        bytes: &[u8],
-        meaning: Meaning,
-        location: &Location,
-    ) -> Result<Image, Error> {
-        let refuse = |reason: String| Error::new(location.clone(), reason);
-        let format = image::guess_format(bytes)
-            .ok()
-            .filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg));
-        let format = format.ok_or_else(|| refuse("it is neither PNG nor JPEG".to_owned()))?;
-        let caused = |error: image::ImageError| Error::caused(location.clone(), error);
-        // Its size before its pixels: a small file may stand for a huge image.
-        let (width, height) = ImageReader::with_format(Cursor::new(bytes), format)
-            .into_dimensions()
-            .map_err(caused)?;
+    /// Counts pixels.
+    fn spend(&mut self, [width, height]: [u32; 2], location: &Location) -> Result<(), Error> {
         let pixels = u64::from(width) * u64::from(height);
-        if pixels > self.pixels {
-            return Err(refuse(format!(
+        let left = self.pixels.checked_sub(pixels);
+        self.pixels = left.ok_or_else(|| {
+            let reason = format!(
                 "{width} × {height} pixels exceed the limit, which leaves {} for all images",
                 self.pixels
-            )));
-        }
-        self.pixels -= pixels;
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+            );
+            Error::new(location.clone(), reason)
+        })?;
+        Ok(())
+    }
+}
+
+impl Encoded {
+    fn open(document: &mut Document, index: usize, location: &Location) -> Result<Self, Error> {
+        let refuse = |reason: &str| Error::new(location.clone(), reason);
+        let source = &document.root.images[index];
+        let bytes = match (source.uri.clone(), source.buffer_view) {
+            (Some(uri), None) => document.fetch(&uri, location)?,
+            (None, Some(view)) => document.view(view.value(), location)?.to_vec(),
+            _ => return Err(refuse("it needs either a uri or a buffer view")),
+        };
+        let format = image::guess_format(&bytes)
+            .ok()
+            .filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg));
+        let format = format.ok_or_else(|| refuse("it is neither PNG nor JPEG"))?;
+        let (width, height) = ImageReader::with_format(Cursor::new(&bytes), format)
+            .into_dimensions()
+            .map_err(|error| Error::caused(location.clone(), error))?;
+        Ok(Self { bytes, format, size: [width, height] })
+    }
+
+    fn decode(&self, meaning: Meaning, location: &Location) -> Result<Bitmap, Error> {
+        let [width, height] = self.size;
+        let mut reader = ImageReader::with_format(Cursor::new(&self.bytes), self.format);
         let mut limits = image::Limits::no_limits();
+        let pixels = u64::from(width) * u64::from(height);
         limits.max_alloc = Some(pixels.saturating_mul(32).saturating_add(1 << 20));
         reader.limits(limits);
-        let decoded = reader.decode().map_err(caused)?;
-        Image::new(width, height, colours(decoded, meaning))
-            .ok_or_else(|| refuse("the number of pixels does not match the size".to_owned()))
+        let decoded = reader.decode().map_err(|error| Error::caused(location.clone(), error))?;
+        let image = Image::new(width, height, colours(decoded, meaning)).ok_or_else(|| {
+            let reason = "the number of pixels does not match the size";
+            Error::new(location.clone(), reason)
+        })?;
+        Bitmap::new(image).map_err(|error| Error::caused(location.clone(), error))
     }
 }
 
