@@ -357,7 +357,7 @@ impl EnvironmentMap {
     }
 }
 
-/// What is between four corners, the upper ones first.
+/// The value between four corners, the upper ones first.
 #[inline(always)]
 fn bilinear<T>([[a, b], [c, d]]: [[T; 2]; 2], DVec2 { x, y }: DVec2) -> T
 where

@@ -178,14 +178,14 @@ pub struct ChunkFilm {
     non_finite: NonFinite,
 }
 
-/// What a sample has added: to its own pixel, and the places of its first and last splat.
+/// The sums of a sample: that of its own pixel, and the places of its first and last splat.
 #[derive(Clone, Copy, Debug)]
 struct Added {
     own: Rgb,
     splats: Option<(u32, u32)>,
 }
 
-/// What a sample has added to another pixel, and the place of its next one; 0 behind the last.
+/// A value that a sample adds to another pixel, and the place of its next one; 0 behind the last.
 #[derive(Clone, Copy, Debug)]
 struct Splat {
     pixel: u32,

@@ -49,6 +49,19 @@ pub(super) struct Pinhole<L> {
 }
 
 impl<L: Lane> Diffuse<L> {
+    /// The fields in their order.
+    #[inline(always)]
+    pub fn new(numbers: [L; 15]) -> Self {
+        let [px, py, pz, nx, ny, nz, wx, wy, wz, t0, t1, t2, a0, a1, a2] = numbers;
+        Self {
+            position: Vector::new(px, py, pz),
+            normal: Vector::new(nx, ny, nz),
+            to_previous: Vector::new(wx, wy, wz),
+            throughput: Vector::new(t0, t1, t2),
+            albedo: Vector::new(a0, a1, a2),
+        }
+    }
+
     /// Next events at points of lights that are uniform by area, given two random numbers and the
     /// densities.
     #[inline(always)]

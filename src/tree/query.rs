@@ -265,7 +265,7 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
-    /// Where segments in lanes are clear, they are the segments between points, to the bit.
+    /// Segments in lanes are, where they are clear, the segments between points, to the bit.
     #[test]
     fn segments_in_lanes_are_those_between_points() {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(7);

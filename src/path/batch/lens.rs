@@ -4,7 +4,7 @@ use crate::bsdf::{Bsdf, LaneForm};
 use crate::endpoint::View;
 use crate::film::{Contribution, Technique};
 use crate::geometry::SurfacePoint;
-use crate::lanes::{Rows, Vector, dispatch, load, store};
+use crate::lanes::{Rows, dispatch, load, store};
 use crate::math::{PerArea, Rgb};
 use crate::path::connect::lens_connection_at;
 use crate::path::diffuse::{BLACK, Diffuse, INEXACT, Pinhole, UNSEEN};
@@ -111,15 +111,8 @@ impl PinholeConnections {
 #[inline(always)]
 fn connect<S: Simd>(simd: S, view: &View, given: &Rows<15>, found: &mut Rows<6>) {
     for (given, found) in given.groups().iter().zip(found.groups_mut()) {
-        let [px, py, pz, nx, ny, nz, wx, wy, wz, t0, t1, t2, a0, a1, a2] = load(simd, given);
-        let vertices = Diffuse {
-            position: Vector::new(px, py, pz),
-            normal: Vector::new(nx, ny, nz),
-            to_previous: Vector::new(wx, wy, wz),
-            throughput: Vector::new(t0, t1, t2),
-            albedo: Vector::new(a0, a1, a2),
-        };
-        let Pinhole { raster: [x, y], value, state } = vertices.lens_connection(view);
+        let Pinhole { raster: [x, y], value, state } =
+            Diffuse::new(load(simd, given)).lens_connection(view);
         store(found, [x, y, value.x, value.y, value.z, state]);
     }
 }

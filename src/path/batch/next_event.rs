@@ -121,17 +121,9 @@ fn connect<S: Simd>(simd: S, FlatConnections { list, given, found, .. }: &mut Fl
     let groups = list.chunks(LANES).zip(given.groups()).zip(found.groups_mut());
     for ((list, given), found) in groups {
         let light = FlatLanes::gather(simd, list.iter().map(|connection| Some(connection.flat)));
-        let [px, py, pz, nx, ny, nz, wx, wy, wz, t0, t1, t2, a0, a1, a2, u1, u2, pdf] =
-            load(simd, given);
-        let vertices = Diffuse {
-            position: Vector::new(px, py, pz),
-            normal: Vector::new(nx, ny, nz),
-            to_previous: Vector::new(wx, wy, wz),
-            throughput: Vector::new(t0, t1, t2),
-            albedo: Vector::new(a0, a1, a2),
-        };
+        let [vertices @ .., u1, u2, pdf] = load(simd, given);
         let LightPoints { position, error, uv: [u, v], direction, geometry, value, state } =
-            vertices.next_event(&light, [u1, u2], pdf);
+            Diffuse::new(vertices).next_event(&light, [u1, u2], pdf);
         let (Vector { x, y, z }, Vector { x: dx, y: dy, z: dz }) = (position, direction);
         let Vector { x: v0, y: v1, z: v2 } = value;
         store(found, [x, y, z, error, u, v, dx, dy, dz, geometry, v0, v1, v2, state]);

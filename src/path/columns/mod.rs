@@ -116,7 +116,7 @@ struct UnderWay {
     carried: Rows<5>,
 }
 
-/// What walks in columns share with those that are gone on with one by one.
+/// The surroundings that walks in columns share with those that are gone on with one by one.
 pub(super) struct Shared<'b, 's, S: Scene + ?Sized + 's, P> {
     pub plan: &'b Plan<'s, S>,
     pub flats: FlatSurfaces<'s>,

@@ -47,7 +47,7 @@ pub(super) struct Pairs<'s> {
     emitters: Vec<Emitter<'s>>,
     /// Those that lanes have no form for.
     sampled: Vec<SampledEndpoint>,
-    /// What lanes take of the others; 0 where there is none.
+    /// The numbers that lanes take of the others; 0 where there is none.
     flat: Rows<EMITTER>,
     /// The light subpath.
     light: Rows<END>,

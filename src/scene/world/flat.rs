@@ -48,7 +48,7 @@ pub(crate) struct FlatHit {
     pub v: f64,
 }
 
-/// What a ray has met.
+/// The outcome of a ray.
 pub(crate) enum Meeting<'f> {
     Nothing,
     Diffuse(FlatHit, Diffuse<'f>),
@@ -105,7 +105,7 @@ impl FlatSurfaces<'_> {
         self.0.has_flat_lights
     }
 
-    /// What rays in columns meet first, in their order.
+    /// The outcomes of rays in columns, in their order.
     #[inline(always)]
     pub(crate) fn meet(&self, rays: &Rows<6>, ends: &[Ends], mut met: impl FnMut(usize, Meeting)) {
         let Self(world) = self;
@@ -156,7 +156,7 @@ impl FlatSurfaces<'_> {
 }
 
 impl World {
-    /// What a ray has met that is not flat and diffuse.
+    /// The outcome of a ray that has met nothing flat and diffuse.
     #[inline(never)]
     fn other(&self, &[x, y, z, dx, dy, dz]: &[f64; 6], hit: &Hit<'_>) -> Meeting<'static> {
         let ray = Query::free(DVec3::new(x, y, z), DVec3::new(dx, dy, dz));
