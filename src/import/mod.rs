@@ -14,6 +14,8 @@ mod files;
 pub mod gltf;
 #[cfg(feature = "mitsuba")]
 pub mod mitsuba;
+#[cfg(feature = "pbrt")]
+pub mod pbrt;
 #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
 mod ply;
 #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
