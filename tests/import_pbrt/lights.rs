@@ -144,7 +144,9 @@ fn area_lights_have_their_power() {
 fn environments_have_their_radiance() {
     let directory = Directory::new("environments");
     let load = |text: &str| {
-        directory.load(&format!("{PROBE}{text}\nShape \"sphere\" \"float radius\" 1e-9"))
+        directory.load(&format!(
+            "{PROBE}{text}\nTranslate 0 0 -90\nShape \"sphere\" \"float radius\" 1e-3"
+        ))
     };
     let up = DVec3::new(0.1, 0.2, 1.0);
     let sky = |text: &str| from_sky(&load(text), up);

@@ -23,8 +23,8 @@ fn scattered(world: &World) -> Vec<Rgb> {
     let mut values = Vec::new();
     for a in directions {
         values.extend(directions.map(|b| bsdf.eval(a, b)));
-        bsdf.dirac_images(a, TransportMode::Radiance, &mut |images| {
-            values.extend(images.iter().map(|image| image.weight * image.probability));
+        bsdf.dirac_images(a, TransportMode::Radiance, &mut |image| {
+            values.push(image.weight * image.pdf.value());
         });
     }
     values

@@ -80,13 +80,9 @@ fn textures_are_made_of_others() {
     let board = "Texture \"t\" \"spectrum\" \"checkerboard\" \"float uscale\" 2 \"float vscale\" 4 \
         \"rgb tex1\" [0.1 0.2 0.3] \"rgb tex2\" [0.9 0.9 0.9]";
     // The first where ⌊2 u⌋ + ⌊4 v⌋ is even.
-    for (u, v, is_first) in [
-        (0.2, 0.1, true),
-        (0.7, 0.1, false),
-        (0.2, 0.3, false),
-        (0.7, 0.3, true),
-        (0.7, 0.8, false),
-    ] {
+    for (u, v, is_first) in
+        [(0.2, 0.1, true), (0.7, 0.1, false), (0.2, 0.3, false), (0.7, 0.3, true), (0.7, 0.8, true)]
+    {
         let expected = if is_first { [0.1, 0.2, 0.3] } else { [0.9; 3] };
         near(at(board, u, v), expected, &format!("{u} {v}"));
     }

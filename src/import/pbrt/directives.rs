@@ -35,7 +35,9 @@ impl Loader {
         let mut tokens = Tokens::new(&text);
         self.at = Place { file: Rc::new(path.to_owned()), ..Place::default() };
         loop {
-            let result = match tokens.next() {
+            let token = tokens.next();
+            let rest = tokens;
+            let result = match token {
                 Ok(None) => return Ok(()),
                 Ok(Some(Token::Word(name))) => {
                     name.clone_into(&mut self.at.directive);
@@ -47,6 +49,8 @@ impl Loader {
             };
             if result.is_err() {
                 self.warnings.rescue(result, "it is left out")?;
+                // What it has taken for its own may be the next directive.
+                tokens = rest;
                 tokens.skip_to_directive();
             }
         }
