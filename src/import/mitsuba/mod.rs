@@ -54,7 +54,6 @@
 //!   one is taken. `direct` has one scattering event. With a `max_depth` of 0 nothing is seen: no
 //!   emitter is read.
 
-mod conductors;
 mod document;
 mod emitters;
 mod integrators;
@@ -62,12 +61,12 @@ mod materials;
 mod meshes;
 mod sensors;
 mod shapes;
-mod spectrum;
 mod textures;
 mod values;
 
 use super::files::Files;
 use super::{Error, Hints, Import, ImportedView, Limits, Location, Options, Warnings};
+use super::{conductors, spectrum};
 use crate::material::Texture;
 use crate::scene::{MaterialId, WorldBuilder};
 use document::{Document, Element};
