@@ -181,7 +181,7 @@ impl Error {
     }
 
     /// True if leaving something out is no remedy.
-    #[cfg(feature = "mitsuba")]
+    #[cfg(any(feature = "gltf", feature = "mitsuba"))]
     fn is_limit(&self) -> bool {
         self.source.as_ref().is_some_and(|source| source.is::<LimitExceeded>())
     }
@@ -250,7 +250,6 @@ impl Warnings {
 
     /// The result, or `None` after a warning of what is taken `instead`. In strict mode, and where
     /// a limit is exceeded, it stays an error.
-    #[cfg(feature = "mitsuba")]
     pub fn rescue<T>(
         &mut self,
         result: Result<T, Error>,

@@ -197,7 +197,7 @@ fn what_is_left_out_is_named_and_strict_readers_refuse_it() {
             json!({"EXT_mesh_gpu_instancing": {}}),
             "node 1 \"back\": the extension EXT_mesh_gpu_instancing",
         ),
-        ("box.gltf", "/nodes/1/weights", json!([0.5]), "morph targets"),
+        ("poses.gltf", "/skins/0/joints", json!([]), "node 4 \"bent\": its skin or its mesh has"),
         ("box.gltf", "/nodes/1/scale", json!([1, 0, 0]), "node 1 \"back\": its transform leaves"),
         ("box.gltf", "/nodes/9/scale", json!([-1, 1, 1]), "mirroring of a camera"),
         ("box.gltf", "/meshes/0/primitives/0/mode", json!(1), "points and lines"),
