@@ -2,7 +2,7 @@
 
 use crate::files::{SQUARE, altered, data, load, load_text, seen};
 use approx::assert_relative_eq;
-use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
+use glam::{DAffine3, DMat4, DQuat, DVec2, DVec3, DVec4};
 use pathspace::endpoint::Endpoint;
 use pathspace::geometry::Triangle;
 use pathspace::import::Options;
@@ -126,4 +126,69 @@ fn bad_skins_leave_the_mesh_as_it_is_stored() {
         assert_eq!(import.world.surface_name(&x), Some("bent"), "{reason}");
         assert_relative_eq!(x.position, from - 0.75 * DVec3::Z, epsilon = 1e-9);
     }
+}
+
+/// Instances are moved before their node is; the mirrored one keeps its front.
+#[test]
+fn instances_are_placed_by_their_attributes() {
+    let world = load("instances.gltf", SQUARE).world;
+    assert_eq!((world.primitive_count(), world.light_count()), (6, 3));
+    for (name, center, half, mirrored) in [
+        ("square[0]", DVec3::new(0.0, 0.0, 3.0), [2.0, 1.0], false),
+        ("square[1]", DVec3::new(4.0, 0.0, 3.0), [1.0, 0.25], false),
+        ("square[2]", DVec3::new(10.0, 0.0, 4.0), [2.0, 0.5], true),
+    ] {
+        let found = triangles(&world, name);
+        let vertices = || found.iter().flat_map(|triangle| triangle.vertices);
+        let (least, greatest) =
+            vertices().fold((center, center), |(a, b), vertex| (a.min(vertex), b.max(vertex)));
+        let extent = DVec3::new(half[0], half[1], 0.0);
+        assert_relative_eq!(least, center - extent, epsilon = 1e-12);
+        assert_relative_eq!(greatest, center + extent, epsilon = 1e-12);
+        assert!(found.len() == 2 && found.iter().all(|t| t.cross().z > 0.0), "{name}");
+        // The corner at u = 1, v = 0 shows which way it is turned.
+        let near_one =
+            if mirrored { DVec3::new(-0.9, 0.9, 0.0) } else { DVec3::new(0.9, 0.9, 0.0) };
+        let near_one = if name == "square[1]" { DVec3::new(-0.9, 0.9, 0.0) } else { near_one };
+        let x = seen(&world, center + near_one * extent + DVec3::Z, -DVec3::Z);
+        assert_relative_eq!(x.uv, DVec2::new(0.95, 0.05), epsilon = 1e-6);
+    }
+}
+
+#[test]
+fn bad_instances_are_shown_once() {
+    let attributes = "/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes";
+    for (value, reason) in [
+        (json!({}), "missing"),
+        (json!({"TRANSLATION": 99}), "missing"),
+        (json!({"TRANSLATION": 0}), "Vec3 is needed"),
+        (json!({"TRANSLATION": 1, "SCALE": 3}), "differ in number"),
+        (json!({"ROTATION": 4}), "Vec4 is needed"),
+    ] {
+        let text = altered("instances.gltf", attributes, value);
+        let import = load_text("instances", &text, &Options::default()).expect(reason);
+        let warning = import.warnings[0].to_string();
+        assert!(warning.contains(reason) && warning.contains("shown once"), "{warning}");
+        assert_eq!(import.world.primitive_count(), 2, "{reason}");
+    }
+}
+
+#[test]
+fn instances_stay_within_the_limits() {
+    let source = std::fs::read_to_string(data("instances.gltf")).expect("readable");
+    let with = |elements, triangles, text: &str| {
+        let mut options = Options::default();
+        (options.limits.elements, options.limits.triangles) = (elements, triangles);
+        load_text("limits", text, &options).map_err(|error| error.to_string())
+    };
+    assert!(with(9, 6, &source).is_ok());
+    let error = with(9, 5, &source).expect_err("six triangles");
+    assert!(error.contains("more than 5 triangles"), "{error}");
+    let mut many: serde_json::Value = serde_json::from_str(&source).expect("valid");
+    let zeros = json!({"componentType": 5126, "count": 1_000_000, "type": "VEC3"});
+    many["accessors"][1] = zeros;
+    many["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] =
+        json!({"TRANSLATION": 1});
+    let error = with(1000, 10_000_000, &many.to_string()).expect_err("a million");
+    assert!(error.contains("more than 1000 instances"), "{error}");
 }

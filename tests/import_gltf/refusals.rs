@@ -195,7 +195,7 @@ fn what_is_left_out_is_named_and_strict_readers_refuse_it() {
             "box.gltf",
             "/nodes/1/extensions",
             json!({"EXT_mesh_gpu_instancing": {}}),
-            "node 1 \"back\": the extension EXT_mesh_gpu_instancing",
+            "node 1 \"back\": the attributes of EXT_mesh_gpu_instancing are missing",
         ),
         ("poses.gltf", "/skins/0/joints", json!([]), "node 4 \"bent\": its skin or its mesh has"),
         ("box.gltf", "/nodes/1/scale", json!([1, 0, 0]), "node 1 \"back\": its transform leaves"),

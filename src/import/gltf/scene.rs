@@ -3,6 +3,7 @@
 use super::accessor::Budget;
 use super::document::Document;
 use super::framing::framing;
+use super::instances;
 use super::material::{self, Look};
 use super::texture::Textures;
 use crate::endpoint::ConstantEnvironment;
@@ -47,6 +48,8 @@ pub(super) struct SceneReader<'a> {
     pub transforms: Vec<Option<DAffine3>>,
     pub budget: Budget,
     triangles: u64,
+    /// Instances that may still be added.
+    pub instances: u64,
     pub emits: bool,
     pub views: Vec<ImportedView>,
 }
@@ -72,6 +75,7 @@ impl<'a> SceneReader<'a> {
             transforms: vec![None; document.root.nodes.len()],
             budget: Budget::new(document),
             triangles: document.limits.triangles,
+            instances: document.limits.elements,
             emits: false,
             views: Vec::new(),
             document,
@@ -130,6 +134,7 @@ impl<'a> SceneReader<'a> {
             .extensions
             .iter()
             .flat_map(|extensions| extensions.others.keys())
+            .filter(|name| *name != instances::EXTENSION)
             .cloned()
             .collect();
         for name in others {
@@ -163,40 +168,67 @@ impl<'a> SceneReader<'a> {
         let weights = source.weights.as_ref().or(root.weights.as_ref()).cloned();
         let weights = weights.filter(|weights| weights.iter().any(|weight| *weight != 0.0));
         let weights = weights.unwrap_or_default();
-        let joints = source.skin.map(|skin| self.joints(skin.value(), location));
-        let joints = joints.transpose();
+        let skin = source.skin.map(|skin| skin.value());
+        let joints = skin.map(|skin| self.joints(skin, location)).transpose();
         let joints = self.document.warnings.rescue(joints, STORED)?.flatten();
+        let instances = self.instances(node, location);
+        let instances = self.document.warnings.rescue(instances, "it is shown once")?.flatten();
         for (index, primitive) in primitives.iter().enumerate() {
             let geometry = self.geometry(mesh, index, &weights)?;
-            let (id, look) = self.material(primitive.material.map(|material| material.value()))?;
+            let material = self.material(primitive.material.map(|material| material.value()))?;
             let part = (primitives.len() > 1).then_some(index);
             let name = self.unique_name(name.as_deref(), node, part);
-            self.spend_triangles(geometry.as_deref(), location)?;
-            let Some(mut geometry) = geometry else { continue };
-            let mut transform = transform;
-            if let Some(joints) = &joints {
-                let posed = self.posed(&geometry, primitive, joints, location);
-                if let Some(posed) = self.document.warnings.rescue(posed, STORED)? {
-                    (geometry, transform) = (posed.into(), DAffine3::IDENTITY);
+            let posed = match (&geometry, &joints) {
+                (Some(geometry), Some(joints)) => {
+                    let posed = self.posed(geometry, primitive, joints, location);
+                    self.document.warnings.rescue(posed, STORED)?
                 }
+                _ => None,
+            };
+            if let Some(posed) = posed {
+                // The skin alone says where it is.
+                self.add_surface(name, Some(&posed), DAffine3::IDENTITY, &material, location)?;
+                continue;
             }
-            let caused = |error| Error::caused(location.clone(), error);
-            let mut added = self.builder.add_mesh(name.clone(), &geometry, transform, id);
-            if let Err(SceneError::SingularTransform { .. }) = added {
-                let Some(flat) = flattened(&geometry, transform) else {
-                    let reason = "its transform leaves nothing of its triangles: it is left out";
-                    self.document.warnings.warn(location.clone(), reason)?;
-                    continue;
-                };
-                added = self.builder.add_mesh(name, &flat, DAffine3::IDENTITY, id);
+            let geometry = geometry.as_deref();
+            let Some(instances) = &instances else {
+                self.add_surface(name, geometry, transform, &material, location)?;
+                continue;
+            };
+            for (k, instance) in instances.iter().enumerate() {
+                let name = self.unique_name(Some(&format!("{name}[{k}]")), node, None);
+                self.add_surface(name, geometry, transform * *instance, &material, location)?;
             }
-            let surface = added.map_err(caused)?;
-            if let Some(radiance) = look.emission {
-                self.builder
-                    .set_textured_emission(surface, radiance, look.double_sided)
-                    .map_err(caused)?;
-                self.emits = true;
-            }
+        }
+        Ok(())
+    }
+
+    /// Adds the triangles of a primitive, if it has any, to the scene.
+    fn add_surface(
+        &mut self,
+        name: String,
+        geometry: Option<&Mesh>,
+        transform: DAffine3,
+        (id, look): &(MaterialId, Look),
+        location: &Location,
+    ) -> Result<(), Error> {
+        self.spend_triangles(geometry, location)?;
+        let Some(geometry) = geometry else { return Ok(()) };
+        let caused = |error| Error::caused(location.clone(), error);
+        let mut added = self.builder.add_mesh(name.clone(), geometry, transform, *id);
+        if let Err(SceneError::SingularTransform { .. }) = added {
+            let Some(flat) = flattened(geometry, transform) else {
+                let reason = "its transform leaves nothing of its triangles: it is left out";
+                return self.document.warnings.warn(location.clone(), reason);
+            };
+            added = self.builder.add_mesh(name, &flat, DAffine3::IDENTITY, *id);
+        }
+        let surface = added.map_err(caused)?;
+        if let Some(radiance) = &look.emission {
+            self.builder
+                .set_textured_emission(surface, radiance.clone(), look.double_sided)
+                .map_err(caused)?;
+            self.emits = true;
         }
         Ok(())
     }
@@ -432,7 +464,7 @@ fn flattened(mesh: &Mesh, transform: DAffine3) -> Option<Mesh> {
         mesh.positions.iter().map(|&position| transform.transform_point3(position)).collect();
     let has_area = mesh.indices.iter().any(|corners| {
         let [a, b, c] = corners.map(|corner| positions.get(corner as usize).copied());
-        matches!((a, b, c), (Some(a), Some(b), Some(c)) if (b - a).cross(c - a) != DVec3::ZERO)
+        matches!((a, b, c), (Some(a), Some(b), Some(c)) if (b - a).cross(c - a).length_squared() > 0.0)
     });
     has_area.then(|| Mesh { positions, normals: None, ..mesh.clone() })
 }

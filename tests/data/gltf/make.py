@@ -330,6 +330,21 @@ def poses():
     save("poses.gltf", writer.into(document, writer.embedded()))
 
 
+def instances():
+    """A square shown three times at one node: moved, turned and scaled, once mirrored; rotations are integers."""
+    writer = Writer()
+    turns = writer.view(struct.pack("<12h", 0, 0, 0, 32767, 0, 0, 23170, 23170, 0, 0, 0, -32767))
+    writer.accessors.append({"bufferView": turns, "componentType": 5122, "normalized": True, "count": 3, "type": "VEC4"})
+    turns = len(writer.accessors) - 1
+    attributes = {"TRANSLATION": writer.accessor("VEC3", [(0, 0, 0), (2, 0, 0), (5, 0, 1)]), "ROTATION": turns, "SCALE": writer.accessor("VEC3", [(1, 1, 1), (0.25, 0.5, 1), (-1, 0.5, 1)])}
+    document = {
+        "extensionsUsed": ["EXT_mesh_gpu_instancing"], "extensionsRequired": ["EXT_mesh_gpu_instancing"], "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": "square", "mesh": 0, "translation": [0, 0, 3], "scale": [2, 1, 1], "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}}],
+        "meshes": [{"primitives": [square(writer, material=0)]}], "materials": [{"emissiveFactor": [1, 1, 1]}],
+    }
+    save("instances.gltf", writer.into(document, writer.embedded()))
+
+
 box()
 lights()
 materials()
@@ -338,3 +353,4 @@ meshes()
 wraps()
 nodes()
 poses()
+instances()
