@@ -189,7 +189,7 @@ impl Error {
     }
 
     /// True if leaving something out is no remedy.
-    #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
+    #[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
     fn is_limit(&self) -> bool {
         self.source.as_ref().is_some_and(|source| source.is::<LimitExceeded>())
     }
@@ -258,7 +258,6 @@ impl Warnings {
 
     /// The result, or `None` after a warning of what is taken `instead`. In strict mode, and where
     /// a limit is exceeded, it stays an error.
-    #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
     pub fn rescue<T>(
         &mut self,
         result: Result<T, Error>,
