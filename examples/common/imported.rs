@@ -1,8 +1,8 @@
-//! Scenes in glTF 2.0 and of the Mitsuba 3 renderer.
+//! Scenes in glTF 2.0, in Wavefront OBJ and of the Mitsuba 3 renderer.
 
 use super::scenes::{AnyCamera, FileOptions, NamedScene};
 use pathspace::glam::UVec2;
-use pathspace::import::{Import, Options, gltf, mitsuba};
+use pathspace::import::{Import, Options, gltf, mitsuba, obj};
 use std::error::Error;
 use std::path::Path;
 
@@ -20,6 +20,16 @@ pub fn load_gltf(
 ) -> Result<NamedScene, Box<dyn Error>> {
     let how = Options { strict: options.strict, ..Options::default() };
     named(path, gltf::load(path, resolution, &how)?)
+}
+
+/// Loads a Wavefront OBJ file.
+pub fn load_obj(
+    path: &Path,
+    resolution: UVec2,
+    options: &FileOptions,
+) -> Result<NamedScene, Box<dyn Error>> {
+    let how = Options { strict: options.strict, ..Options::default() };
+    named(path, obj::load(path, resolution, &how)?)
 }
 
 /// Prints the warnings; of several cameras the first is taken.

@@ -1,5 +1,5 @@
-//! Scenes from files, one module per format: `gltf` and `mitsuba`, each behind a feature of its
-//! name.
+//! Scenes from files, one module per format: `gltf`, `mitsuba` and `obj`, each behind a feature of
+//! its name.
 //!
 //! Anything that a file asks for and the crate lacks is replaced with a [`Warning`], never
 //! silently, or refused with an [`Error`] where nothing sensible is left to render; [strict
@@ -8,10 +8,16 @@
 
 #[cfg_attr(not(feature = "mitsuba"), allow(dead_code, reason = "one format uses all of it"))]
 mod files;
+#[cfg(any(feature = "gltf", feature = "obj"))]
+mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
+#[cfg(feature = "obj")]
+mod images;
 #[cfg(feature = "mitsuba")]
 pub mod mitsuba;
+#[cfg(feature = "obj")]
+pub mod obj;
 
 use crate::endpoint::Camera;
 use crate::film::Filter;
@@ -181,7 +187,7 @@ impl Error {
     }
 
     /// True if leaving something out is no remedy.
-    #[cfg(feature = "mitsuba")]
+    #[cfg(feature = "obj")]
     fn is_limit(&self) -> bool {
         self.source.as_ref().is_some_and(|source| source.is::<LimitExceeded>())
     }
@@ -220,14 +226,14 @@ impl std::error::Error for Error {
 }
 
 /// Collects warnings, or refuses the first one.
-#[cfg(any(feature = "gltf", feature = "mitsuba"))]
+#[cfg(any(feature = "gltf", feature = "obj"))]
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     strict: bool,
     list: Vec<Warning>,
 }
 
-#[cfg(any(feature = "gltf", feature = "mitsuba"))]
+#[cfg(any(feature = "gltf", feature = "obj"))]
 impl Warnings {
     /// The most that are kept: what comes after would not be read.
     const MOST: usize = 1000;
@@ -250,7 +256,7 @@ impl Warnings {
 
     /// The result, or `None` after a warning of what is taken `instead`. In strict mode, and where
     /// a limit is exceeded, it stays an error.
-    #[cfg(feature = "mitsuba")]
+    #[cfg(feature = "obj")]
     pub fn rescue<T>(
         &mut self,
         result: Result<T, Error>,

@@ -33,7 +33,6 @@
 mod accessor;
 mod document;
 mod ends;
-mod framing;
 mod material;
 mod scene;
 mod texture;
