@@ -34,7 +34,6 @@
 mod accessor;
 mod document;
 mod ends;
-mod framing;
 mod instances;
 mod material;
 mod pose;

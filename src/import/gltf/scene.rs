@@ -2,12 +2,12 @@
 
 use super::accessor::Budget;
 use super::document::Document;
-use super::framing::framing;
 use super::instances;
 use super::material::{self, Look};
 use super::texture::Textures;
 use crate::endpoint::ConstantEnvironment;
 use crate::film::Filter;
+use crate::import::framing::framing;
 use crate::import::{Error, Hints, Import, ImportedView, Location};
 use crate::math::Rgb;
 use crate::scene::{MaterialId, Mesh, SceneError, WorldBuilder};
