@@ -14,6 +14,8 @@ mod lights;
 mod materials;
 #[path = "import_gltf/meshes.rs"]
 mod meshes;
+#[path = "import_gltf/poses.rs"]
+mod poses;
 #[path = "import_gltf/refusals.rs"]
 mod refusals;
 #[path = "import_gltf/room.rs"]

@@ -1,8 +1,8 @@
-//! Scenes in glTF 2.0 and of the renderers Mitsuba 3 and pbrt.
+//! Scenes in glTF 2.0, in Wavefront OBJ, and of the renderers Mitsuba 3 and pbrt.
 
 use super::scenes::{AnyCamera, FileOptions, NamedScene};
 use pathspace::glam::UVec2;
-use pathspace::import::{Import, Options, gltf, mitsuba, pbrt};
+use pathspace::import::{Import, Options, gltf, mitsuba, obj, pbrt};
 use std::error::Error;
 use std::path::Path;
 
@@ -26,6 +26,16 @@ pub fn load_gltf(
 ) -> Result<NamedScene, Box<dyn Error>> {
     let how = Options { strict: options.strict, ..Options::default() };
     named(path, gltf::load(path, resolution, &how)?)
+}
+
+/// Loads a Wavefront OBJ file.
+pub fn load_obj(
+    path: &Path,
+    resolution: UVec2,
+    options: &FileOptions,
+) -> Result<NamedScene, Box<dyn Error>> {
+    let how = Options { strict: options.strict, ..Options::default() };
+    named(path, obj::load(path, resolution, &how)?)
 }
 
 /// Prints the warnings; of several cameras the first is taken.

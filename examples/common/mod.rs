@@ -7,7 +7,6 @@
 mod arguments;
 mod imported;
 mod integrators;
-mod obj;
 mod progress;
 mod scenes;
 

@@ -1,6 +1,6 @@
 //! A scene by its name in the gallery, or from a file.
 
-use super::{AnyIntegrator, imported, obj};
+use super::{AnyIntegrator, imported};
 use clap::Args;
 use pathspace::endpoint::Camera;
 use pathspace::film::Filter;
@@ -112,7 +112,7 @@ fn load(
     let path = Path::new(name_or_path);
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
     match extension.as_ref().and_then(|extension| extension.to_str()) {
-        Some("obj") => obj::load(path, resolution),
+        Some("obj") => imported::load_obj(path, resolution, options),
         Some("gltf" | "glb") => imported::load_gltf(path, resolution, options),
         Some("xml") => imported::load_mitsuba(path, options),
         Some("pbrt" | "gz") => imported::load_pbrt(path, options),

@@ -81,6 +81,7 @@ impl FlatLight {
             tangent: if self.is_triangle { b - a } else { b },
             uv,
             place: Place::Area,
+            medium: 0,
             primitive: self.primitive,
             surface: self.surface,
         }

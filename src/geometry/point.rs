@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 /// The kind of a point, which decides the measure of its density and its geometry term.
 // As wide as what is beside it in a point: copies of padding wait for bytes stored before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[repr(u32)]
+#[repr(u16)]
 pub enum Place {
     /// On a surface with area.
     Area,
@@ -38,6 +38,9 @@ pub struct SurfacePoint {
     pub uv: DVec2,
     /// The kind of point.
     pub place: Place,
+    /// The medium that a walk came through to this point, as numbered by the scene; 0 where nothing
+    /// is absorbed. See [`Scene::transmittance`](crate::scene::Scene::transmittance).
+    pub medium: u16,
     /// The primitive that the point lies on, as numbered by the scene; [`SurfacePoint::NONE`] if
     /// there is none.
     pub primitive: u32,
@@ -62,6 +65,7 @@ impl SurfacePoint {
             tangent: DVec3::ZERO,
             uv: DVec2::ZERO,
             place: Place::Area,
+            medium: 0,
             primitive: Self::NONE,
             surface: Self::NONE,
         }

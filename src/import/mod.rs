@@ -1,5 +1,5 @@
-//! Scenes from files, one module per format: `gltf`, `mitsuba` and `pbrt`, each behind a feature of
-//! its name.
+//! Scenes from files, one module per format: `gltf`, `mitsuba`, `obj` and `pbrt`, each behind a
+//! feature of its name.
 //!
 //! Anything that a file asks for and the crate lacks is replaced with a [`Warning`], never
 //! silently, or refused with an [`Error`] where nothing sensible is left to render; [strict
@@ -10,10 +10,16 @@
 mod conductors;
 #[cfg_attr(not(feature = "mitsuba"), allow(dead_code, reason = "one format uses all of it"))]
 mod files;
+#[cfg(any(feature = "gltf", feature = "obj"))]
+mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
+#[cfg(feature = "obj")]
+mod images;
 #[cfg(feature = "mitsuba")]
 pub mod mitsuba;
+#[cfg(feature = "obj")]
+pub mod obj;
 #[cfg(feature = "pbrt")]
 pub mod pbrt;
 #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
@@ -189,7 +195,6 @@ impl Error {
     }
 
     /// True if leaving something out is no remedy.
-    #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
     fn is_limit(&self) -> bool {
         self.source.as_ref().is_some_and(|source| source.is::<LimitExceeded>())
     }
@@ -228,14 +233,12 @@ impl std::error::Error for Error {
 }
 
 /// Collects warnings, or refuses the first one.
-#[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     strict: bool,
     list: Vec<Warning>,
 }
 
-#[cfg(any(feature = "gltf", feature = "mitsuba", feature = "pbrt"))]
 impl Warnings {
     /// The most that are kept: what comes after would not be read.
     const MOST: usize = 1000;
@@ -258,7 +261,6 @@ impl Warnings {
 
     /// The result, or `None` after a warning of what is taken `instead`. In strict mode, and where
     /// a limit is exceeded, it stays an error.
-    #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
     pub fn rescue<T>(
         &mut self,
         result: Result<T, Error>,

@@ -238,6 +238,12 @@ impl Bitmap {
         Ok(Self { image, range })
     }
 
+    /// The image.
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.image
+    }
+
     /// A texture of the image; `wrap` along u and along v.
     #[must_use]
     pub fn texture(self, interpolation: Interpolation, wrap: [Wrap; 2]) -> Texture {

@@ -5,7 +5,7 @@ use super::lights;
 use super::mesh::{Attributes, Mesh};
 use super::surface::{Emission, MaterialId, Surface, SurfaceId};
 use super::warning::Warning;
-use super::world::World;
+use super::world::{Media, World};
 use crate::endpoint::{AnyLight, AreaLight, Light, LightId, SceneExtent};
 use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
 use crate::material::{Finish, Material, Texture};
@@ -37,6 +37,7 @@ use std::collections::{HashMap, HashSet};
 #[derive(Default)]
 pub struct WorldBuilder {
     materials: Vec<Finish>,
+    media: Media,
     material_ids: HashMap<String, MaterialId>,
     names: HashSet<String>,
     surfaces: Vec<Surface>,
@@ -71,6 +72,9 @@ impl WorldBuilder {
             return Err(SceneError::DuplicateName { name });
         }
         Warning::of_material(&name, &material, &mut self.warnings);
+        if !self.media.push(material.absorption()) {
+            return Err(SceneError::TooManyMedia { name });
+        }
         let id = MaterialId(self.materials.len() as u32);
         self.materials.push(finish);
         self.material_ids.insert(name, id);
@@ -291,7 +295,7 @@ impl WorldBuilder {
         Ok(World::assemble(
             forest,
             bounds,
-            self.materials,
+            (self.materials, self.media),
             self.surfaces,
             lights,
             environment,

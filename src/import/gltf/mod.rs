@@ -3,11 +3,12 @@
 //! # What is read
 //!
 //! The default scene, or the first: meshes of triangles, strips and fans with normals and one set
-//! of texture coordinates; perspective and orthographic cameras; metallic-roughness materials with
-//! their textures; emission; alpha; sparse accessors; data URIs; and the extensions
-//! `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume`
-//! (without absorption), `KHR_texture_transform` and `KHR_mesh_quantization`. What else a file
-//! holds is a [`Warning`](super::Warning), what else it *requires* an [`Error`].
+//! of texture coordinates, morphed and skinned as they are at rest; perspective and orthographic
+//! cameras; metallic-roughness materials with their textures; emission; alpha; sparse accessors;
+//! data URIs; and the extensions `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `_ior`,
+//! `_transmission`, `_volume` (without absorption), `KHR_texture_transform`,
+//! `KHR_mesh_quantization` and `EXT_mesh_gpu_instancing`. What else a file holds is a [`Warning`](super::Warning), what else it
+//! *requires* an [`Error`].
 //!
 //! # Conventions
 //!
@@ -33,8 +34,9 @@
 mod accessor;
 mod document;
 mod ends;
-mod framing;
+mod instances;
 mod material;
+mod pose;
 mod scene;
 mod texture;
 

@@ -1,5 +1,6 @@
 //! Meshes from files: Wavefront OBJ, PLY, and Mitsuba's compressed format.
 
+use super::super::obj::Geometry;
 use super::super::{Error, ply};
 use super::Loader;
 use super::document::Element;
@@ -7,7 +8,7 @@ use super::values::Object;
 use crate::scene::Mesh;
 use flate2::read::ZlibDecoder;
 use glam::{DAffine3, DVec2, DVec3};
-use std::io::{Cursor, Read};
+use std::io::Read;
 
 impl<'a> Loader<'a> {
     /// The mesh of a shape, in world space.
@@ -26,14 +27,11 @@ impl<'a> Loader<'a> {
         let (path, bytes) = self.files.read(name, element.location())?;
         let parsed = match kind {
             "obj" => {
-                let corners = corners(&bytes);
-                if corners > self.triangles_left.saturating_mul(3) {
-                    return Err(element.limit(format!(
-                        "{}: its {corners} corners make more triangles than the limit admits",
-                        path.display()
-                    )));
-                }
-                obj(&bytes)
+                let read = Geometry::read(&bytes, self.triangles_left, &self.limits);
+                let limit = |reason| element.limit(format!("{}: {reason}", path.display()));
+                let mut geometry = read.map_err(limit)?;
+                std::mem::take(&mut geometry.faults).warn(&path, &mut self.warnings)?;
+                Ok(geometry.into_mesh())
             }
             "ply" => ply::mesh(&bytes, self.triangles_left),
             _ => {
@@ -124,64 +122,6 @@ fn smooth_normals(mesh: &Mesh) -> Vec<DVec3> {
     // any direction will do.
     normals.iter_mut().for_each(|normal| *normal = normal.try_normalize().unwrap_or(DVec3::Z));
     normals
-}
-
-fn vectors<const N: usize>(values: &[f32]) -> Vec<[f64; N]> {
-    values.as_chunks::<N>().0.iter().map(|v| v.map(f64::from)).collect()
-}
-
-/// The number of corners of all faces in an OBJ file. The parser takes much more memory for them
-/// than the file; triangles have three, and other polygons fewer for each triangle that they
-/// become.
-fn corners(bytes: &[u8]) -> u64 {
-    let faces = bytes
-        .split(|byte| *byte == b'\n')
-        .filter(|line| matches!(line.trim_ascii_start().first(), Some(b'f' | b'l' | b'p')));
-    faces
-        .map(|line| {
-            line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).count() as u64 - 1
-        })
-        .sum()
-}
-
-fn obj(bytes: &[u8]) -> Result<Mesh, String> {
-    let options =
-        tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
-    let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, |_| {
-        Ok((Vec::new(), Default::default()))
-    })
-    .map_err(|e| e.to_string())?;
-    let mut mesh = Mesh::default();
-    let all = |has: fn(&tobj::Mesh) -> bool| {
-        models.iter().filter(|model| !model.mesh.indices.is_empty()).all(|model| has(&model.mesh))
-    };
-    let mut normals = all(|mesh| !mesh.normals.is_empty()).then(Vec::new);
-    let mut uvs = all(|mesh| !mesh.texcoords.is_empty()).then(Vec::new);
-    for model in models.iter().filter(|model| !model.mesh.indices.is_empty()) {
-        let part = &model.mesh;
-        let first =
-            u32::try_from(mesh.positions.len()).map_err(|_| "there are too many vertices")?;
-        mesh.positions.extend(vectors(&part.positions).into_iter().map(DVec3::from_array));
-        if let Some(normals) = &mut normals {
-            normals.extend(vectors(&part.normals).into_iter().map(DVec3::from_array));
-        }
-        if let Some(uvs) = &mut uvs {
-            uvs.extend(vectors(&part.texcoords).into_iter().map(DVec2::from_array));
-        }
-        for triangle in part.indices.as_chunks::<3>().0 {
-            let shifted = triangle.map(|i| i.checked_add(first));
-            let [Some(a), Some(b), Some(c)] = shifted else {
-                return Err("there are too many vertices".to_owned());
-            };
-            mesh.indices.push([a, b, c]);
-        }
-    }
-    let count = mesh.positions.len();
-    Ok(Mesh {
-        normals: normals.filter(|n| n.len() == count && count > 0),
-        uvs: uvs.filter(|uv| uv.len() == count && count > 0),
-        ..mesh
-    })
 }
 
 /// Magic number of Mitsuba's format.

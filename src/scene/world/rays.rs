@@ -5,6 +5,7 @@ use crate::endpoint::{AnyLight, Light, LightId, LightKind};
 use crate::geometry::{Intersection, SurfacePoint, Triangle};
 use crate::light_tree::LightTree;
 use crate::material::SurfaceBsdf;
+use crate::math::Rgb;
 use crate::scene::mesh::Shading;
 use crate::scene::{Needs, Scene, SurfaceArea};
 use crate::tree::{Hit, Query, Segment};
@@ -145,6 +146,21 @@ impl Scene for World {
     }
 
     #[inline]
+    fn transmittance(&self, a: &SurfacePoint, b: &SurfacePoint) -> Rgb {
+        if self.media.is_empty() { Rgb::WHITE } else { self.passing(a, b) }
+    }
+
+    #[inline]
+    fn medium_towards(&self, x: &SurfacePoint, direction: DVec3) -> u16 {
+        if self.media.is_empty() { 0 } else { self.medium_beyond(x, direction) }
+    }
+
+    #[inline]
+    fn medium_at(&self, x: &SurfacePoint) -> u16 {
+        if self.media.is_empty() { 0 } else { self.medium_around(x) }
+    }
+
+    #[inline]
     fn bsdf(&self, x: &SurfacePoint) -> SurfaceBsdf<'_> {
         let surface = self.surfaces.get(x.surface as usize);
         match surface.and_then(|surface| self.materials.get(surface.material.0 as usize)) {
@@ -203,7 +219,7 @@ impl Scene for World {
 
     #[inline]
     fn flat_surfaces(&self) -> Option<FlatSurfaces<'_>> {
-        Some(FlatSurfaces(self))
+        self.media.is_empty().then_some(FlatSurfaces(self))
     }
 
     #[inline]

@@ -8,7 +8,7 @@ use glam::{DVec3, UVec2};
 const FIELD_OF_VIEW: f64 = 40.0;
 
 /// A camera that sees everything, from the front, which is +z, a little from the right and above.
-pub(super) fn framing(bounds: Bounds, resolution: UVec2) -> Result<PinholeCamera, EndpointError> {
+pub(crate) fn framing(bounds: Bounds, resolution: UVec2) -> Result<PinholeCamera, EndpointError> {
     let (center, radius) = (bounds.center(), bounds.radius().max(1e-9));
     let narrower = (f64::from(resolution.x) / f64::from(resolution.y)).min(1.0);
     let half_angle = (narrower * (0.5 * FIELD_OF_VIEW.to_radians()).tan()).atan();
