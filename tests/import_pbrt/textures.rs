@@ -100,6 +100,35 @@ fn textures_are_made_of_others() {
     let constants = "Texture \"a\" \"float\" \"constant\" \"float value\" 0.5\n\
         Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [0.2 0.4 0.6] \"rgb tex2\" [1 0 1] \"texture amount\" \"a\"";
     near(at(constants, 0.2, 0.1), [0.6, 0.2, 0.8], "mix by a texture");
+    // An image mixes constants, and is mixed with one.
+    let image = |sort: &str| {
+        format!(
+            "Texture \"i\" \"{sort}\" \"imagemap\" \"string filename\" \"parts/grey.png\" \
+             \"string encoding\" \"linear\"\n"
+        )
+    };
+    // Half way between four pixels, and in the middle of one.
+    for (u, v, value) in
+        [(0.5, 0.5, (64 + 128 + 191 + 255) as f64 / 1020.0), (0.25, 0.25, 64.0 / 255.0)]
+    {
+        let by = format!(
+            "{}Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [0.2 0.4 0.6] \"rgb tex2\" [1 0 1] \
+             \"texture amount\" \"i\"",
+            image("float")
+        );
+        near(at(&by, u, v), [0.2 + 0.8 * value, 0.4 - 0.4 * value, 0.6 + 0.4 * value], "mixed by");
+        for (parts, share) in [
+            ("\"texture tex1\" \"i\" \"rgb tex2\" [0.2 0.4 0.6]", 0.75),
+            ("\"texture tex2\" \"i\" \"rgb tex1\" [0.2 0.4 0.6]", 0.25),
+        ] {
+            let with = format!(
+                "{}Texture \"t\" \"spectrum\" \"mix\" {parts} \"float amount\" 0.25",
+                image("spectrum")
+            );
+            let expected = [0.2, 0.4, 0.6].map(|c| value * share + c * (1.0 - share));
+            near(at(&with, u, v), expected, parts);
+        }
+    }
     // The reflectance of a spectrum is seen under daylight, so that it is grey if it is constant.
     let grey = "Texture \"t\" \"spectrum\" \"constant\" \"spectrum value\" [300 0.3 900 0.3]";
     (0..3).for_each(|i| {
@@ -115,6 +144,7 @@ fn what_is_no_texture_here_has_its_mean() {
     let mean = (64 + 128 + 191 + 255) as f64 / (4.0 * 255.0);
     let board =
         "Texture \"b\" \"spectrum\" \"checkerboard\" \"float uscale\" 8 \"float vscale\" 8\n";
+    let board2 = board.replace("\"b\"", "\"c\"");
     let cases = [
         (
             format!(
@@ -130,7 +160,12 @@ fn what_is_no_texture_here_has_its_mean() {
             format!("{board}Texture \"t\" \"spectrum\" \"checkerboard\" \"texture tex1\" \"b\""),
             0.25,
         ),
-        (format!("{board}Texture \"t\" \"spectrum\" \"mix\" \"texture tex1\" \"b\""), 0.75),
+        (
+            format!(
+                "{board}{board2}Texture \"t\" \"spectrum\" \"mix\" \"texture tex1\" \"b\" \"texture tex2\" \"c\""
+            ),
+            0.5,
+        ),
         (
             "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"none.png\"".to_owned(),
             0.5,

@@ -20,7 +20,7 @@ pub(super) enum Reference {
 }
 
 /// A reference with what varies between the shapes that have it, as text: the place of texture
-/// coordinates, and the texture of opacity.
+/// coordinates, the texture of opacity, and what is inside.
 pub(super) type Key = (*const Object, String);
 
 /// Roughness below which pbrt takes a surface for smooth.
@@ -48,6 +48,19 @@ impl Loader {
         }
     }
 
+    /// True if all that the reference names has been described: files may do so further on.
+    pub(super) fn is_described(&self, reference: &Reference) -> bool {
+        let (name, object) = match reference {
+            Reference::Given(object) => (None, Some(object)),
+            Reference::Named(name) => (Some(name), self.named_materials.get(name)),
+        };
+        object.is_some_and(|object| {
+            let parts = object.parameters.iter().find(|p| p.name == "materials");
+            let Some(Values::Texts(parts)) = parts.map(|p| &p.values) else { return true };
+            parts.iter().all(|part| name == Some(part) || self.named_materials.contains_key(part))
+        })
+    }
+
     /// True if the material may vary with texture coordinates.
     pub(super) fn is_textured(&self, reference: &Reference) -> bool {
         let object = match reference {
@@ -59,15 +72,18 @@ impl Loader {
         })
     }
 
-    /// The material of a shape, added to the scene once. `opacity` has a name to tell it by.
+    /// The material of a shape, added to the scene once. `opacity` has a name to tell it by;
+    /// behind the surface light is absorbed.
     pub(super) fn material(
         &mut self,
         reference: &Reference,
         to_uv: DAffine2,
         opacity: Option<&(String, Texture)>,
+        absorption: Rgb,
     ) -> Result<MaterialId, Error> {
         let object = self.resolved(reference)?;
-        let key = (Rc::as_ptr(&object), format!("{to_uv:?} {:?}", opacity.map(|(name, _)| name)));
+        let key =
+            (Rc::as_ptr(&object), format!("{to_uv:?} {:?} {absorption:?}", opacity.map(|o| &o.0)));
         if let Some((_, id)) = self.materials.get(&key) {
             return Ok(*id);
         }
@@ -80,6 +96,9 @@ impl Loader {
             let checked = blend.finish().map(|_| blend).map_err(|error| object.caused(error));
             let checked = self.warnings.rescue(checked, "the surface is opaque")?;
             material = checked.unwrap_or(material);
+        }
+        if !absorption.is_black() {
+            material = material.absorbing(absorption);
         }
         let name = format!("{} {}", self.materials.len(), object.kind);
         let id = self.builder.add_material(name, material).map_err(|error| object.caused(error))?;

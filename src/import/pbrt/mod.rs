@@ -16,7 +16,7 @@
 //! | | read | approximated, with a warning | left out, with a warning |
 //! |---|---|---|---|
 //! | files | `.pbrt`, `.pbrt.gz`, `Include`, `Import` | | |
-//! | state | scopes, transforms, `Attribute`, `ColorSpace`, `ReverseOrientation`, instances (as copies) | | motion, media, lights in instances |
+//! | state | scopes, transforms, `Attribute`, `ColorSpace`, `ReverseOrientation`, instances (as copies) | media, by what `homogeneous` ones absorb | motion, lights in instances |
 //! | cameras | `perspective` with lens and window, `orthographic` | `realistic`, `spherical` | |
 //! | films | size, windows, `iso` and exposure as a factor of all light | | sensors |
 //! | filters | `box` and `triangle` of a pixel, `gaussian` | others, by a Gaussian | |
@@ -61,6 +61,7 @@ mod tokens;
 use super::files::Files;
 use super::{Error, Hints, Import, Limits, Location, Options, Warnings};
 use crate::material::{Bitmap, Texture};
+use crate::math::Rgb;
 use crate::scene::{MaterialId, WorldBuilder};
 use cameras::Setup;
 use colours::ColourSpace;
@@ -109,6 +110,8 @@ struct State {
     reverse: bool,
     material: Reference,
     light: Option<Rc<Object>>,
+    /// The absorption coefficient of the medium inside of shapes.
+    absorption: Rgb,
     colours: ColourSpace,
     /// What `Attribute` says of objects of each sort, in the order of [`directives::SORTS`].
     defaults: [Rc<Vec<Rc<Parameter>>>; directives::SORTS.len()],
@@ -137,8 +140,12 @@ struct Loader {
     named_materials: HashMap<String, Rc<Object>>,
     materials: HashMap<materials::Key, (Rc<Object>, MaterialId)>,
     /// The object that is being defined.
-    definition: Option<(String, Vec<Shape>)>,
-    definitions: HashMap<String, Rc<Vec<Shape>>>,
+    definition: Option<(String, Vec<Rc<Shape>>)>,
+    definitions: HashMap<String, Rc<Vec<Rc<Shape>>>>,
+    /// Shapes whose material has not been described yet, and what goes after their own transform.
+    pending: Vec<(Rc<Shape>, DAffine3)>,
+    /// Absorption coefficients of media by name.
+    media: HashMap<String, Rgb>,
     surfaces: u64,
     lights: u64,
     elements_left: u64,
@@ -161,6 +168,7 @@ impl Loader {
                 reverse: false,
                 material: Reference::Given(Rc::clone(&default_material)),
                 light: None,
+                absorption: Rgb::BLACK,
                 colours: ColourSpace::default(),
                 defaults: Default::default(),
                 at_start: true,
@@ -179,6 +187,8 @@ impl Loader {
             materials: HashMap::new(),
             definition: None,
             definitions: HashMap::new(),
+            pending: Vec::new(),
+            media: HashMap::new(),
             surfaces: 0,
             lights: 0,
             elements_left: options.limits.elements,
@@ -223,6 +233,9 @@ impl Loader {
             let reason = format!("{} scopes are not closed at the end", self.scopes.len());
             self.warnings.warn(whole.clone(), reason)?;
         }
+        let at = self.at.clone();
+        self.place_pending()?;
+        self.at = at;
         let view = self.view()?;
         let surround = self.surround();
         self.warnings.rescue(surround, "it is left out")?;
