@@ -16,5 +16,7 @@ mod materials;
 mod meshes;
 #[path = "import_gltf/refusals.rs"]
 mod refusals;
+#[path = "import_gltf/reliefs.rs"]
+mod reliefs;
 #[path = "import_gltf/room.rs"]
 mod room;
