@@ -18,5 +18,7 @@ mod meshes;
 mod poses;
 #[path = "import_gltf/refusals.rs"]
 mod refusals;
+#[path = "import_gltf/reliefs.rs"]
+mod reliefs;
 #[path = "import_gltf/room.rs"]
 mod room;

@@ -17,6 +17,18 @@ pub enum Place {
     Infinite,
 }
 
+/// The origin of a shading normal, which decides who sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum NormalOrigin {
+    /// The shape itself or its vertex normals.
+    #[default]
+    Shape,
+    /// A normal or bump map. Whoever looks from where such a normal faces away sees it turned by
+    /// 180° around the geometric normal.
+    Map,
+}
+
 /// A point on a surface, at a Dirac position, or at infinity. Plain data, without lifetime or
 /// generics.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +43,8 @@ pub struct SurfacePoint {
     pub geometric_normal: DVec3,
     /// Unit normal that scattering uses; equal to the geometric one on flat surfaces.
     pub shading_normal: DVec3,
+    /// The origin of the shading normal.
+    pub normal_origin: NormalOrigin,
     /// Direction of growing u, not necessarily orthogonal to the shading normal; zero if the
     /// surface has no preferred direction.
     pub tangent: DVec3,
@@ -62,6 +76,7 @@ impl SurfacePoint {
             error,
             geometric_normal: normal,
             shading_normal: normal,
+            normal_origin: NormalOrigin::Shape,
             tangent: DVec3::ZERO,
             uv: DVec2::ZERO,
             place: Place::Area,

@@ -3,11 +3,13 @@
 //! A [`Material`] is a description. When it is added to a scene its parameters are checked once,
 //! and it becomes a model of [`bsdf`](crate::bsdf) for each side, a mixture of two, or layers of
 //! which a mixture is made at each question; integrators ask these through a [`SurfaceBsdf`]. A
-//! [`Texture`] varies a colour over a surface, and a [`CustomBsdf`] brings a user's own model.
+//! [`Texture`] varies a colour over a surface, a [`Relief`] its shading normal, and a
+//! [`CustomBsdf`] brings a user's own model.
 
 mod checked;
 mod custom;
 mod finish;
+mod relief;
 mod surface_bsdf;
 #[cfg(test)]
 mod tests;
@@ -15,6 +17,8 @@ mod texture;
 
 pub use custom::CustomBsdf;
 pub(crate) use finish::Finish;
+pub(crate) use relief::Ground;
+pub use relief::{GreenAxis, Relief};
 pub use surface_bsdf::SurfaceBsdf;
 pub use texture::{Bitmap, Interpolation, Texture, TextureError, Wrap};
 

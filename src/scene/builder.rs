@@ -8,7 +8,7 @@ use super::warning::Warning;
 use super::world::{Media, World};
 use crate::endpoint::{AnyLight, AreaLight, Light, LightId, SceneExtent};
 use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
-use crate::material::{Finish, Material, Texture};
+use crate::material::{Finish, Material, Relief, Texture};
 use crate::tree::Forest;
 use glam::DAffine3;
 use std::collections::{HashMap, HashSet};
@@ -215,6 +215,18 @@ impl WorldBuilder {
         Ok(())
     }
 
+    /// Lays a normal or bump map on a surface. The last call counts.
+    ///
+    /// # Errors
+    /// The surface is missing, or the scale of the relief infinite or not a number.
+    pub fn set_relief(&mut self, surface: SurfaceId, relief: Relief) -> Result<(), SceneError> {
+        let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
+        let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
+        check(&surface.name, "scale", relief.scale(), "finite", |_| true)?;
+        surface.relief = Some(Box::new(relief));
+        Ok(())
+    }
+
     /// Adds a light that is not a surface of the scene: a point light, a spot light, a directional
     /// light.
     ///
@@ -338,6 +350,7 @@ impl WorldBuilder {
             first_primitive,
             primitives,
             attributes,
+            relief: None,
         });
         Ok(id)
     }

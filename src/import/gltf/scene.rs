@@ -4,6 +4,7 @@ use super::accessor::Budget;
 use super::document::Document;
 use super::instances;
 use super::material::{self, Look};
+use super::tangents::with_tangents;
 use super::texture::Textures;
 use crate::endpoint::ConstantEnvironment;
 use crate::film::Filter;
@@ -11,7 +12,7 @@ use crate::import::framing::framing;
 use crate::import::{Error, Hints, Import, ImportedView, Location};
 use crate::math::Rgb;
 use crate::scene::{MaterialId, Mesh, SceneError, WorldBuilder};
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, UVec2};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, DVec4, UVec2};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Node};
@@ -224,6 +225,9 @@ impl<'a> SceneReader<'a> {
             added = self.builder.add_mesh(name, &flat, DAffine3::IDENTITY, *id);
         }
         let surface = added.map_err(caused)?;
+        if let Some((relief, _)) = &look.relief {
+            self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
+        }
         if let Some(radiance) = &look.emission {
             self.builder
                 .set_textured_emission(surface, radiance.clone(), look.double_sided)
@@ -298,7 +302,8 @@ impl<'a> SceneReader<'a> {
             self.document.warnings.warn(location.clone(), "colours of vertices are left out")?;
         }
         let material = primitive.material.map(|material| material.value());
-        let set = self.material(material)?.1.coordinates;
+        let look = self.material(material)?.1;
+        let set = look.coordinates;
         let vectors =
             |values: Vec<[f64; 3]>| values.into_iter().map(DVec3::from_array).collect::<Vec<_>>();
         let mut positions = vectors(self.document.vectors(positions, &mut self.budget)?);
@@ -350,7 +355,41 @@ impl<'a> SceneReader<'a> {
                 format!("{} corners do not make whole triangles", corners.len()),
             ));
         }
-        Ok((!indices.is_empty()).then_some(Mesh { positions, normals, uvs, indices }))
+        if indices.is_empty() {
+            return Ok(None);
+        }
+        let tangents = attribute(Semantic::Tangents).filter(|_| normals.is_some());
+        let mesh = Mesh { positions, normals, uvs, indices, ..Mesh::default() };
+        let Some((_, to_uv)) = look.relief else { return Ok(Some(mesh)) };
+        let tangents = match tangents {
+            Some(tangents) => self.tangents(tangents, &mesh, location)?,
+            None => None,
+        };
+        Ok(Some(match tangents {
+            Some(_) => Mesh { tangents, ..mesh },
+            None => with_tangents(mesh, to_uv),
+        }))
+    }
+
+    /// The tangents that a file gives; `None` if they cannot be used.
+    fn tangents(
+        &mut self,
+        accessor: usize,
+        mesh: &Mesh,
+        location: Location,
+    ) -> Result<Option<Vec<DVec4>>, Error> {
+        let tangents: Vec<DVec4> = self
+            .document
+            .vectors(accessor, &mut self.budget)?
+            .into_iter()
+            .map(DVec4::from_array)
+            .collect();
+        if tangents.len() == mesh.positions.len() && tangents.iter().all(|t| t.is_finite()) {
+            return Ok(Some(tangents));
+        }
+        let reason = "its tangents are too few, too many or not finite: they are made anew";
+        self.document.warnings.warn(location, reason)?;
+        Ok(None)
     }
 
     /// A material of the file, or the one of primitives that name none.

@@ -79,7 +79,7 @@ fn check(element: &Element, mesh: &Mesh) -> Result<(), Error> {
 /// The mesh in world space. Triangles are turned so that their front is where their normals point;
 /// without normals the winding is kept, so that a mirroring transform turns the mesh inside out.
 pub(super) fn placed(mesh: Mesh, to_world: &DAffine3, flip: bool) -> Mesh {
-    let Mesh { mut positions, mut normals, uvs, mut indices } = mesh;
+    let Mesh { mut positions, mut normals, uvs, mut indices, .. } = mesh;
     positions.iter_mut().for_each(|p| *p = to_world.transform_point3(*p));
     let matrix = to_world.matrix3;
     // The cofactors: the inverse transpose times the determinant.
@@ -103,7 +103,7 @@ pub(super) fn placed(mesh: Mesh, to_world: &DAffine3, flip: bool) -> Mesh {
             triangle.swap(1, 2);
         }
     }
-    Mesh { positions, normals, uvs, indices }
+    Mesh { positions, normals, uvs, indices, ..mesh }
 }
 
 /// Normals of vertices: those of their triangles, weighted by the triangles' angles there (Thürmer
@@ -201,7 +201,7 @@ impl Stream<'_> {
             let triangle = [self.bytes()?, self.bytes()?, self.bytes()?];
             indices.push(triangle.map(u32::from_le_bytes));
         }
-        Ok(Mesh { positions, normals, uvs, indices })
+        Ok(Mesh { positions, normals, uvs, indices, ..Mesh::default() })
     }
 
     /// Vectors of a file, in memory that grows as they are read: the count alone takes none.

@@ -192,6 +192,7 @@ impl Loader {
             normals: object.points("N")?,
             uvs: uvs.map_or(Ok(None), |name| object.uvs(name))?,
             positions,
+            ..Mesh::default()
         };
         object.ignore(&["S", "faceIndices"]);
         checked(object, mesh)
@@ -504,7 +505,7 @@ fn bilinear(object: &Object) -> Result<Form, Error> {
             }
         }
     }
-    let mut mesh = Mesh { positions, normals, uvs, indices: Vec::new() };
+    let mut mesh = Mesh { positions, normals, uvs, ..Mesh::default() };
     if mesh.uvs.is_none() && indices.iter().all(|i| (*i as usize) < mesh.positions.len()) {
         // Each patch has the unit square.
         let corner = |i: &u32| mesh.positions[*i as usize];
@@ -515,7 +516,7 @@ fn bilinear(object: &Object) -> Result<Form, Error> {
         let normals = mesh.normals.as_ref().and_then(of_corners);
         let square = [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE];
         let uvs = Some(patches.iter().flat_map(|_| square).collect());
-        mesh = Mesh { positions, normals, uvs, indices: Vec::new() };
+        mesh = Mesh { positions, normals, uvs, ..Mesh::default() };
         let own = (0..indices.len() as u32).step_by(4);
         mesh.indices = own.flat_map(|a| [[a, a + 1, a + 3], [a, a + 3, a + 2]]).collect();
     } else {
@@ -597,6 +598,7 @@ fn with_uvs(mesh: &Mesh) -> Mesh {
         normals: mesh.normals.as_ref().map(|normals| all().map(|i| normals[i]).collect()),
         uvs: Some(mesh.indices.iter().flat_map(|_| corners).collect()),
         indices: (0..mesh.indices.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        ..Mesh::default()
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::{FlatSurfaces, World};
 use crate::endpoint::{AnyLight, Light, LightId, LightKind};
-use crate::geometry::{Intersection, SurfacePoint, Triangle};
+use crate::geometry::{Intersection, NormalOrigin, SurfacePoint, Triangle};
 use crate::light_tree::LightTree;
-use crate::material::SurfaceBsdf;
+use crate::material::{Ground, Relief, SurfaceBsdf};
 use crate::math::Rgb;
 use crate::scene::mesh::Shading;
 use crate::scene::{Needs, Scene, SurfaceArea};
@@ -80,6 +80,53 @@ impl World {
     /// about it.
     #[inline(always)]
     pub(super) fn complete(
+        &self,
+        primitive: u32,
+        triangle: Option<Triangle>,
+        x: SurfacePoint,
+    ) -> SurfacePoint {
+        let id = self.surface_of[primitive as usize];
+        let surface = &self.surfaces[id as usize];
+        if let Some(relief) = &surface.relief {
+            return self.complete_in_relief(relief, primitive, triangle, x);
+        }
+        self.complete_unmapped(primitive, triangle, x)
+    }
+
+    /// A point where a map makes the shading normal. Apart, so that it costs other points nothing.
+    #[inline(never)]
+    fn complete_in_relief(
+        &self,
+        relief: &Relief,
+        primitive: u32,
+        triangle: Option<Triangle>,
+        x: SurfacePoint,
+    ) -> SurfacePoint {
+        let point = self.complete_unmapped(primitive, triangle, x);
+        let surface = &self.surfaces[point.surface as usize];
+        let index = (primitive - surface.first_primitive) as usize;
+        let attributes = surface.attributes.as_ref();
+        let partials = match (attributes, triangle) {
+            (Some(attributes), Some(triangle)) => attributes.partials(index, triangle),
+            _ => self.forest.shape(primitive).map_or([DVec3::ZERO; 2], |shape| shape.partials(&x)),
+        };
+        let ground = Ground {
+            normal: point.shading_normal,
+            geometric_normal: point.geometric_normal,
+            tangent: point.tangent,
+            handedness: attributes.and_then(|attributes| attributes.handedness(index)),
+            uv: point.uv,
+            partials,
+        };
+        SurfacePoint {
+            shading_normal: relief.normal(&ground),
+            normal_origin: NormalOrigin::Map,
+            ..point
+        }
+    }
+
+    #[inline(always)]
+    fn complete_unmapped(
         &self,
         primitive: u32,
         triangle: Option<Triangle>,
