@@ -135,9 +135,10 @@ fn area_lights_have_their_power() {
     let image = Image::new(2, 2, pixels.to_vec()).expect("four pixels");
     ImageFile::from(image).save(directory.0.join("parts/half.png")).expect("saved");
     let light = "\"string filename\" \"parts/half.png\"";
-    assert_eq!(radiance(light, square), Rgb::WHITE);
+    assert_eq!(radiance(light, &format!("Translate 0 -0.5 0 {square}")), Rgb::WHITE);
     assert_eq!(radiance(light, &format!("Translate 0 1 0 {square}")), Rgb::BLACK);
-    near(radiance(&format!("{light} \"float power\" 10"), square), [20.0 / (PI * 4.0); 3], 1e-12);
+    let upper = format!("Translate 0 -0.5 0 {square}");
+    near(radiance(&format!("{light} \"float power\" 10"), &upper), [20.0 / (PI * 4.0); 3], 1e-12);
 }
 
 #[test]

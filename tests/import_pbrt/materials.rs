@@ -148,7 +148,7 @@ fn other_materials_are_approximated() {
         ("Material \"disney\" \"color color\" [0.3 0.2 0.1] \"float metallic\" 0.5 \"float roughness\" 0.4".to_owned(), "metallic", metallic(Rgb::new(0.3, 0.2, 0.1), 0.4, 0.5)),
         ("Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"".to_owned(), "dispersion", Material::Dielectric { relative_ior: 1.5168 }),
         ("Material \"dielectric\" \"spectrum eta\" [500 1.4 600 1.5]".to_owned(), "dispersion", Material::Dielectric { relative_ior: 1.4876 }),
-        ("Material \"dielectric\" \"texture displacement\" \"none\"".to_owned(), "as smooth as its shape", Material::Dielectric { relative_ior: 1.5 }),
+        ("Material \"dielectric\" \"texture displacement\" \"none\"".to_owned(), "there is no texture none", Material::Dielectric { relative_ior: 1.5 }),
         ("Material \"diffuse\" \"texture reflectance\" \"none\"".to_owned(), "there is no texture", grey(0.5)),
         ("Material \"velvet\"".to_owned(), "not supported", grey(0.5)),
         ("NamedMaterial \"none\"".to_owned(), "there is no material", grey(0.5)),

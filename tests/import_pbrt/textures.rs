@@ -185,3 +185,39 @@ fn what_is_no_texture_here_has_its_mean() {
     let import = directory.left_out(&format!("{PROBE}{board}{bright}{SQUARE}"), "scaled down to 1");
     near(albedo(&import, DVec2::new(0.05, 0.05)), [1.0; 3], "scaled down");
 }
+
+/// Shading normals of a height that grows by a half along u, and of normal maps, whose green goes
+/// along v on a square that is not mirrored.
+#[test]
+fn reliefs_turn_normals() {
+    let directory = Directory::new("reliefs");
+    // Between the centres of its two columns the height grows from 0 to 0.25.
+    let heights = Image::new(2, 1, vec![Rgb::BLACK, Rgb::splat(0.25)]).expect("two pixels");
+    ImageFile::from(heights).save(directory.0.join("parts/slope.exr")).expect("saved");
+    let (red, green) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.6, 0.8));
+    for (name, normal) in [("red", red), ("green", green)] {
+        let image = Image::new(1, 1, vec![Rgb((0.5 + 0.5 * normal).to_array())]).expect("a pixel");
+        ImageFile::from(image).save(directory.0.join(format!("parts/{name}.exr"))).expect("saved");
+    }
+    let normal = |material: &str, state: &str| {
+        let text = format!(
+            "{PROBE}Texture \"h\" \"float\" \"imagemap\" \"string filename\" \"parts/slope.exr\"\n\
+             Material \"diffuse\" {material}\n{state} Shape \"bilinearmesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 0]"
+        );
+        let world = directory.load(&text).world;
+        let center = 0.5 * (world.bounds().min + world.bounds().max);
+        let hit = seen(&world, center + DVec3::new(0.01, 0.02, 1.0), DVec3::NEG_Z);
+        hit.shading_normal
+    };
+    let close = |found: DVec3, expected: DVec3| {
+        assert_relative_eq!(found, expected.normalize(), epsilon = 1e-6);
+    };
+    let bump = "\"texture displacement\" \"h\"";
+    close(normal(bump, ""), DVec3::new(-0.5, 0.0, 1.0));
+    close(normal(bump, "Scale 0.5 1 1"), DVec3::new(-1.0, 0.0, 1.0));
+    close(normal(bump, "Scale -1 1 1"), DVec3::new(0.5, 0.0, 1.0));
+    let map = |name: &str| format!("\"string normalmap\" \"parts/{name}.exr\"");
+    close(normal(&map("red"), ""), red);
+    close(normal(&map("red"), "Rotate 90 0 0 1"), green);
+    close(normal(&map("green"), ""), green);
+}

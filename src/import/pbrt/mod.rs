@@ -21,9 +21,10 @@
 //! | films | size, windows, `iso` and exposure as a factor of all light | | sensors |
 //! | filters | `box` and `triangle` of a pixel, `gaussian` | others, by a Gaussian | |
 //! | shapes | `trianglemesh`, `plymesh`, `bilinearmesh`, `sphere`, `disk` | `cylinder` and parts of spheres and disks as triangles, `loopsubdiv` as its control mesh | `curve`, displacement |
-//! | materials | `diffuse`, `coateddiffuse`, `conductor`, `dielectric`, `thindielectric`, `mix`, `interface` | `coatedconductor`, `diffusetransmission`, `subsurface`, `hair`, `measured`; those of version 3 | bump and normal maps |
+//! | materials | `diffuse`, `coateddiffuse`, `conductor`, `dielectric`, `thindielectric`, `mix`, `interface` | `coatedconductor`, `diffusetransmission`, `subsurface`, `hair`, `measured`; those of version 3 | |
 //! | roughness | `remaproughness`, along u and v | a rough coat; textures, by their mean | |
 //! | textures | `constant`, `imagemap`, `checkerboard` of constants, `scale` and `mix` with constants | others, and mappings other than `uv`, by a mean | |
+//! | bump and normal maps | `displacement`, `normalmap` | | those of the parts of a `mix` |
 //! | opacity | `alpha` of shapes, but for their light | | |
 //! | lights | `point`, `spot`, `distant`, `infinite`, `diffuse` of shapes, each with `scale` and `power` or `illuminance` | `goniometric`, `projection` | portals |
 //! | spectra | `rgb`, `blackbody`, values and files, names of metals, glasses and light sources | dispersion, by an index | |
@@ -60,7 +61,7 @@ mod tokens;
 
 use super::files::Files;
 use super::{Error, Hints, Import, Limits, Location, Options, Warnings};
-use crate::material::{Bitmap, Texture};
+use crate::material::{Bitmap, Relief, Texture};
 use crate::math::Rgb;
 use crate::scene::{MaterialId, WorldBuilder};
 use cameras::Setup;
@@ -139,6 +140,9 @@ struct Loader {
     default_material: Rc<Object>,
     named_materials: HashMap<String, Rc<Object>>,
     materials: HashMap<materials::Key, (Rc<Object>, MaterialId)>,
+    /// The bump or normal map of the material that is being made.
+    relief: Option<Relief>,
+    reliefs: HashMap<MaterialId, Relief>,
     /// The object that is being defined.
     definition: Option<(String, Vec<Rc<Shape>>)>,
     definitions: HashMap<String, Rc<Vec<Rc<Shape>>>>,
@@ -185,6 +189,8 @@ impl Loader {
             default_material,
             named_materials: HashMap::new(),
             materials: HashMap::new(),
+            relief: None,
+            reliefs: HashMap::new(),
             definition: None,
             definitions: HashMap::new(),
             pending: Vec::new(),

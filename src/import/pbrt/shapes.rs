@@ -279,6 +279,9 @@ impl Loader {
                 (self.mesh(name, &mesh, shape, &to_world, material, is_textured)?, area, 1)
             }
         };
+        if let Some(relief) = self.reliefs.get(&material) {
+            self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
+        }
         if let Some(light) = &shape.light {
             let emits = self.emit(shape, light, surface, area, lights, to_uv);
             self.warnings.rescue(emits, "it emits nothing")?;
@@ -324,7 +327,7 @@ impl Loader {
             Some(name) => {
                 let image = self.light_image(light, name)?;
                 let luminance = image.mean().luminance();
-                let radiance = Texture::bitmap(image, Interpolation::Nearest, [Wrap::Clamp; 2])
+                let radiance = Texture::bitmap(image, Interpolation::Bilinear, [Wrap::Clamp; 2])
                     .and_then(|radiance| radiance.with_transform(upside_down() * to_uv))
                     .map_err(|error| light.caused(error))?;
                 (radiance, luminance)

@@ -299,6 +299,13 @@ impl Loader {
         Ok(image)
     }
 
+    /// An image of normals, as the numbers that it holds.
+    pub(super) fn normals(&mut self, object: &Object, name: &str) -> Result<Texture, Error> {
+        let image = self.image(object, name, Encoding::Gamma(1.0))?;
+        Texture::bitmap(image, Interpolation::Bilinear, [Wrap::Repeat; 2])
+            .map_err(|error| object.caused(error))
+    }
+
     /// An image as linear RGB.
     fn image(&mut self, object: &Object, name: &str, encoding: Encoding) -> Result<Image, Error> {
         let (path, bytes) = self.files.read(name, object.location.clone())?;
