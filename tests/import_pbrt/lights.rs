@@ -192,11 +192,10 @@ fn environments_have_their_radiance() {
             near(found, [f64::from(pixel); 3], 1e-12);
         }
     }
-    // Of 4 × 4 the four in the middle are the upper parts of z > 3/4, and so on.
-    let ring = |x: u32, y: u32| {
-        Rgb::splat(f64::from(u8::from((1..3).contains(&x) && (1..3).contains(&y))))
-    };
-    save("cap.exr", 4, 4, (0..16).map(|i| ring(i % 4, i / 4)).collect());
+    // The middle of the square is the upper part of all that is above.
+    let is_inside = |i: u32| (8..24).contains(&i);
+    let inside = |i: u32| Rgb::splat(f64::from(u8::from(is_inside(i % 32) && is_inside(i / 32))));
+    save("cap.exr", 32, 32, (0..32 * 32).map(inside).collect());
     let cap = load("LightSource \"infinite\" \"string filename\" \"parts/cap.exr\"");
     assert_eq!(from_sky(&cap, DVec3::new(0.1, 0.2, 1.0)), Rgb::WHITE);
     assert_eq!(from_sky(&cap, DVec3::new(1.0, 1.0, -0.1)), Rgb::BLACK);

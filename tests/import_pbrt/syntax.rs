@@ -136,7 +136,7 @@ fn one_bad_directive_costs_no_other() {
         ("Shape \"torus\"", "not supported"),
         ("Shape sphere", "a text in quotes"),
         ("Shape \"sphere", "no closing quote"),
-        ("Translate 1 2", "3 numbers"),
+        ("Translate 1 2", "not a finite number"),
         ("Rotate 30 0 0 0", "length zero"),
         ("Translate 1e308 1e308 1e999", "finite number"),
         ("Scale 1e200 1 1 Scale 1e200 1 1", "not finite"),
