@@ -143,16 +143,6 @@ pub enum Material {
         /// The weights; a sum of at most 1 conserves energy.
         weights: [f64; 2],
     },
-    /// The boundary of a body that absorbs light on its way through, as coloured glass does. The
-    /// body lies behind the surface; boundaries that are not closed have no end of it. What lies
-    /// inside of it and is no boundary itself is in it, too.
-    Absorbing {
-        /// The material of the boundary; not a part of another material, as of a blend.
-        boundary: Box<Material>,
-        /// Absorption coefficient σ in 1 over the scene's unit of length: after a distance d
-        /// `exp(-σ d)` is left.
-        absorption: Rgb,
-    },
     /// A BSDF of a user's own, the same everywhere and on both sides but for what it makes of the
     /// sign of z; see [`Material::custom`]. Tints, sides, blends and mixtures do not take it.
     Custom(CustomBsdf),
@@ -170,17 +160,6 @@ impl Material {
     #[must_use]
     pub fn one_sided(self) -> Self {
         Self::Sided { front: Box::new(self), back: Box::new(Self::Black) }
-    }
-
-    /// The boundary of a body that absorbs; see [`Material::Absorbing`].
-    #[must_use]
-    pub fn absorbing(self, absorption: Rgb) -> Self {
-        Self::Absorbing { boundary: Box::new(self), absorption }
-    }
-
-    /// The absorption coefficient of the body behind the surface.
-    pub(crate) fn absorption(&self) -> Rgb {
-        if let Self::Absorbing { absorption, .. } = self { *absorption } else { Rgb::BLACK }
     }
 
     /// The same material in a colour.

@@ -36,7 +36,6 @@ fn what_is_not_supported_is_said() {
         ),
         ("<emitter type='projector'/>", "emitters of type projector are not supported"),
         ("<emitter type='area'/>", "belongs to no shape"),
-        ("<medium type='homogeneous'/>", "participating media"),
         (
             "<integrator type='path'><boolean name='hide_emitters' value='true'/></integrator>",
             "hide_emitters",

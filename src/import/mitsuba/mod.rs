@@ -59,6 +59,7 @@ mod document;
 mod emitters;
 mod integrators;
 mod materials;
+mod media;
 mod meshes;
 mod sensors;
 mod shapes;
@@ -242,10 +243,8 @@ impl<'a> Loader<'a> {
                 }
                 "sensor" => sensors.push(element),
                 // Read where they are referred to, if at all.
-                "emitter" | "bsdf" | "texture" | "spectrum" | "rgb" | "float" => {}
-                "medium" | "phase" | "volume" => {
-                    self.warn(element, "participating media are not supported, and left out")?
-                }
+                "emitter" | "bsdf" | "texture" | "spectrum" | "rgb" | "float" | "medium"
+                | "phase" | "volume" => {}
                 other => self.warn(element, format!("{other} is not known, and left out"))?,
             }
         }

@@ -15,7 +15,7 @@ impl<'a> Loader<'a> {
         let object = Object::new(element);
         let to_world = object.transform("to_world")?;
         let flip = object.boolean("flip_normals")?.unwrap_or(false);
-        let (mut material, mut radiance) = (None, None);
+        let (mut material, mut radiance, mut absorption) = (None, None, None);
         for child in object.objects() {
             let target = self.resolved(child);
             let Some(target) = self.warnings.rescue(target, "it is left out")? else { continue };
@@ -26,7 +26,8 @@ impl<'a> Loader<'a> {
                     radiance = self.warnings.rescue(light, "it emits nothing")?.flatten();
                 }
                 "medium" => {
-                    self.warn(child, "participating media are not supported, and left out")?
+                    let medium = self.absorption(child, target);
+                    absorption = self.warnings.rescue(medium, "it is left out")?.flatten();
                 }
                 other => self
                     .warn(child, format!("a {other} in a shape is not supported, and left out"))?,
@@ -87,6 +88,10 @@ impl<'a> Loader<'a> {
         };
         if let (Some(surface), Some(relief)) = (surface, self.reliefs.get(&material)) {
             self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
+        }
+        if let (Some(surface), Some(absorption)) = (surface, absorption) {
+            let filled = self.builder.set_absorption(surface, absorption);
+            self.warnings.rescue(filled.map_err(caused), "its medium is left out")?;
         }
         if let (Some(surface), Some(radiance)) = (surface, radiance.filter(|_| self.sees)) {
             self.check_uv(element, &radiance)?;
