@@ -17,5 +17,7 @@ mod hostile;
 mod images;
 #[path = "import_mitsuba/integrators.rs"]
 mod integrators;
+#[path = "import_mitsuba/plastics.rs"]
+mod plastics;
 #[path = "import_mitsuba/refusals.rs"]
 mod refusals;

@@ -40,7 +40,10 @@ pub enum BsdfError {
     #[error("a BSDF of a user's own must stand alone, without tint, sides, blend or mixture")]
     NestedCustom,
     /// Beckmann's distribution is asked of a material that is not rough.
-    #[error("Beckmann's distribution needs a rough mirror, rough conductor or rough dielectric")]
+    #[error(
+        "Beckmann's distribution needs a rough mirror, rough conductor, rough dielectric or rough \
+         plastic"
+    )]
     NotRough,
     /// A material that differs between its sides transmits light.
     #[error("a material that differs between its sides must not transmit light")]

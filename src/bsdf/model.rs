@@ -2,7 +2,7 @@
 
 use super::{
     Bsdf, BsdfSample, Conductor, Dielectric, Lambert, LaneForm, Lobes, MetallicRoughness, Mirror,
-    Null, Plastic, RoughConductor, RoughDielectric, ThinDielectric, TransportMode,
+    Null, Plastic, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric, TransportMode,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -33,6 +33,8 @@ pub enum Model {
     RoughConductor(RoughConductor),
     /// Frosted glass.
     RoughDielectric(RoughDielectric),
+    /// A diffuse body under a rough coat.
+    RoughPlastic(RoughPlastic),
 }
 
 /// Runs an expression on the concrete model; black surfaces get the other expression.
@@ -50,6 +52,7 @@ macro_rules! dispatch {
             Self::MetallicRoughness($bsdf) => $scatters,
             Self::RoughConductor($bsdf) => $scatters,
             Self::RoughDielectric($bsdf) => $scatters,
+            Self::RoughPlastic($bsdf) => $scatters,
         }
     };
 }
@@ -112,5 +115,6 @@ from_model!(
     Plastic,
     MetallicRoughness,
     RoughConductor,
-    RoughDielectric
+    RoughDielectric,
+    RoughPlastic
 );

@@ -160,6 +160,12 @@ impl Lobe {
         0.5 * self.density * self.masked.correlation
     }
 
+    /// `D G1 G1 / (4 o_z i_z)`: the value if masking and shadowing are independent.
+    #[inline]
+    pub fn value_of_independent(&self) -> f64 {
+        0.25 * (self.density / self.masked.areas[0]) / self.masked.areas[1]
+    }
+
     /// `D_o(h) / (4 (o·h)) / i_z`: the density of visible normals, the Jacobian of mirroring, and
     /// the local cosine.
     #[inline]

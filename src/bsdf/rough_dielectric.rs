@@ -242,7 +242,7 @@ impl Refraction {
 
 /// `o` refracted through the normal `h`, if it leaves on the far side.
 #[inline]
-fn refract(o: DVec3, h: DVec3, eta: f64, refracted_cosine: f64) -> Option<DVec3> {
+pub(super) fn refract(o: DVec3, h: DVec3, eta: f64, refracted_cosine: f64) -> Option<DVec3> {
     let i = ((o.dot(h) / eta - refracted_cosine) * h - o / eta).normalize();
     (i.z < 0.0).then_some(i)
 }

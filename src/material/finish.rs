@@ -93,6 +93,7 @@ impl Layer {
     fn model(&self, look_up: impl Fn(&Texture) -> Rgb) -> Model {
         match (&self.model, &self.textures[..]) {
             (Model::Plastic(plastic), [albedo]) => plastic.with_albedo(look_up(albedo)).into(),
+            (Model::RoughPlastic(plastic), [albedo]) => plastic.with_albedo(look_up(albedo)).into(),
             (Model::MetallicRoughness(model), [base_color, surface]) => {
                 let [_, roughness, metalness] = look_up(surface).0;
                 model.with(look_up(base_color), metalness, roughness).into()
@@ -110,7 +111,6 @@ impl Layer {
     /// The lobes that it has at some point.
     pub fn lobes(&self) -> Lobes {
         match (&self.model, &self.textures[..]) {
-            (Model::Plastic(plastic), [albedo]) => plastic.with_albedo(albedo.range()[1]).lobes(),
             (Model::MetallicRoughness(_), [base_color, surface]) => {
                 let [least, greatest] = surface.range();
                 let when =

@@ -26,9 +26,18 @@ fn textured_and_sided_materials_agree_with_themselves() {
         relative_ior: 1.5,
         colour_shift: true,
     };
+    let rough_plastic = Material::RoughPlastic {
+        albedo: board(),
+        specular: Rgb::WHITE,
+        relative_ior: 1.5,
+        colour_shift: false,
+        alpha: 0.3,
+    };
     let rough = Material::RoughMirror { reflectance: Rgb::splat(0.9), alpha: DVec2::new(0.3, 0.4) };
     let beckmann = Material::Beckmann { rough: Box::new(rough.clone()) };
     let materials = [
+        rough_plastic.clone(),
+        Material::Beckmann { rough: Box::new(rough_plastic) },
         lambert(0.7).tinted(board()),
         lambert(0.7).one_sided(),
         Material::Sided { front: Box::new(lambert(0.3)), back: Box::new(rough.tinted(board())) },

@@ -20,7 +20,7 @@
 //! | documents | `default`, `$parameters`, `include`, `ref`, `alias`, `path` |
 //! | shapes | `obj`, `ply`, `serialized`, `rectangle`, `sphere`, `disk`, `cube` |
 //! | settings of shapes | `to_world`, `flip_normals`, `face_normals`, `flip_tex_coords` |
-//! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic` |
+//! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic`, `roughplastic` |
 //! | bsdfs that transmit light | `dielectric`, `thindielectric`, `roughdielectric`, `null` |
 //! | bsdfs made of others | `twosided`, `mask`, `blendbsdf` |
 //! | emitters | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
@@ -45,8 +45,8 @@
 //! - A material that is not `twosided` absorbs on its back, unless it transmits light.
 //! - Which side is the front is decided by the vertex normals of a mesh. Meshes without them get
 //!   normals weighted by the angles of their triangles, unless `face_normals` is set.
-//! - Masking and shadowing of rough materials are height-correlated here, and independent there:
-//!   rough surfaces are a little brighter here at grazing angles.
+//! - Masking and shadowing of rough conductors and dielectrics are height-correlated here, and
+//!   independent there: they are a little brighter here at grazing angles.
 //! - A Gaussian filter has the same standard deviation, but is the pixel's box blurred. Environment
 //!   maps have their pixels' centres in the middle of pixels.
 //! - `max_depth` counts the edges of a path there and the scattering events here, one less.
