@@ -39,10 +39,10 @@ pub enum BsdfError {
     /// A BSDF of a user's own is tinted, blended, mixed, or one side of two.
     #[error("a BSDF of a user's own must stand alone, without tint, sides, blend or mixture")]
     NestedCustom,
-    /// Beckmann's distribution is asked of a material that is not rough.
+    /// Beckmann's distribution, or a roughness that varies, is asked of a material that is not rough.
     #[error(
-        "Beckmann's distribution needs a rough mirror, rough conductor, rough dielectric or rough \
-         plastic"
+        "Beckmann's distribution and varying roughness need a rough mirror, rough conductor or \
+         rough dielectric; Beckmann's may be that of rough plastic, too"
     )]
     NotRough,
     /// A material that differs between its sides transmits light.

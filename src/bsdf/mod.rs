@@ -57,7 +57,7 @@ pub use dielectric::Dielectric;
 pub use error::BsdfError;
 pub use fresnel::Reflectance;
 pub use ggx::Ggx;
-pub(crate) use ggx::LEAST_ALPHA;
+pub(crate) use ggx::{GREATEST_ALPHA, LEAST_ALPHA};
 pub use lambert::Lambert;
 pub use metallic_roughness::MetallicRoughness;
 pub use microfacets::Microfacets;

@@ -37,6 +37,17 @@ pub enum Model {
     RoughPlastic(RoughPlastic),
 }
 
+impl Model {
+    /// The same model with other roughnesses, at most 10; `None` if it has none that can vary.
+    pub(crate) fn with_roughness(&self, alpha_x: f64, alpha_y: f64) -> Option<Self> {
+        match self {
+            Self::RoughConductor(metal) => Some(metal.with_roughness(alpha_x, alpha_y).into()),
+            Self::RoughDielectric(glass) => Some(glass.with_roughness(alpha_x, alpha_y).into()),
+            _ => None,
+        }
+    }
+}
+
 /// Runs an expression on the concrete model; black surfaces get the other expression.
 macro_rules! dispatch {
     ($model:expr, $bsdf:ident => $scatters:expr, black => $absorbs:expr) => {

@@ -26,6 +26,11 @@ impl RoughConductor {
         Self { reflectance, distribution: distribution.into() }
     }
 
+    /// The same metal with other roughnesses, at most 10; never smooth.
+    pub(super) const fn with_roughness(self, alpha_x: f64, alpha_y: f64) -> Self {
+        Self { distribution: self.distribution.with_roughness(alpha_x, alpha_y), ..self }
+    }
+
     /// The pair seen from `fixed`'s side with its half vector; `None` where there is no finite
     /// reflection.
     #[inline]

@@ -3,7 +3,7 @@
 use super::finish::{Finish, Layer, Share, is_alone};
 use super::{Material, SurfaceBsdf, Texture};
 use crate::bsdf::{
-    Beckmann, BsdfError, Conductor, Dielectric, Ggx, INDEX_MATCHED, Lambert, Lobes,
+    Beckmann, BsdfError, Conductor, Dielectric, GREATEST_ALPHA, Ggx, INDEX_MATCHED, Lambert, Lobes,
     MetallicRoughness, Microfacets, Mirror, Mixture, Model, Null, Plastic, Reflectance,
     RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
 };
@@ -68,6 +68,14 @@ impl Material {
                 }
                 let textures = vec![base_color.clone(), surface.clone()];
                 alone(Layer { textures, ..Layer::alone(self.model()?) })
+            }
+            Self::VaryingRoughness { rough, alpha } => {
+                let [x, y] = alpha.each_ref().map(|texture| texture.range()[1].luminance());
+                if alpha.iter().any(|texture| !texture.is_within(0.0, GREATEST_ALPHA)) {
+                    return Err(BsdfError::Roughness(x, y));
+                }
+                let model = rough.model()?.with_roughness(x, y).ok_or(BsdfError::NotRough)?;
+                alone(Layer { textures: alpha.to_vec(), ..Layer::alone(model) })
             }
             _ => {
                 // Of the brightest albedo, so that the lobes are those that some point has.

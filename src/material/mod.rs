@@ -123,6 +123,15 @@ pub enum Material {
         /// The rough material, one of the four.
         rough: Box<Material>,
     },
+    /// A rough mirror, rough metal or frosted glass, perhaps with Beckmann's distribution, whose
+    /// roughness varies over the surface. It is never smooth: α is at least
+    /// [`LEAST_ALPHA`](crate::bsdf::ggx::LEAST_ALPHA).
+    VaryingRoughness {
+        /// The rough material, whose own α has no meaning.
+        rough: Box<Material>,
+        /// α along the tangent and across it, 0 to 10: the luminance of two textures.
+        alpha: Box<[Texture; 2]>,
+    },
     /// A material in a colour: its BSDF is multiplied by a texture. Over a white Lambertian
     /// reflector that is a textured one.
     Tinted {

@@ -73,12 +73,12 @@ impl<'a> Loader<'a> {
                 self.transmissive(&object, Material::ThinDielectric { relative_ior })?
             }
             "roughdielectric" => {
-                let (alpha, beckmann) = self.roughness(&object)?;
+                let roughness = self.roughness(&object)?;
                 let glass = Material::RoughDielectric {
                     relative_ior: self.relative_ior(&object, "bk7")?,
-                    alpha,
+                    alpha: roughness.constant(),
                 };
-                self.transmissive(&object, with_distribution(glass, beckmann))?
+                self.transmissive(&object, roughness.of(glass))?
             }
             "conductor" => {
                 let (eta, k) = self.complex_ior(&object)?;
@@ -90,14 +90,15 @@ impl<'a> Loader<'a> {
                 self.tinted(&object, smooth)?.one_sided()
             }
             "roughconductor" => {
-                let (alpha, beckmann) = self.roughness(&object)?;
+                let roughness = self.roughness(&object)?;
                 let (eta, k) = self.complex_ior(&object)?;
+                let alpha = roughness.constant();
                 let rough = if is_perfect(eta, k) {
                     Material::RoughMirror { reflectance: Rgb::WHITE, alpha }
                 } else {
                     Material::RoughConductor { eta, k, alpha }
                 };
-                self.tinted(&object, with_distribution(rough, beckmann))?.one_sided()
+                self.tinted(&object, roughness.of(rough))?.one_sided()
             }
             "plastic" => self.plastic(&object)?.one_sided(),
             "roughplastic" => self.rough_plastic(&object)?.one_sided(),
@@ -191,19 +192,25 @@ impl<'a> Loader<'a> {
     }
 
     fn rough_plastic(&mut self, object: &Object<'a>) -> Result<Material, Error> {
-        let (alpha, beckmann) = self.roughness(object)?;
+        let mut roughness = self.roughness(object)?;
+        let alpha = roughness.constant();
+        if roughness.alpha.iter().any(|alpha| alpha.as_constant().is_none()) {
+            self.warn(object.element, format!("the roughness of rough plastic must be a number; it is {} along u and {} along v", alpha.x, alpha.y))?;
+        }
+        roughness.alpha = alpha.to_array().map(|alpha| Rgb::splat(alpha).into());
         if alpha.x != alpha.y {
             self.warn(object.element, "rough plastic is the same in all directions; alpha is the geometric mean of alpha_u and alpha_v")?;
         }
         let alpha = (alpha.x * alpha.y).sqrt();
         let mut plastic = self.plastic(object)?;
         if let Material::Plastic { albedo, specular, relative_ior, colour_shift } = plastic {
-            let factor = body_of_mitsuba(&albedo, relative_ior, colour_shift, alpha, beckmann);
+            let factor =
+                body_of_mitsuba(&albedo, relative_ior, colour_shift, alpha, roughness.beckmann);
             let albedo = albedo.scaled(factor).map_err(|error| object.element.caused(error))?;
             plastic =
                 Material::RoughPlastic { albedo, specular, relative_ior, colour_shift, alpha };
         }
-        Ok(with_distribution(plastic, beckmann))
+        Ok(roughness.of(plastic))
     }
 
     /// Multiplies by `specular_reflectance`.
@@ -228,8 +235,7 @@ impl<'a> Loader<'a> {
         Ok(if reflectance == white() { material } else { material.tinted(reflectance) })
     }
 
-    /// Roughness along u and v, and whether the distribution is Beckmann's.
-    fn roughness(&mut self, object: &Object<'a>) -> Result<(DVec2, bool), Error> {
+    fn roughness(&mut self, object: &Object<'a>) -> Result<Roughness, Error> {
         // It concerns sampling only.
         object.ignore(&["sample_visible"]);
         let beckmann = match object.string("distribution")? {
@@ -243,23 +249,10 @@ impl<'a> Loader<'a> {
                 true
             }
         };
-        let mut alpha = |name: &str| -> Result<Option<f64>, Error> {
-            match object.get(name) {
-                None => Ok(None),
-                Some(child) if matches!(child.tag.as_str(), "float" | "integer") => {
-                    number(child, child.required("value")?).map(Some)
-                }
-                Some(child) => {
-                    self.warn(child, "roughness must be a number here; it is 0.1")?;
-                    Ok(Some(0.1))
-                }
-            }
-        };
-        let both = alpha("alpha")?.unwrap_or(0.1);
-        Ok((
-            DVec2::new(alpha("alpha_u")?.unwrap_or(both), alpha("alpha_v")?.unwrap_or(both)),
-            beckmann,
-        ))
+        let mut alpha = |name: &str| self.texture(object, name, Illuminant::D65);
+        let both = alpha("alpha")?.unwrap_or(Rgb::splat(0.1).into());
+        let [u, v] = [alpha("alpha_u")?, alpha("alpha_v")?];
+        Ok(Roughness { alpha: [u.unwrap_or(both.clone()), v.unwrap_or(both)], beckmann })
     }
 
     /// n inside over n outside.
@@ -331,6 +324,35 @@ impl<'a> Loader<'a> {
     }
 }
 
+/// The parameters of a distribution of micro-normals.
+struct Roughness {
+    /// α along u and along v.
+    alpha: [Texture; 2],
+    /// True if the distribution is Beckmann's.
+    beckmann: bool,
+}
+
+impl Roughness {
+    /// α along u and along v; of what varies the middle of its range.
+    fn constant(&self) -> DVec2 {
+        let middle = |texture: &Texture| {
+            let [least, greatest] = texture.range();
+            0.5 * (least.g() + greatest.g())
+        };
+        self.alpha.each_ref().map(middle).into()
+    }
+
+    /// A rough material with this distribution, whose α is already right if it is constant.
+    fn of(self, rough: Material) -> Material {
+        let rough =
+            if self.beckmann { Material::Beckmann { rough: Box::new(rough) } } else { rough };
+        if self.alpha.iter().all(|alpha| alpha.as_constant().is_some()) {
+            return rough;
+        }
+        Material::VaryingRoughness { rough: Box::new(rough), alpha: Box::new(self.alpha) }
+    }
+}
+
 /// An index of 0 + i mirrors everything.
 fn is_perfect(eta: Rgb, k: Rgb) -> bool {
     eta == Rgb::BLACK && !k.0.contains(&0.0)
@@ -366,10 +388,6 @@ fn body_of_mitsuba(
             1.0 / (1.0 + missing / (1.0 - inside))
         }
     })
-}
-
-fn with_distribution(rough: Material, beckmann: bool) -> Material {
-    if beckmann { Material::Beckmann { rough: Box::new(rough) } } else { rough }
 }
 
 /// An index of refraction, a number or the name of a material.

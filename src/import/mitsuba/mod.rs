@@ -26,7 +26,8 @@
 //! | emitters | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
 //! | sensors | `perspective`, `thinlens`, `orthographic` |
 //! | parts of sensors | film, crop window, reconstruction filter |
-//! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials |
+//! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials, |
+//! | | and as roughness of conductors and dielectrics |
 //! | colours | `rgb`, `float`, `spectrum` as a value, or a list or file of wavelengths and values |
 //! | spectra | `uniform`, `d65`, `srgb`, `rawconstant`, `regular`, `irregular`, `blackbody` |
 //!
