@@ -19,6 +19,8 @@ mod images;
 mod integrators;
 #[path = "import_mitsuba/media.rs"]
 mod media;
+#[path = "import_mitsuba/plastics.rs"]
+mod plastics;
 #[path = "import_mitsuba/refusals.rs"]
 mod refusals;
 #[path = "import_mitsuba/reliefs.rs"]

@@ -39,8 +39,11 @@ pub enum BsdfError {
     /// A BSDF of a user's own is tinted, blended, mixed, or one side of two.
     #[error("a BSDF of a user's own must stand alone, without tint, sides, blend or mixture")]
     NestedCustom,
-    /// Beckmann's distribution is asked of a material that is not rough.
-    #[error("Beckmann's distribution needs a rough mirror, rough conductor or rough dielectric")]
+    /// Beckmann's distribution, or a roughness that varies, is asked of a material that is not rough.
+    #[error(
+        "Beckmann's distribution and varying roughness need a rough mirror, rough conductor or \
+         rough dielectric; Beckmann's may be that of rough plastic, too"
+    )]
     NotRough,
     /// A material that differs between its sides transmits light.
     #[error("a material that differs between its sides must not transmit light")]

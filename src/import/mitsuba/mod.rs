@@ -20,13 +20,14 @@
 //! | documents | `default`, `$parameters`, `include`, `ref`, `alias`, `path` |
 //! | shapes | `obj`, `ply`, `serialized`, `rectangle`, `sphere`, `disk`, `cube` |
 //! | settings of shapes | `to_world`, `flip_normals`, `face_normals`, `flip_tex_coords` |
-//! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic` |
+//! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic`, `roughplastic` |
 //! | bsdfs that transmit light | `dielectric`, `thindielectric`, `roughdielectric`, `null` |
 //! | bsdfs made of others | `twosided`, `mask`, `blendbsdf`, `normalmap`, `bumpmap` |
 //! | emitters | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
 //! | sensors | `perspective`, `thinlens`, `orthographic` |
 //! | parts of sensors | film, crop window, reconstruction filter |
-//! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials |
+//! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials, |
+//! | | and as roughness of conductors and dielectrics |
 //! | colours | `rgb`, `float`, `spectrum` as a value, or a list or file of wavelengths and values |
 //! | spectra | `uniform`, `d65`, `srgb`, `rawconstant`, `regular`, `irregular`, `blackbody` |
 //!
@@ -46,8 +47,8 @@
 //! - Which side is the front is decided by the vertex normals of a mesh. Meshes without them get
 //!   normals weighted by the angles of their triangles, unless `face_normals` is set.
 //! - Normal and bump maps hold for a whole surface, on both sides, and only one for each surface.
-//! - Masking and shadowing of rough materials are height-correlated here, and independent there:
-//!   rough surfaces are a little brighter here at grazing angles.
+//! - Masking and shadowing of rough conductors and dielectrics are height-correlated here, and
+//!   independent there: they are a little brighter here at grazing angles.
 //! - A Gaussian filter has the same standard deviation, but is the pixel's box blurred. Environment
 //!   maps have their pixels' centres in the middle of pixels.
 //! - `max_depth` counts the edges of a path there and the scattering events here, one less.
