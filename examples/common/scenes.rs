@@ -93,7 +93,8 @@ impl From<GalleryScene> for NamedScene {
 }
 
 /// The scene of the gallery with this name, or the one in the file at this path: Wavefront OBJ,
-/// glTF or Mitsuba XML, which brings its own film. Tells what building it warns of.
+/// glTF, Mitsuba or pbrt, of which the last two bring their own film. Tells what building it warns
+/// of.
 pub fn scene_or_file(
     name_or_path: &str,
     resolution: UVec2,

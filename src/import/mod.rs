@@ -14,7 +14,7 @@ mod files;
 mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
-#[cfg(feature = "obj")]
+#[cfg(any(feature = "obj", feature = "pbrt"))]
 mod images;
 #[cfg(feature = "mitsuba")]
 pub mod mitsuba;

@@ -129,6 +129,41 @@ impl Texture {
         Ok(self)
     }
 
+    /// The same texture in other colours: `change` is applied to those of the pattern, before an
+    /// image is interpolated, which for an affine change is the same as after.
+    ///
+    /// # Errors
+    /// If a colour becomes infinite or not a number, or the texture has been cut.
+    pub fn recoloured(&self, change: impl Fn(Rgb) -> Rgb) -> Result<Self, TextureError> {
+        if self.cutoff.is_some() {
+            return Err(TextureError::Cut);
+        }
+        let change = |colour: Rgb| change(colour * self.factor);
+        let pattern = match &self.pattern {
+            Pattern::Constant(colour) => Pattern::Constant(change(*colour)),
+            Pattern::Checkerboard(colours) => Pattern::Checkerboard(colours.map(change)),
+            Pattern::Bitmap { bitmap: Bitmap { image, .. }, interpolation, wrap } => {
+                let mut image = Image::clone(image);
+                image.pixels_mut().iter_mut().for_each(|pixel| *pixel = change(*pixel));
+                let (interpolation, wrap) = (*interpolation, *wrap);
+                Pattern::Bitmap { bitmap: Bitmap::new(image)?, interpolation, wrap }
+            }
+        };
+        let recoloured = Self { to_uv: self.to_uv, ..Self::of(pattern) };
+        let [least, greatest] = recoloured.range();
+        let is_finite = least.is_finite() && greatest.is_finite();
+        if is_finite { Ok(recoloured) } else { Err(TextureError::NotFinite) }
+    }
+
+    /// The image that it shows, if it shows one.
+    #[must_use]
+    pub fn image(&self) -> Option<&Image> {
+        match &self.pattern {
+            Pattern::Bitmap { bitmap, .. } => Some(&bitmap.image),
+            _ => None,
+        }
+    }
+
     /// White where a channel is at least `cutoff`, black elsewhere.
     #[must_use]
     pub fn cut(self, cutoff: f64) -> Self {

@@ -135,16 +135,19 @@ fn area_lights_have_their_power() {
     let image = Image::new(2, 2, pixels.to_vec()).expect("four pixels");
     ImageFile::from(image).save(directory.0.join("parts/half.png")).expect("saved");
     let light = "\"string filename\" \"parts/half.png\"";
-    assert_eq!(radiance(light, square), Rgb::WHITE);
+    assert_eq!(radiance(light, &format!("Translate 0 -0.5 0 {square}")), Rgb::WHITE);
     assert_eq!(radiance(light, &format!("Translate 0 1 0 {square}")), Rgb::BLACK);
-    near(radiance(&format!("{light} \"float power\" 10"), square), [20.0 / (PI * 4.0); 3], 1e-12);
+    let upper = format!("Translate 0 -0.5 0 {square}");
+    near(radiance(&format!("{light} \"float power\" 10"), &upper), [20.0 / (PI * 4.0); 3], 1e-12);
 }
 
 #[test]
 fn environments_have_their_radiance() {
     let directory = Directory::new("environments");
     let load = |text: &str| {
-        directory.load(&format!("{PROBE}{text}\nShape \"sphere\" \"float radius\" 1e-9"))
+        directory.load(&format!(
+            "{PROBE}{text}\nTranslate 0 0 -90\nShape \"sphere\" \"float radius\" 1e-3"
+        ))
     };
     let up = DVec3::new(0.1, 0.2, 1.0);
     let sky = |text: &str| from_sky(&load(text), up);

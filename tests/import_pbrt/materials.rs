@@ -1,6 +1,6 @@
 //! Materials, held against the crate's own ones.
 
-use crate::files::{Directory, PROBE, seen};
+use crate::files::{Directory, PROBE, render, seen};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3};
 use pathspace::bsdf::{Bsdf, TransportMode};
@@ -23,8 +23,8 @@ fn scattered(world: &World) -> Vec<Rgb> {
     let mut values = Vec::new();
     for a in directions {
         values.extend(directions.map(|b| bsdf.eval(a, b)));
-        bsdf.dirac_images(a, TransportMode::Radiance, &mut |images| {
-            values.extend(images.iter().map(|image| image.weight * image.probability));
+        bsdf.dirac_images(a, TransportMode::Radiance, &mut |image| {
+            values.push(image.weight * image.pdf.value());
         });
     }
     values
@@ -148,7 +148,7 @@ fn other_materials_are_approximated() {
         ("Material \"disney\" \"color color\" [0.3 0.2 0.1] \"float metallic\" 0.5 \"float roughness\" 0.4".to_owned(), "metallic", metallic(Rgb::new(0.3, 0.2, 0.1), 0.4, 0.5)),
         ("Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"".to_owned(), "dispersion", Material::Dielectric { relative_ior: 1.5168 }),
         ("Material \"dielectric\" \"spectrum eta\" [500 1.4 600 1.5]".to_owned(), "dispersion", Material::Dielectric { relative_ior: 1.4876 }),
-        ("Material \"dielectric\" \"texture displacement\" \"none\"".to_owned(), "as smooth as its shape", Material::Dielectric { relative_ior: 1.5 }),
+        ("Material \"dielectric\" \"texture displacement\" \"none\"".to_owned(), "there is no texture none", Material::Dielectric { relative_ior: 1.5 }),
         ("Material \"diffuse\" \"texture reflectance\" \"none\"".to_owned(), "there is no texture", grey(0.5)),
         ("Material \"velvet\"".to_owned(), "not supported", grey(0.5)),
         ("NamedMaterial \"none\"".to_owned(), "there is no material", grey(0.5)),
@@ -194,5 +194,42 @@ fn opacity_lets_light_pass() {
     for alpha in ["\"float alpha\" 0.25", "\"texture alpha\" \"quarter\""] {
         let text = format!("{PROBE}{texture}{disk}{SPHERE} {alpha}");
         assert_same(&scattered(&directory.load(&text).world), &expected(blend.clone()), alpha);
+    }
+}
+
+/// What a medium absorbs, by the way that light has in it.
+#[test]
+fn media_absorb() {
+    let directory = Directory::new("media");
+    let seen = |interface: &str| {
+        let text = format!(
+            "{PROBE}MakeNamedMedium \"m\" \"string type\" \"homogeneous\" \"float scale\" 2\n\
+             \"rgb sigma_a\" [0.1 0.2 0.4] \"rgb sigma_s\" [0 0 0]\n\
+             LightSource \"infinite\"\nMaterial \"interface\"\n{interface}\n{SPHERE}"
+        );
+        render(&directory.load(&text), 4).mean()
+    };
+    // A way of 2 through it.
+    let expected = [0.4f64, 0.8, 1.6].map(|depth| (-depth).exp());
+    let found = seen("MediumInterface \"m\" \"\"");
+    (0..3).for_each(|i| assert_relative_eq!(found[i], expected[i], max_relative = 1e-6));
+    assert_eq!(seen("MediumInterface \"\" \"m\""), Rgb::WHITE);
+    assert_eq!(seen("MediumInterface \"m\" \"m\""), Rgb::WHITE);
+}
+
+/// A shape may name a material that is described after it, as pbrt's own scenes do.
+#[test]
+fn materials_may_follow_shapes() {
+    let directory = Directory::new("later");
+    let later = "MakeNamedMaterial \"m\" \"string type\" \"mix\" \"string materials\" [\"a\" \"b\"]\n\
+        MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [0.2 0.2 0.2]\n\
+        MakeNamedMaterial \"b\" \"string type\" \"diffuse\" \"rgb reflectance\" [0.4 0.4 0.4]";
+    for shape in
+        [SPHERE.to_owned(), format!("ObjectBegin \"o\" {SPHERE} ObjectEnd ObjectInstance \"o\"")]
+    {
+        let text =
+            format!("{PROBE}AttributeBegin NamedMaterial \"m\" {shape} AttributeEnd\n{later}");
+        let found = scattered(&directory.load(&text).world)[0].r() * std::f64::consts::PI;
+        assert_relative_eq!(found, 0.3, max_relative = 1e-9);
     }
 }

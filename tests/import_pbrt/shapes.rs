@@ -3,6 +3,7 @@
 use crate::files::{Directory, FLOOR, PROBE, emitted, seen};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3};
+use pathspace::bsdf::Bsdf;
 use pathspace::import::Options;
 use pathspace::math::Rgb;
 use pathspace::scene::{Scene, World};

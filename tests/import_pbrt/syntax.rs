@@ -157,7 +157,7 @@ fn one_bad_directive_costs_no_other() {
         ("LightSource \"lava\"", "not supported"),
         (
             "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" MediumInterface \"fog\" \"\"",
-            "media",
+            "only absorbs",
         ),
         ("Shape \"sphere\" \"float colour\" 1", "parameter colour (line 6)"),
     ];

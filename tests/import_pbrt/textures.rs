@@ -80,13 +80,9 @@ fn textures_are_made_of_others() {
     let board = "Texture \"t\" \"spectrum\" \"checkerboard\" \"float uscale\" 2 \"float vscale\" 4 \
         \"rgb tex1\" [0.1 0.2 0.3] \"rgb tex2\" [0.9 0.9 0.9]";
     // The first where ⌊2 u⌋ + ⌊4 v⌋ is even.
-    for (u, v, is_first) in [
-        (0.2, 0.1, true),
-        (0.7, 0.1, false),
-        (0.2, 0.3, false),
-        (0.7, 0.3, true),
-        (0.7, 0.8, false),
-    ] {
+    for (u, v, is_first) in
+        [(0.2, 0.1, true), (0.7, 0.1, false), (0.2, 0.3, false), (0.7, 0.3, true), (0.7, 0.8, true)]
+    {
         let expected = if is_first { [0.1, 0.2, 0.3] } else { [0.9; 3] };
         near(at(board, u, v), expected, &format!("{u} {v}"));
     }
@@ -104,6 +100,35 @@ fn textures_are_made_of_others() {
     let constants = "Texture \"a\" \"float\" \"constant\" \"float value\" 0.5\n\
         Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [0.2 0.4 0.6] \"rgb tex2\" [1 0 1] \"texture amount\" \"a\"";
     near(at(constants, 0.2, 0.1), [0.6, 0.2, 0.8], "mix by a texture");
+    // An image mixes constants, and is mixed with one.
+    let image = |sort: &str| {
+        format!(
+            "Texture \"i\" \"{sort}\" \"imagemap\" \"string filename\" \"parts/grey.png\" \
+             \"string encoding\" \"linear\"\n"
+        )
+    };
+    // Half way between four pixels, and in the middle of one.
+    for (u, v, value) in
+        [(0.5, 0.5, (64 + 128 + 191 + 255) as f64 / 1020.0), (0.25, 0.25, 64.0 / 255.0)]
+    {
+        let by = format!(
+            "{}Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [0.2 0.4 0.6] \"rgb tex2\" [1 0 1] \
+             \"texture amount\" \"i\"",
+            image("float")
+        );
+        near(at(&by, u, v), [0.2 + 0.8 * value, 0.4 - 0.4 * value, 0.6 + 0.4 * value], "mixed by");
+        for (parts, share) in [
+            ("\"texture tex1\" \"i\" \"rgb tex2\" [0.2 0.4 0.6]", 0.75),
+            ("\"texture tex2\" \"i\" \"rgb tex1\" [0.2 0.4 0.6]", 0.25),
+        ] {
+            let with = format!(
+                "{}Texture \"t\" \"spectrum\" \"mix\" {parts} \"float amount\" 0.25",
+                image("spectrum")
+            );
+            let expected = [0.2, 0.4, 0.6].map(|c| value * share + c * (1.0 - share));
+            near(at(&with, u, v), expected, parts);
+        }
+    }
     // The reflectance of a spectrum is seen under daylight, so that it is grey if it is constant.
     let grey = "Texture \"t\" \"spectrum\" \"constant\" \"spectrum value\" [300 0.3 900 0.3]";
     (0..3).for_each(|i| {
@@ -119,6 +144,7 @@ fn what_is_no_texture_here_has_its_mean() {
     let mean = (64 + 128 + 191 + 255) as f64 / (4.0 * 255.0);
     let board =
         "Texture \"b\" \"spectrum\" \"checkerboard\" \"float uscale\" 8 \"float vscale\" 8\n";
+    let board2 = board.replace("\"b\"", "\"c\"");
     let cases = [
         (
             format!(
@@ -134,7 +160,12 @@ fn what_is_no_texture_here_has_its_mean() {
             format!("{board}Texture \"t\" \"spectrum\" \"checkerboard\" \"texture tex1\" \"b\""),
             0.25,
         ),
-        (format!("{board}Texture \"t\" \"spectrum\" \"mix\" \"texture tex1\" \"b\""), 0.75),
+        (
+            format!(
+                "{board}{board2}Texture \"t\" \"spectrum\" \"mix\" \"texture tex1\" \"b\" \"texture tex2\" \"c\""
+            ),
+            0.5,
+        ),
         (
             "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"none.png\"".to_owned(),
             0.5,
@@ -153,4 +184,40 @@ fn what_is_no_texture_here_has_its_mean() {
     let bright = "Texture \"t\" \"spectrum\" \"scale\" \"texture tex\" \"b\" \"float scale\" 4\n";
     let import = directory.left_out(&format!("{PROBE}{board}{bright}{SQUARE}"), "scaled down to 1");
     near(albedo(&import, DVec2::new(0.05, 0.05)), [1.0; 3], "scaled down");
+}
+
+/// Shading normals of a height that grows by a half along u, and of normal maps, whose green goes
+/// along v on a square that is not mirrored.
+#[test]
+fn reliefs_turn_normals() {
+    let directory = Directory::new("reliefs");
+    // Between the centres of its two columns the height grows from 0 to 0.25.
+    let heights = Image::new(2, 1, vec![Rgb::BLACK, Rgb::splat(0.25)]).expect("two pixels");
+    ImageFile::from(heights).save(directory.0.join("parts/slope.exr")).expect("saved");
+    let (red, green) = (DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.6, 0.8));
+    for (name, normal) in [("red", red), ("green", green)] {
+        let image = Image::new(1, 1, vec![Rgb((0.5 + 0.5 * normal).to_array())]).expect("a pixel");
+        ImageFile::from(image).save(directory.0.join(format!("parts/{name}.exr"))).expect("saved");
+    }
+    let normal = |material: &str, state: &str| {
+        let text = format!(
+            "{PROBE}Texture \"h\" \"float\" \"imagemap\" \"string filename\" \"parts/slope.exr\"\n\
+             Material \"diffuse\" {material}\n{state} Shape \"bilinearmesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 0]"
+        );
+        let world = directory.load(&text).world;
+        let center = 0.5 * (world.bounds().min + world.bounds().max);
+        let hit = seen(&world, center + DVec3::new(0.01, 0.02, 1.0), DVec3::NEG_Z);
+        hit.shading_normal
+    };
+    let close = |found: DVec3, expected: DVec3| {
+        assert_relative_eq!(found, expected.normalize(), epsilon = 1e-6);
+    };
+    let bump = "\"texture displacement\" \"h\"";
+    close(normal(bump, ""), DVec3::new(-0.5, 0.0, 1.0));
+    close(normal(bump, "Scale 0.5 1 1"), DVec3::new(-1.0, 0.0, 1.0));
+    close(normal(bump, "Scale -1 1 1"), DVec3::new(0.5, 0.0, 1.0));
+    let map = |name: &str| format!("\"string normalmap\" \"parts/{name}.exr\"");
+    close(normal(&map("red"), ""), red);
+    close(normal(&map("red"), "Rotate 90 0 0 1"), green);
+    close(normal(&map("green"), ""), green);
 }

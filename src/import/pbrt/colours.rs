@@ -116,6 +116,16 @@ impl Spectrum {
         normal.map(|c| c.max(0.0))
     }
 
+    /// The coefficient of a medium, which is not negative and has no upper bound.
+    pub fn as_coefficient(&self) -> Rgb {
+        let colour = match self {
+            Self::Rgb(colour) => *colour,
+            Self::Listed(values) => to_rgb(values, Illuminant::D65),
+            other => other.as_reflectance(),
+        };
+        colour.map(|c| c.max(0.0))
+    }
+
     /// The index of refraction of a transparent material.
     pub fn as_index(&self) -> f64 {
         match self {

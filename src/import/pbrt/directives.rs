@@ -7,6 +7,7 @@ use super::object::{self, Object};
 use super::textures::Sort;
 use super::tokens::{Token, Tokens};
 use super::{Loader, Place};
+use crate::math::Rgb;
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use std::path::Path;
 use std::rc::Rc;
@@ -35,7 +36,9 @@ impl Loader {
         let mut tokens = Tokens::new(&text);
         self.at = Place { file: Rc::new(path.to_owned()), ..Place::default() };
         loop {
-            let result = match tokens.next() {
+            let token = tokens.next();
+            let rest = tokens;
+            let result = match token {
                 Ok(None) => return Ok(()),
                 Ok(Some(Token::Word(name))) => {
                     name.clone_into(&mut self.at.directive);
@@ -47,6 +50,8 @@ impl Loader {
             };
             if result.is_err() {
                 self.warnings.rescue(result, "it is left out")?;
+                // What it has taken for its own may be the next directive.
+                tokens = rest;
                 tokens.skip_to_directive();
             }
         }
@@ -174,15 +179,22 @@ impl Loader {
                 drop(self.object(tokens, None)?);
             }
             "MakeNamedMedium" => {
-                drop(self.object(tokens, None)?);
-                let reason = "participating media are not supported, and left out";
-                self.warnings.warn(self.location(), reason)?;
+                let mut object = self.object(tokens, Some("medium"))?;
+                let kind = object.text("type")?.unwrap_or("").to_owned();
+                let name = std::mem::replace(&mut object.kind, kind);
+                object.location.id = Some(name.clone());
+                let absorption = self.medium(&object)?;
+                self.media.insert(name, absorption);
             }
             "MediumInterface" => {
-                self.text(tokens)?;
+                let inside = self.text(tokens)?;
                 if let Ok(Some(Token::Text(_))) = tokens.peek() {
-                    self.text(tokens)?;
+                    let outside = self.text(tokens)?;
+                    if outside == inside {
+                        return Ok(());
+                    }
                 }
+                self.state.absorption = self.media.get(&inside).copied().unwrap_or(Rgb::BLACK);
             }
             "Material" => {
                 let object = self.object(tokens, Some("material"))?;
@@ -298,6 +310,28 @@ impl Loader {
         self.at = at;
         self.state = state.unwrap_or_else(|| self.state.clone());
         Ok(())
+    }
+
+    /// The absorption coefficient of a medium, which is all that is taken of it.
+    fn medium(&mut self, object: &Object) -> Result<Rgb, Error> {
+        let mut scatters = true;
+        let mut absorption = Rgb::BLACK;
+        if object.kind == "homogeneous" && object.get("preset").is_none() {
+            // pbrt's own coefficients, of a marble, in 1/mm.
+            let mut coefficient = |name: &str, default: [f64; 3]| match object.get(name) {
+                Some(parameter) => Ok(self.spectrum(object, parameter)?.as_coefficient()),
+                None => Ok(Rgb(default)),
+            };
+            let scale = object.number_or("scale", 1.0)?.max(0.0);
+            absorption = coefficient("sigma_a", [0.0011, 0.0024, 0.014])? * scale;
+            scatters = !coefficient("sigma_s", [2.55, 3.21, 3.77])?.is_black();
+        }
+        if scatters {
+            let reason = "a medium that scatters or varies is not supported; it only absorbs, if it is \
+                          homogeneous";
+            self.warnings.warn(object.location.clone(), reason)?;
+        }
+        Ok(absorption)
     }
 
     /// Parameters for all objects of a sort that follow.

@@ -4,8 +4,8 @@ use super::super::Error;
 use super::Loader;
 use super::colours::{self, Spectrum};
 use super::object::{Object, Values};
-use super::textures::{Sort, mean};
-use crate::material::Texture;
+use super::textures::{Sort, mean, upside_down};
+use crate::material::{GreenAxis, Relief, Texture};
 use crate::math::Rgb;
 use crate::scene::{Material, MaterialId};
 use glam::{DAffine2, DVec2};
@@ -20,7 +20,7 @@ pub(super) enum Reference {
 }
 
 /// A reference with what varies between the shapes that have it, as text: the place of texture
-/// coordinates, and the texture of opacity.
+/// coordinates, the texture of opacity, and what is inside.
 pub(super) type Key = (*const Object, String);
 
 /// Roughness below which pbrt takes a surface for smooth.
@@ -48,6 +48,19 @@ impl Loader {
         }
     }
 
+    /// True if all that the reference names has been described: files may do so further on.
+    pub(super) fn is_described(&self, reference: &Reference) -> bool {
+        let (name, object) = match reference {
+            Reference::Given(object) => (None, Some(object)),
+            Reference::Named(name) => (Some(name), self.named_materials.get(name)),
+        };
+        object.is_some_and(|object| {
+            let parts = object.parameters.iter().find(|p| p.name == "materials");
+            let Some(Values::Texts(parts)) = parts.map(|p| &p.values) else { return true };
+            parts.iter().all(|part| name == Some(part) || self.named_materials.contains_key(part))
+        })
+    }
+
     /// True if the material may vary with texture coordinates.
     pub(super) fn is_textured(&self, reference: &Reference) -> bool {
         let object = match reference {
@@ -59,19 +72,23 @@ impl Loader {
         })
     }
 
-    /// The material of a shape, added to the scene once. `opacity` has a name to tell it by.
+    /// The material of a shape, added to the scene once. `opacity` has a name to tell it by;
+    /// behind the surface light is absorbed.
     pub(super) fn material(
         &mut self,
         reference: &Reference,
         to_uv: DAffine2,
         opacity: Option<&(String, Texture)>,
+        absorption: Rgb,
     ) -> Result<MaterialId, Error> {
         let object = self.resolved(reference)?;
-        let key = (Rc::as_ptr(&object), format!("{to_uv:?} {:?}", opacity.map(|(name, _)| name)));
+        let key =
+            (Rc::as_ptr(&object), format!("{to_uv:?} {:?} {absorption:?}", opacity.map(|o| &o.0)));
         if let Some((_, id)) = self.materials.get(&key) {
             return Ok(*id);
         }
         let instead = "the surface is diffuse and grey instead";
+        self.relief = None;
         let material = self.described_material(&object, to_uv, 0);
         let mut material = self.warnings.rescue(material, instead)?.unwrap_or_else(stand_in);
         if let Some((_, opacity)) = opacity {
@@ -81,8 +98,14 @@ impl Loader {
             let checked = self.warnings.rescue(checked, "the surface is opaque")?;
             material = checked.unwrap_or(material);
         }
+        if !absorption.is_black() {
+            material = material.absorbing(absorption);
+        }
         let name = format!("{} {}", self.materials.len(), object.kind);
         let id = self.builder.add_material(name, material).map_err(|error| object.caused(error))?;
+        if let Some(relief) = self.relief.take() {
+            self.reliefs.insert(id, relief);
+        }
         // With the object, so that no other one has its address.
         self.materials.insert(key, (object, id));
         Ok(id)
@@ -98,16 +121,32 @@ impl Loader {
             return Err(object.error("materials are nested too deeply, or contain each other"));
         }
         let material = self.kind(object, to_uv, depth)?;
-        for name in ["displacement", "bumpmap", "normalmap"] {
-            if object.get(name).is_some() {
-                let reason =
-                    format!("a {name} is not supported; the surface is as smooth as its shape");
-                self.warnings.warn(object.location.clone(), reason)?;
-            }
+        let relief = self.relief(object, to_uv)?;
+        if depth == 0 {
+            self.relief = relief;
+        } else if relief.is_some() {
+            let reason = "bump and normal maps of a mix's parts are not supported, and left out";
+            self.warnings.warn(object.location.clone(), reason)?;
         }
         object.finish(&mut self.warnings)?;
         material.finish().map_err(|error| object.caused(error))?;
         Ok(material)
+    }
+
+    /// The bump or normal map of a material.
+    fn relief(&mut self, object: &Object, to_uv: DAffine2) -> Result<Option<Relief>, Error> {
+        // Bump maps of version 3 have another name.
+        for name in ["displacement", "bumpmap"] {
+            if let Some(heights) = self.texture(object, name, Sort::Float, to_uv)? {
+                return Ok(Some(Relief::bump_map(heights, 1.0)));
+            }
+        }
+        let Some(name) = object.text("normalmap")? else { return Ok(None) };
+        let normals = self.normals(object, name).and_then(|normals| {
+            normals.with_transform(upside_down() * to_uv).map_err(|error| object.caused(error))
+        });
+        let normals = self.warnings.rescue(normals, "the surface is as smooth as its shape")?;
+        Ok(normals.map(|normals| Relief::normal_map(normals, 1.0, GreenAxis::RightHanded)))
     }
 
     fn kind(&mut self, object: &Object, to_uv: DAffine2, depth: u32) -> Result<Material, Error> {
@@ -314,8 +353,8 @@ impl Loader {
         to_uv: DAffine2,
     ) -> Result<Material, Error> {
         let of = |name: &str| format!("{prefix}{name}");
-        let [eta, k] = if object.get(&of("reflectance")).is_some() {
-            let reflectance = self.albedo(object, &of("reflectance"), 1.0, to_uv)?;
+        let [eta, k] = if object.get("reflectance").is_some() {
+            let reflectance = self.albedo(object, "reflectance", 1.0, to_uv)?;
             let Some(colour) = reflectance.as_constant() else {
                 return Ok(metallic(reflectance, mean_roughness(alpha), 1.0, 1.5));
             };

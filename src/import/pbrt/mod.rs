@@ -16,14 +16,15 @@
 //! | | read | approximated, with a warning | left out, with a warning |
 //! |---|---|---|---|
 //! | files | `.pbrt`, `.pbrt.gz`, `Include`, `Import` | | |
-//! | state | scopes, transforms, `Attribute`, `ColorSpace`, `ReverseOrientation`, instances (as copies) | | motion, media, lights in instances |
+//! | state | scopes, transforms, `Attribute`, `ColorSpace`, `ReverseOrientation`, instances (as copies) | media, by what `homogeneous` ones absorb | motion, lights in instances |
 //! | cameras | `perspective` with lens and window, `orthographic` | `realistic`, `spherical` | |
 //! | films | size, windows, `iso` and exposure as a factor of all light | | sensors |
 //! | filters | `box` and `triangle` of a pixel, `gaussian` | others, by a Gaussian | |
 //! | shapes | `trianglemesh`, `plymesh`, `bilinearmesh`, `sphere`, `disk` | `cylinder` and parts of spheres and disks as triangles, `loopsubdiv` as its control mesh | `curve`, displacement |
-//! | materials | `diffuse`, `coateddiffuse`, `conductor`, `dielectric`, `thindielectric`, `mix`, `interface` | `coatedconductor`, `diffusetransmission`, `subsurface`, `hair`, `measured`; those of version 3 | bump and normal maps |
+//! | materials | `diffuse`, `coateddiffuse`, `conductor`, `dielectric`, `thindielectric`, `mix`, `interface` | `coatedconductor`, `diffusetransmission`, `subsurface`, `hair`, `measured`; those of version 3 | |
 //! | roughness | `remaproughness`, along u and v | a rough coat; textures, by their mean | |
 //! | textures | `constant`, `imagemap`, `checkerboard` of constants, `scale` and `mix` with constants | others, and mappings other than `uv`, by a mean | |
+//! | bump and normal maps | `displacement`, `normalmap` | | those of the parts of a `mix` |
 //! | opacity | `alpha` of shapes, but for their light | | |
 //! | lights | `point`, `spot`, `distant`, `infinite`, `diffuse` of shapes, each with `scale` and `power` or `illuminance` | `goniometric`, `projection` | portals |
 //! | spectra | `rgb`, `blackbody`, values and files, names of metals, glasses and light sources | dispersion, by an index | |
@@ -60,7 +61,8 @@ mod tokens;
 
 use super::files::Files;
 use super::{Error, Hints, Import, Limits, Location, Options, Warnings};
-use crate::material::{Bitmap, Texture};
+use crate::material::{Bitmap, Relief, Texture};
+use crate::math::Rgb;
 use crate::scene::{MaterialId, WorldBuilder};
 use cameras::Setup;
 use colours::ColourSpace;
@@ -109,6 +111,8 @@ struct State {
     reverse: bool,
     material: Reference,
     light: Option<Rc<Object>>,
+    /// The absorption coefficient of the medium inside of shapes.
+    absorption: Rgb,
     colours: ColourSpace,
     /// What `Attribute` says of objects of each sort, in the order of [`directives::SORTS`].
     defaults: [Rc<Vec<Rc<Parameter>>>; directives::SORTS.len()],
@@ -136,9 +140,16 @@ struct Loader {
     default_material: Rc<Object>,
     named_materials: HashMap<String, Rc<Object>>,
     materials: HashMap<materials::Key, (Rc<Object>, MaterialId)>,
+    /// The bump or normal map of the material that is being made.
+    relief: Option<Relief>,
+    reliefs: HashMap<MaterialId, Relief>,
     /// The object that is being defined.
-    definition: Option<(String, Vec<Shape>)>,
-    definitions: HashMap<String, Rc<Vec<Shape>>>,
+    definition: Option<(String, Vec<Rc<Shape>>)>,
+    definitions: HashMap<String, Rc<Vec<Rc<Shape>>>>,
+    /// Shapes whose material has not been described yet, and what goes after their own transform.
+    pending: Vec<(Rc<Shape>, DAffine3)>,
+    /// Absorption coefficients of media by name.
+    media: HashMap<String, Rgb>,
     surfaces: u64,
     lights: u64,
     elements_left: u64,
@@ -161,6 +172,7 @@ impl Loader {
                 reverse: false,
                 material: Reference::Given(Rc::clone(&default_material)),
                 light: None,
+                absorption: Rgb::BLACK,
                 colours: ColourSpace::default(),
                 defaults: Default::default(),
                 at_start: true,
@@ -177,8 +189,12 @@ impl Loader {
             default_material,
             named_materials: HashMap::new(),
             materials: HashMap::new(),
+            relief: None,
+            reliefs: HashMap::new(),
             definition: None,
             definitions: HashMap::new(),
+            pending: Vec::new(),
+            media: HashMap::new(),
             surfaces: 0,
             lights: 0,
             elements_left: options.limits.elements,
@@ -223,6 +239,9 @@ impl Loader {
             let reason = format!("{} scopes are not closed at the end", self.scopes.len());
             self.warnings.warn(whole.clone(), reason)?;
         }
+        let at = self.at.clone();
+        self.place_pending()?;
+        self.at = at;
         let view = self.view()?;
         let surround = self.surround();
         self.warnings.rescue(surround, "it is left out")?;

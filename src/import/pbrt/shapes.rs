@@ -1,10 +1,10 @@
 //! Shapes, their instances and their light.
 
 use super::super::{Error, Location, ply};
-use super::Loader;
 use super::materials::Reference;
 use super::object::Object;
 use super::textures::{Sort, upside_down};
+use super::{Loader, Place};
 use crate::geometry::{Disk, Frame, Quad, Sphere};
 use crate::material::{Interpolation, Texture, Wrap};
 use crate::math::Rgb;
@@ -24,6 +24,8 @@ pub(super) struct Shape {
     material: Reference,
     /// The texture of opacity and its name.
     opacity: Option<(String, Texture)>,
+    /// The absorption coefficient of what is inside.
+    absorption: Rgb,
     light: Option<Rc<Object>>,
 }
 
@@ -77,15 +79,20 @@ impl Loader {
             let reason = "lights are not supported in objects that are instanced; it emits nothing";
             self.warnings.warn(object.location.clone(), reason)?;
         }
-        let shape = Shape {
+        let reverse = self.state.reverse;
+        let shape = Rc::new(Shape {
             location: object.location.clone(),
-            form,
+            form: match form {
+                Form::Mesh(mesh, count) => Form::Mesh(turned(mesh, reverse), count),
+                other => other,
+            },
             to_world: self.state.to_world,
-            reverse: self.state.reverse,
+            reverse,
             material: self.state.material.clone(),
             opacity,
+            absorption: self.state.absorption,
             light,
-        };
+        });
         match &mut self.definition {
             Some((_, shapes)) => shapes.push(shape),
             None => self.place(&shape, DAffine3::IDENTITY)?,
@@ -191,8 +198,27 @@ impl Loader {
         checked(object, mesh)
     }
 
+    /// Places the shapes whose material had not been described before.
+    pub(super) fn place_pending(&mut self) -> Result<(), Error> {
+        for (shape, instance) in std::mem::take(&mut self.pending) {
+            let Location { file, element, line, .. } = shape.location.clone();
+            self.at = Place { file: Rc::new(file), directive: element, line };
+            let placed = self.place_now(&shape, instance);
+            self.warnings.rescue(placed, "it is left out")?;
+        }
+        Ok(())
+    }
+
     /// Places a shape; `instance` goes after its own transform.
-    fn place(&mut self, shape: &Shape, instance: DAffine3) -> Result<(), Error> {
+    fn place(&mut self, shape: &Rc<Shape>, instance: DAffine3) -> Result<(), Error> {
+        if self.is_described(&shape.material) {
+            return self.place_now(shape, instance);
+        }
+        self.pending.push((Rc::clone(shape), instance));
+        Ok(())
+    }
+
+    fn place_now(&mut self, shape: &Shape, instance: DAffine3) -> Result<(), Error> {
         let to_world = instance * shape.to_world;
         let is_textured = self.is_textured(&shape.material) || shape.opacity.is_some();
         let light = shape.light.as_deref();
@@ -217,7 +243,7 @@ impl Loader {
             }
             other => other.clone(),
         };
-        let material = self.material(&shape.material, to_uv, opacity.as_ref())?;
+        let material = self.material(&shape.material, to_uv, opacity.as_ref(), shape.absorption)?;
         self.surfaces += 1;
         let line = shape.location.line.unwrap_or(0);
         let name = format!("{} {} in line {line}", shape.location.element, self.surfaces);
@@ -238,11 +264,10 @@ impl Loader {
             }
             (Form::Mesh(mesh, lights), _) => {
                 let area = area(mesh, &to_world);
-                let mesh = mesh.clone();
                 (self.mesh(name, mesh, shape, &to_world, material, is_textured)?, area, *lights)
             }
             (Form::Round(round), None) => {
-                let mesh = round.mesh();
+                let mesh = turned(round.mesh(), shape.reverse);
                 self.spend_triangles(mesh.indices.len() as u64, &shape.location)?;
                 let reason = format!(
                     "a {} of this sort is made of {} triangles",
@@ -251,9 +276,12 @@ impl Loader {
                 );
                 self.warnings.warn(shape.location.clone(), reason)?;
                 let area = area(&mesh, &to_world);
-                (self.mesh(name, mesh, shape, &to_world, material, is_textured)?, area, 1)
+                (self.mesh(name, &mesh, shape, &to_world, material, is_textured)?, area, 1)
             }
         };
+        if let Some(relief) = self.reliefs.get(&material) {
+            self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
+        }
         if let Some(light) = &shape.light {
             let emits = self.emit(shape, light, surface, area, lights, to_uv);
             self.warnings.rescue(emits, "it emits nothing")?;
@@ -264,17 +292,18 @@ impl Loader {
     fn mesh(
         &mut self,
         name: String,
-        mesh: Mesh,
+        mesh: &Mesh,
         shape: &Shape,
         to_world: &DAffine3,
         material: MaterialId,
         is_textured: bool,
     ) -> Result<SurfaceId, Error> {
-        let mesh = turned(mesh, shape.reverse);
-        let mesh = if is_textured && mesh.uvs.is_none() { with_uvs(mesh) } else { mesh };
-        self.builder
-            .add_mesh(name, &mesh, *to_world, material)
-            .map_err(|error| Error::caused(shape.location.clone(), error))
+        let added = if is_textured && mesh.uvs.is_none() {
+            self.builder.add_mesh(name, &with_uvs(mesh), *to_world, material)
+        } else {
+            self.builder.add_mesh(name, mesh, *to_world, material)
+        };
+        added.map_err(|error| Error::caused(shape.location.clone(), error))
     }
 
     /// Makes a surface emit. `lights` is the number of lights that it is in pbrt, each of which has
@@ -298,7 +327,7 @@ impl Loader {
             Some(name) => {
                 let image = self.light_image(light, name)?;
                 let luminance = image.mean().luminance();
-                let radiance = Texture::bitmap(image, Interpolation::Nearest, [Wrap::Clamp; 2])
+                let radiance = Texture::bitmap(image, Interpolation::Bilinear, [Wrap::Clamp; 2])
                     .and_then(|radiance| radiance.with_transform(upside_down() * to_uv))
                     .map_err(|error| light.caused(error))?;
                 (radiance, luminance)
@@ -564,7 +593,7 @@ fn turned(mut mesh: Mesh, reverse: bool) -> Mesh {
 }
 
 /// The mesh with the texture coordinates of triangles that have none: (0, 0), (1, 0) and (1, 1).
-fn with_uvs(mesh: Mesh) -> Mesh {
+fn with_uvs(mesh: &Mesh) -> Mesh {
     let all = || mesh.indices.iter().flatten().map(|i| *i as usize);
     let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE];
     Mesh {

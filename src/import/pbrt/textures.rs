@@ -1,14 +1,13 @@
 //! Textures, and numbers and colours in their place.
 
 use super::super::Error;
+use super::super::images::{colours, decode};
 use super::Loader;
 use super::object::{Object, Parameter, Values};
-use crate::film::{Image, linear_from_srgb};
+use crate::film::Image;
 use crate::material::{Bitmap, Interpolation, Texture, Wrap};
 use crate::math::Rgb;
 use glam::{DAffine2, DMat2, DVec2};
-use image::{DynamicImage, ImageFormat, ImageReader};
-use std::io::Cursor;
 
 /// The sort of values that a texture has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -120,14 +119,21 @@ impl Loader {
                 let (first, second) = (part("tex1", 0.0)?, part("tex2", 1.0)?);
                 let amount = self.texture(object, "amount", Sort::Float, DAffine2::IDENTITY)?;
                 let amount = amount.unwrap_or(Rgb::splat(0.5).into());
-                match amount.as_constant().map(Rgb::r) {
-                    Some(0.0) => first,
-                    Some(1.0) => second,
+                let share = amount.as_constant().map(Rgb::r);
+                match (first.as_constant(), second.as_constant(), share) {
+                    (_, _, Some(0.0)) => first,
+                    (_, _, Some(1.0)) => second,
+                    (Some(a), Some(b), _) => self.recoloured(object, &amount, |amount| {
+                        a * (1.0 - amount.r()) + b * amount.r()
+                    })?,
+                    (None, Some(b), Some(t)) => {
+                        self.recoloured(object, &first, |a| a * (1.0 - t) + b * t)?
+                    }
+                    (Some(a), None, Some(t)) => {
+                        self.recoloured(object, &second, |b| a * (1.0 - t) + b * t)?
+                    }
                     _ => {
-                        let all = [&first, &second, &amount];
-                        if all.iter().any(|texture| texture.as_constant().is_none()) {
-                            self.is_mean(object)?;
-                        }
+                        self.is_mean(object)?;
                         let t = mean(&amount).r();
                         (mean(&first) * (1.0 - t) + mean(&second) * t).into()
                     }
@@ -171,6 +177,19 @@ impl Loader {
         };
         object.finish(&mut self.warnings)?;
         Ok(texture)
+    }
+
+    /// A texture in other colours.
+    fn recoloured(
+        &mut self,
+        object: &Object,
+        texture: &Texture,
+        change: impl Fn(Rgb) -> Rgb,
+    ) -> Result<Texture, Error> {
+        if let Some(image) = texture.image() {
+            self.spend_pixels(object, u64::from(image.width()) * u64::from(image.height()))?;
+        }
+        texture.recoloured(change).map_err(|error| object.caused(error))
     }
 
     fn is_mean(&mut self, object: &Object) -> Result<(), Error> {
@@ -280,27 +299,25 @@ impl Loader {
         Ok(image)
     }
 
+    /// An image of normals, as the numbers that it holds.
+    pub(super) fn normals(&mut self, object: &Object, name: &str) -> Result<Texture, Error> {
+        let image = self.image(object, name, Encoding::Gamma(1.0))?;
+        Texture::bitmap(image, Interpolation::Bilinear, [Wrap::Repeat; 2])
+            .map_err(|error| object.caused(error))
+    }
+
     /// An image as linear RGB.
     fn image(&mut self, object: &Object, name: &str, encoding: Encoding) -> Result<Image, Error> {
         let (path, bytes) = self.files.read(name, object.location.clone())?;
-        let fail = |error: image::ImageError| Error {
-            reason: format!("{}: {error}", path.display()),
-            ..object.caused(error)
-        };
-        // Not all formats begin with a mark.
-        let format = image::guess_format(&bytes)
-            .or_else(|error| ImageFormat::from_path(&path).map_err(|_| error))
-            .map_err(fail)?;
-        let reader = || ImageReader::with_format(Cursor::new(&bytes), format);
-        let (width, height) = reader().into_dimensions().map_err(fail)?;
-        let pixels = u64::from(width) * u64::from(height);
-        self.spend_pixels(object, pixels)?;
-        let mut decoder = reader();
-        let mut limits = image::Limits::default();
-        limits.max_alloc = Some(pixels.saturating_mul(32).saturating_add(1 << 20));
-        decoder.limits(limits);
-        let decoded = decoder.decode().map_err(fail)?;
-        Image::new(width, height, colours(&decoded, encoding))
+        let decoded = decode(&path, &bytes, &mut self.pixels_left, &object.location)?;
+        let (width, height) = (decoded.width(), decoded.height());
+        let mut colours = colours(decoded, encoding != Encoding::Srgb);
+        if let Encoding::Gamma(gamma) = encoding
+            && gamma != 1.0
+        {
+            colours.iter_mut().for_each(|colour| *colour = colour.map(|c| c.powf(gamma)));
+        }
+        Image::new(width, height, colours)
             .ok_or_else(|| object.error("the image has another size than it says"))
     }
 
@@ -327,20 +344,4 @@ pub(super) fn mean(texture: &Texture) -> Rgb {
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
     let all = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| DVec2::new(at(x), at(y))));
     all.map(|uv| texture.at(uv)).sum::<Rgb>() * (1.0 / f64::from(SIDE * SIDE))
-}
-
-/// The colours of an image as linear RGB.
-fn colours(decoded: &DynamicImage, encoding: Encoding) -> Vec<Rgb> {
-    let is_linear = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
-    let linear = |c: f32| match encoding {
-        _ if is_linear => f64::from(c),
-        Encoding::Srgb => linear_from_srgb(f64::from(c)),
-        Encoding::Gamma(gamma) => f64::from(c).powf(gamma),
-    };
-    if decoded.color().bytes_per_pixel() == decoded.color().channel_count() {
-        let table: [f64; 256] = std::array::from_fn(|code| linear(code as f32 / 255.0));
-        let pixel = |codes: [u8; 3]| Rgb(codes.map(|code| table[usize::from(code)]));
-        return decoded.to_rgb8().pixels().map(|codes| pixel(codes.0)).collect();
-    }
-    decoded.to_rgb32f().pixels().map(|pixel| Rgb(pixel.0.map(linear))).collect()
 }
