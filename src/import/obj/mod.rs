@@ -107,8 +107,12 @@ pub fn load(path: impl AsRef<Path>, resolution: UVec2, options: &Options) -> Res
         emits: false,
     };
     std::mem::take(&mut geometry.faults).warn(path, &mut loader.warnings)?;
+    let mut known = HashSet::new();
     for (names, line) in &geometry.libraries {
-        loader.libraries(names, *line, limits)?;
+        // Many files name their library again and again.
+        if known.insert(names) {
+            loader.libraries(names, *line, limits)?;
+        }
     }
     geometry.shade();
     for (part, mesh, bare) in geometry.meshes() {
