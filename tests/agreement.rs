@@ -15,6 +15,8 @@ mod custom;
 mod lights;
 #[path = "agreement/materials.rs"]
 mod materials;
+#[path = "agreement/reliefs.rs"]
+mod reliefs;
 #[path = "common/rooms.rs"]
 mod rooms;
 #[path = "agreement/team.rs"]

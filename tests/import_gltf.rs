@@ -14,7 +14,11 @@ mod lights;
 mod materials;
 #[path = "import_gltf/meshes.rs"]
 mod meshes;
+#[path = "import_gltf/poses.rs"]
+mod poses;
 #[path = "import_gltf/refusals.rs"]
 mod refusals;
+#[path = "import_gltf/reliefs.rs"]
+mod reliefs;
 #[path = "import_gltf/room.rs"]
 mod room;

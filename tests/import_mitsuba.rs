@@ -19,3 +19,5 @@ mod images;
 mod integrators;
 #[path = "import_mitsuba/refusals.rs"]
 mod refusals;
+#[path = "import_mitsuba/reliefs.rs"]
+mod reliefs;

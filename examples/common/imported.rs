@@ -1,8 +1,8 @@
-//! Scenes in glTF 2.0, in Wavefront OBJ and of the Mitsuba 3 renderer.
+//! Scenes in glTF 2.0, in Wavefront OBJ, and of the renderers Mitsuba 3 and pbrt.
 
 use super::scenes::{AnyCamera, FileOptions, NamedScene};
 use pathspace::glam::UVec2;
-use pathspace::import::{Import, Options, gltf, mitsuba, obj};
+use pathspace::import::{Import, Options, gltf, mitsuba, obj, pbrt};
 use std::error::Error;
 use std::path::Path;
 
@@ -10,6 +10,12 @@ use std::path::Path;
 pub fn load_mitsuba(path: &Path, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
     let how = Options { strict: options.strict, ..Options::default() };
     named(path, mitsuba::load(path, &how, options.define.iter().cloned())?)
+}
+
+/// Loads a pbrt file, which brings its own film.
+pub fn load_pbrt(path: &Path, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
+    let how = Options { strict: options.strict, ..Options::default() };
+    named(path, pbrt::load(path, &how)?)
 }
 
 /// Loads a glTF file; its cameras bring their aspect ratio.

@@ -115,8 +115,9 @@ fn load(
         Some("obj") => imported::load_obj(path, resolution, options),
         Some("gltf" | "glb") => imported::load_gltf(path, resolution, options),
         Some("xml") => imported::load_mitsuba(path, options),
+        Some("pbrt" | "gz") => imported::load_pbrt(path, options),
         _ if path.exists() && !gallery::NAMES.contains(&name_or_path) => {
-            Err(format!("{name_or_path}: only Wavefront OBJ (.obj), glTF (.gltf, .glb) and Mitsuba (.xml) files can be read").into())
+            Err(format!("{name_or_path}: only Wavefront OBJ (.obj), glTF (.gltf, .glb), Mitsuba (.xml) and pbrt (.pbrt, .pbrt.gz) files can be read").into())
         }
         _ => Ok(gallery::build(name_or_path, resolution)?.into()),
     }

@@ -16,9 +16,13 @@
 //!
 //! A direction that is on different sides of the two normals is in neither hemisphere: f' and the
 //! densities are 0 there.
+//!
+//! A normal that a map has made is another function of the same labelled pair, see [`map`].
+
+mod map;
 
 use super::{Bsdf, BsdfSample, DiracValue, LaneForm, Lobes, TransportMode};
-use crate::geometry::{Frame, SurfacePoint, around};
+use crate::geometry::{Frame, NormalOrigin, SurfacePoint, around};
 use crate::lanes::{Lane, Mask, Vector};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -30,6 +34,8 @@ pub struct ShadedBsdf<B> {
     /// Around the shading normal.
     frame: Frame,
     geometric_normal: DVec3,
+    /// True if the shading normal is that of a map and not the geometric one.
+    is_mapped: bool,
 }
 
 impl<B: Bsdf> ShadedBsdf<B> {
@@ -42,7 +48,8 @@ impl<B: Bsdf> ShadedBsdf<B> {
         } else {
             Frame::from_normal_and_tangent(point.shading_normal, point.tangent)
         };
-        Self { bsdf, frame, geometric_normal: point.geometric_normal }
+        let is_mapped = point.normal_origin == NormalOrigin::Map && !point.is_flat();
+        Self { bsdf, frame, geometric_normal: point.geometric_normal, is_mapped }
     }
 
     /// The BSDF as its model defines it, in the local frame.
@@ -72,6 +79,14 @@ impl<B: Bsdf> ShadedBsdf<B> {
     #[inline]
     #[must_use]
     pub fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
+        if self.is_mapped {
+            return self.eval_mapped(to_light, to_camera);
+        }
+        self.eval_unmapped(to_light, to_camera)
+    }
+
+    #[inline(always)]
+    fn eval_unmapped(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
         let (light, camera) = (self.frame.to_local(to_light), self.frame.to_local(to_camera));
         match (self.ratio(to_light, light), self.ratio(to_camera, camera)) {
             (Some(ratio), Some(_)) => self.bsdf.eval(light, camera) * ratio,
@@ -84,6 +99,14 @@ impl<B: Bsdf> ShadedBsdf<B> {
     #[inline]
     #[must_use]
     pub fn pdf(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
+        if self.is_mapped {
+            return self.pdf_mapped(fixed, next, mode);
+        }
+        self.pdf_unmapped(fixed, next, mode)
+    }
+
+    #[inline(always)]
+    fn pdf_unmapped(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> PerProjected {
         let (local_fixed, local_next) = (self.frame.to_local(fixed), self.frame.to_local(next));
         match (self.ratio(fixed, local_fixed), self.ratio(next, local_next)) {
             (Some(_), Some(ratio)) => self.bsdf.pdf(local_fixed, local_next, mode) * ratio,
@@ -95,6 +118,11 @@ impl<B: Bsdf> ShadedBsdf<B> {
     #[inline]
     #[must_use]
     pub fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
+        if self.is_mapped {
+            let mode = TransportMode::Radiance;
+            let pdf = self.pdf_mapped(to_camera, to_light, mode);
+            return (self.eval_mapped(to_light, to_camera), pdf);
+        }
         let (light, camera) = (self.frame.to_local(to_light), self.frame.to_local(to_camera));
         match (self.ratio(to_light, light), self.ratio(to_camera, camera)) {
             (Some(ratio), Some(_)) => {
@@ -115,6 +143,20 @@ impl<B: Bsdf> ShadedBsdf<B> {
         u1: f64,
         u2: DVec2,
     ) -> Option<BsdfSample> {
+        if self.is_mapped {
+            return self.sample_mapped(fixed, mode, u1, u2);
+        }
+        self.sample_unmapped(fixed, mode, u1, u2)
+    }
+
+    #[inline(always)]
+    fn sample_unmapped(
+        &self,
+        fixed: DVec3,
+        mode: TransportMode,
+        u1: f64,
+        u2: DVec2,
+    ) -> Option<BsdfSample> {
         let local_fixed = self.frame.to_local(fixed);
         let ratio_fixed = self.ratio(fixed, local_fixed)?;
         let sample = self.bsdf.sample(local_fixed, mode, u1, u2)?;
@@ -123,6 +165,18 @@ impl<B: Bsdf> ShadedBsdf<B> {
 
     /// The images of a direction under the Dirac lobes: what `sample` may return with `dirac` set.
     pub fn dirac_images(
+        &self,
+        fixed: DVec3,
+        mode: TransportMode,
+        image: &mut dyn FnMut(BsdfSample),
+    ) {
+        if self.is_mapped {
+            return self.dirac_images_mapped(fixed, mode, image);
+        }
+        self.dirac_images_unmapped(fixed, mode, image);
+    }
+
+    fn dirac_images_unmapped(
         &self,
         fixed: DVec3,
         mode: TransportMode,
@@ -185,6 +239,13 @@ impl<B: Bsdf> ShadedBsdf<B> {
     /// projected solid angle (geometric cosine) of `to_light`.
     #[must_use]
     pub fn eval_dirac(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
+        if self.is_mapped {
+            return self.eval_dirac_mapped(to_light, to_camera);
+        }
+        self.eval_dirac_unmapped(to_light, to_camera)
+    }
+
+    fn eval_dirac_unmapped(&self, to_light: DVec3, to_camera: DVec3) -> DiracValue {
         let (light, camera) = (self.frame.to_local(to_light), self.frame.to_local(to_camera));
         match (self.ratio(to_light, light), self.ratio(to_camera, camera)) {
             (Some(ratio_light), Some(ratio_camera)) => {

@@ -1,7 +1,7 @@
 //! The simplest area light: one flat shape, the same radiance everywhere.
 
 use super::solid_angle::Near;
-use crate::geometry::{Place, Quad, Shape, SurfacePoint, Triangle, spanned};
+use crate::geometry::{NormalOrigin, Place, Quad, Shape, SurfacePoint, Triangle, spanned};
 use crate::lanes::{LANES, Lane, Mask, Vector, load, splat};
 use crate::math::{PerArea, Rgb, warp};
 use fearless_simd::{Simd, f64x8};
@@ -78,9 +78,11 @@ impl FlatLight {
             error,
             geometric_normal: self.normal,
             shading_normal: self.normal,
+            normal_origin: NormalOrigin::Shape,
             tangent: if self.is_triangle { b - a } else { b },
             uv,
             place: Place::Area,
+            medium: 0,
             primitive: self.primitive,
             surface: self.surface,
         }

@@ -25,6 +25,6 @@ pub(crate) use frame::around;
 pub use intersect::{Contact, Intersection, Ray};
 pub(crate) use intersect::{Met, largest_axis, shear_along, sheared};
 pub(crate) use point::moved_towards;
-pub use point::{Place, SurfacePoint};
+pub use point::{NormalOrigin, Place, SurfacePoint};
 pub use shape::{Disk, Quad, Shape, Sphere, Triangle};
 pub(crate) use shape::{gamma, interpolated, spanned};

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 /// The kind of a point, which decides the measure of its density and its geometry term.
 // As wide as what is beside it in a point: copies of padding wait for bytes stored before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[repr(u32)]
+#[repr(u16)]
 pub enum Place {
     /// On a surface with area.
     Area,
@@ -15,6 +15,18 @@ pub enum Place {
     /// Infinitely far away in the direction opposite to its normal's: environment, directional
     /// light, orthographic camera.
     Infinite,
+}
+
+/// The origin of a shading normal, which decides who sees it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum NormalOrigin {
+    /// The shape itself or its vertex normals.
+    #[default]
+    Shape,
+    /// A normal or bump map. Whoever looks from where such a normal faces away sees it turned by
+    /// 180° around the geometric normal.
+    Map,
 }
 
 /// A point on a surface, at a Dirac position, or at infinity. Plain data, without lifetime or
@@ -31,6 +43,8 @@ pub struct SurfacePoint {
     pub geometric_normal: DVec3,
     /// Unit normal that scattering uses; equal to the geometric one on flat surfaces.
     pub shading_normal: DVec3,
+    /// The origin of the shading normal.
+    pub normal_origin: NormalOrigin,
     /// Direction of growing u, not necessarily orthogonal to the shading normal; zero if the
     /// surface has no preferred direction.
     pub tangent: DVec3,
@@ -38,6 +52,9 @@ pub struct SurfacePoint {
     pub uv: DVec2,
     /// The kind of point.
     pub place: Place,
+    /// The medium that a walk came through to this point, as numbered by the scene; 0 where nothing
+    /// is absorbed. See [`Scene::transmittance`](crate::scene::Scene::transmittance).
+    pub medium: u16,
     /// The primitive that the point lies on, as numbered by the scene; [`SurfacePoint::NONE`] if
     /// there is none.
     pub primitive: u32,
@@ -59,9 +76,11 @@ impl SurfacePoint {
             error,
             geometric_normal: normal,
             shading_normal: normal,
+            normal_origin: NormalOrigin::Shape,
             tangent: DVec3::ZERO,
             uv: DVec2::ZERO,
             place: Place::Area,
+            medium: 0,
             primitive: Self::NONE,
             surface: Self::NONE,
         }

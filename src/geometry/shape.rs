@@ -257,6 +257,26 @@ impl Shape {
         }
     }
 
+    /// The derivatives of the position by the shape's own parameters u and v, at a point of it.
+    #[must_use]
+    pub(crate) fn partials(&self, x: &SurfacePoint) -> [DVec3; 2] {
+        match self {
+            Self::Triangle(Triangle { vertices: [a, b, c] }) => [*b - *a, *c - *a],
+            Self::Sphere(s) => {
+                let offset = x.position - s.center;
+                let height = offset.dot(s.axis);
+                let around = offset - s.axis * height;
+                let down = around.normalize_or_zero() * height - s.axis * around.length();
+                [s.axis.cross(offset) * (2.0 * PI), down * PI]
+            }
+            Self::Quad(q) => [q.edge_u, q.edge_v],
+            Self::Disk(d) => {
+                let frame = super::Frame::from_normal(d.normal);
+                [frame.x, frame.y].map(|axis| axis * (2.0 * d.radius))
+            }
+        }
+    }
+
     /// An axis-aligned box that contains the shape (the whole sphere for a masked one), the
     /// smallest one up to rounding, which is outwards.
     #[must_use]

@@ -1,11 +1,13 @@
-//! Scenes from files, one module per format: `gltf`, `mitsuba` and `obj`, each behind a feature of
-//! its name.
+//! Scenes from files, one module per format: `gltf`, `mitsuba`, `obj` and `pbrt`, each behind a
+//! feature of its name.
 //!
 //! Anything that a file asks for and the crate lacks is replaced with a [`Warning`], never
 //! silently, or refused with an [`Error`] where nothing sensible is left to render; [strict
 //! options](Options) make every warning an error. Files are not trusted: their size, the number of
 //! items in them, and the places that they refer to are [limited](Limits).
 
+#[cfg(any(feature = "mitsuba", feature = "pbrt"))]
+mod conductors;
 #[cfg_attr(not(feature = "mitsuba"), allow(dead_code, reason = "one format uses all of it"))]
 mod files;
 #[cfg(any(feature = "gltf", feature = "obj"))]
@@ -18,6 +20,12 @@ mod images;
 pub mod mitsuba;
 #[cfg(feature = "obj")]
 pub mod obj;
+#[cfg(feature = "pbrt")]
+pub mod pbrt;
+#[cfg(any(feature = "mitsuba", feature = "pbrt"))]
+mod ply;
+#[cfg(any(feature = "mitsuba", feature = "pbrt"))]
+mod spectrum;
 
 use crate::endpoint::Camera;
 use crate::film::Filter;
@@ -187,7 +195,6 @@ impl Error {
     }
 
     /// True if leaving something out is no remedy.
-    #[cfg(feature = "obj")]
     fn is_limit(&self) -> bool {
         self.source.as_ref().is_some_and(|source| source.is::<LimitExceeded>())
     }
@@ -226,14 +233,12 @@ impl std::error::Error for Error {
 }
 
 /// Collects warnings, or refuses the first one.
-#[cfg(any(feature = "gltf", feature = "obj"))]
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     strict: bool,
     list: Vec<Warning>,
 }
 
-#[cfg(any(feature = "gltf", feature = "obj"))]
 impl Warnings {
     /// The most that are kept: what comes after would not be read.
     const MOST: usize = 1000;
@@ -256,7 +261,6 @@ impl Warnings {
 
     /// The result, or `None` after a warning of what is taken `instead`. In strict mode, and where
     /// a limit is exceeded, it stays an error.
-    #[cfg(feature = "obj")]
     pub fn rescue<T>(
         &mut self,
         result: Result<T, Error>,

@@ -172,7 +172,8 @@ fn contribution<S: Scene + ?Sized>(
     let (edge, bsdf) = (Edge::between(&vertex.point, point)?, vertex.bsdf.as_ref()?);
     let radiance = stage.scene.light(id).emit(point, -edge.direction);
     let scattered = bsdf.eval(edge.direction, vertex.to_previous) * radiance;
-    let value = vertex.throughput * scattered * (edge.geometry / pdf.value());
+    let passing = stage.scene.transmittance(&vertex.point, point);
+    let value = vertex.throughput * scattered * (edge.geometry / pdf.value()) * passing;
     let value = value.luminance();
     (value.is_finite() && value > 0.0 && stage.scene.visible(&vertex.point, point)).then_some(value)
 }

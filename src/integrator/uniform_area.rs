@@ -85,12 +85,14 @@ impl<'a, S: SurfaceArea + ?Sized + 'a> Steps<'a, S> for UniformArea {
         let (reference, area) = (throughput.max_component(), scene.total_area());
         for bounces in 1..=plan.depth.limit() {
             sampler.stream(Stream::CameraVertex(bounces));
-            let next = scene.sample_surface(sampler.next_1d(), sampler.next_2d());
+            let mut next = scene.sample_surface(sampler.next_1d(), sampler.next_2d());
             counters.scattered += 1;
             let Some(edge) = Edge::between(&point, &next) else { break };
+            next.medium = scene.medium_towards(&point, edge.direction);
             counters.connections += 1;
             let bsdf = ShadedBsdf::new(scene.bsdf(&point), &point);
             throughput *= bsdf.eval(edge.direction, to_camera) * (edge.geometry * area);
+            throughput *= scene.transmittance(&point, &next);
             counters.shadow_rays += u64::from(!throughput.is_black());
             if throughput.is_black() || !scene.visible(&point, &next) {
                 break;

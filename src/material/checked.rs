@@ -25,6 +25,16 @@ impl Material {
     pub(crate) fn finish(&self) -> Result<Finish, BsdfError> {
         match self {
             Self::Custom(bsdf) => Ok(Finish::Custom(bsdf.clone())),
+            Self::Absorbing { boundary, absorption } => {
+                let is_valid = |sigma: &f64| *sigma >= 0.0 && sigma.is_finite();
+                if !absorption.0.iter().all(is_valid) {
+                    return Err(BsdfError::Absorption(*absorption));
+                }
+                match **boundary {
+                    Self::Absorbing { .. } => Err(BsdfError::NestedAbsorption),
+                    _ => boundary.finish(),
+                }
+            }
             _ => Ok(Finish::of_sides([self.side(true)?, self.side(false)?])),
         }
     }
@@ -122,6 +132,7 @@ impl Material {
                     .map(Model::MetallicRoughness)
             }
             Self::Custom(_) => Err(BsdfError::NestedCustom),
+            Self::Absorbing { .. } => Err(BsdfError::NestedAbsorption),
             // Everything else is made of others.
             _ => self.rough_model(ggx)?.ok_or(BsdfError::NestedMixture),
         }

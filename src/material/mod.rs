@@ -3,11 +3,13 @@
 //! A [`Material`] is a description. When it is added to a scene its parameters are checked once,
 //! and it becomes a model of [`bsdf`](crate::bsdf) for each side, a mixture of two, or layers of
 //! which a mixture is made at each question; integrators ask these through a [`SurfaceBsdf`]. A
-//! [`Texture`] varies a colour over a surface, and a [`CustomBsdf`] brings a user's own model.
+//! [`Texture`] varies a colour over a surface, a [`Relief`] its shading normal, and a
+//! [`CustomBsdf`] brings a user's own model.
 
 mod checked;
 mod custom;
 mod finish;
+mod relief;
 mod surface_bsdf;
 #[cfg(test)]
 mod tests;
@@ -15,6 +17,8 @@ mod texture;
 
 pub use custom::CustomBsdf;
 pub(crate) use finish::Finish;
+pub(crate) use relief::Ground;
+pub use relief::{GreenAxis, Relief};
 pub use surface_bsdf::SurfaceBsdf;
 pub use texture::{Bitmap, Interpolation, Texture, TextureError, Wrap};
 
@@ -139,6 +143,16 @@ pub enum Material {
         /// The weights; a sum of at most 1 conserves energy.
         weights: [f64; 2],
     },
+    /// The boundary of a body that absorbs light on its way through, as coloured glass does. The
+    /// body lies behind the surface; boundaries that are not closed have no end of it. What lies
+    /// inside of it and is no boundary itself is in it, too.
+    Absorbing {
+        /// The material of the boundary; not a part of another material, as of a blend.
+        boundary: Box<Material>,
+        /// Absorption coefficient σ in 1 over the scene's unit of length: after a distance d
+        /// `exp(-σ d)` is left.
+        absorption: Rgb,
+    },
     /// A BSDF of a user's own, the same everywhere and on both sides but for what it makes of the
     /// sign of z; see [`Material::custom`]. Tints, sides, blends and mixtures do not take it.
     Custom(CustomBsdf),
@@ -156,6 +170,17 @@ impl Material {
     #[must_use]
     pub fn one_sided(self) -> Self {
         Self::Sided { front: Box::new(self), back: Box::new(Self::Black) }
+    }
+
+    /// The boundary of a body that absorbs; see [`Material::Absorbing`].
+    #[must_use]
+    pub fn absorbing(self, absorption: Rgb) -> Self {
+        Self::Absorbing { boundary: Box::new(self), absorption }
+    }
+
+    /// The absorption coefficient of the body behind the surface.
+    pub(crate) fn absorption(&self) -> Rgb {
+        if let Self::Absorbing { absorption, .. } = self { *absorption } else { Rgb::BLACK }
     }
 
     /// The same material in a colour.

@@ -170,26 +170,39 @@ impl Texture {
                 let half = |x: f64| x - x.floor() >= 0.5;
                 colours[usize::from(half(uv.x) != half(uv.y))]
             }
-            Pattern::Bitmap { bitmap: Bitmap { image, .. }, interpolation, wrap } => {
-                let size = [image.width() as usize, image.height() as usize];
-                let pixel = |x: i64, y: i64| {
-                    image.pixels()[wrap[1].index(y, size[1]) * size[0] + wrap[0].index(x, size[0])]
-                };
-                let p = uv * DVec2::new(size[0] as f64, size[1] as f64);
-                match interpolation {
-                    Interpolation::Nearest => pixel(p.x.floor() as i64, p.y.floor() as i64),
-                    Interpolation::Bilinear => {
-                        let corner = (p - 0.5).floor();
-                        let f = p - 0.5 - corner;
-                        let (x, y) = (corner.x as i64, corner.y as i64);
-                        let across = |y: i64| {
-                            pixel(x, y) * (1.0 - f.x) + pixel(x.saturating_add(1), y) * f.x
-                        };
-                        across(y) * (1.0 - f.y) + across(y.saturating_add(1)) * f.y
-                    }
+            Pattern::Bitmap { bitmap, interpolation, wrap } => match interpolation {
+                Interpolation::Nearest => {
+                    let p = uv * bitmap.size();
+                    bitmap.pixel(*wrap, p.x.floor() as i64, p.y.floor() as i64)
                 }
-            }
+                Interpolation::Bilinear => {
+                    let ([top, bottom], f) = bitmap.around(*wrap, uv);
+                    let across = |[left, right]: [Rgb; 2]| left * (1.0 - f.x) + right * f.x;
+                    across(top) * (1.0 - f.y) + across(bottom) * f.y
+                }
+            },
         }
+    }
+
+    /// The derivatives of the luminance by u and v. Between pixels an image that is interpolated
+    /// has some; patterns that jump have none.
+    pub(crate) fn gradient(&self, uv: DVec2) -> DVec2 {
+        let Pattern::Bitmap { bitmap, interpolation: Interpolation::Bilinear, wrap } =
+            &self.pattern
+        else {
+            return DVec2::ZERO;
+        };
+        if self.cutoff.is_some() {
+            return DVec2::ZERO;
+        }
+        let (corners, f) = bitmap.around(*wrap, self.to_uv.transform_point2(uv));
+        let [[a, b], [c, d]] =
+            corners.map(|row| row.map(|colour| (colour * self.factor).luminance()));
+        let by_pixel = DVec2::new(
+            (b - a) * (1.0 - f.y) + (d - c) * f.y,
+            (c - a) * (1.0 - f.x) + (d - b) * f.x,
+        ) * bitmap.size();
+        self.to_uv.matrix2.transpose() * by_pixel
     }
 
     /// Every value is between two colours, channel by channel: these.
@@ -248,6 +261,26 @@ impl Bitmap {
     #[must_use]
     pub fn texture(self, interpolation: Interpolation, wrap: [Wrap; 2]) -> Texture {
         Texture::of(Pattern::Bitmap { bitmap: self, interpolation, wrap })
+    }
+
+    fn size(&self) -> DVec2 {
+        DVec2::new(f64::from(self.image.width()), f64::from(self.image.height()))
+    }
+
+    #[inline]
+    fn pixel(&self, wrap: [Wrap; 2], x: i64, y: i64) -> Rgb {
+        let size = [self.image.width() as usize, self.image.height() as usize];
+        self.image.pixels()[wrap[1].index(y, size[1]) * size[0] + wrap[0].index(x, size[0])]
+    }
+
+    /// The pixels whose centres are around a place, row by row, and where it is between them.
+    #[inline]
+    fn around(&self, wrap: [Wrap; 2], uv: DVec2) -> ([[Rgb; 2]; 2], DVec2) {
+        let p = uv * self.size() - 0.5;
+        let corner = p.floor();
+        let (x, y) = (corner.x as i64, corner.y as i64);
+        let row = |y| [x, x.saturating_add(1)].map(|x| self.pixel(wrap, x, y));
+        ([y, y.saturating_add(1)].map(row), p - corner)
     }
 }
 

@@ -153,7 +153,8 @@ pub(super) fn next_event_at<S: Scene + ?Sized>(
         return None;
     }
     let (f, pdf) = bsdf.eval_and_pdf(edge.direction, vertex.to_previous);
-    let value = vertex.throughput * f * incoming;
+    let passing = stage.scene.transmittance(&vertex.point, &emitter.point);
+    let value = vertex.throughput * f * incoming * passing;
     if value.is_black() {
         return None;
     }
@@ -222,7 +223,8 @@ pub(super) fn lens_connection_at<S: Scene + ?Sized>(
         return None;
     }
     let importance = camera.emit(&lens.point, edge.direction) * lens.throughput();
-    let value = (vertex.throughput * light_or_f) * (edge.geometry * importance);
+    let passing = scene.transmittance(&lens.point, &vertex.point);
+    let value = (vertex.throughput * light_or_f) * (edge.geometry * importance) * passing;
     if value.is_black() {
         return None;
     }

@@ -26,6 +26,8 @@ pub struct PathRecord {
     pub factors: Vec<Rgb>,
     /// G of each edge.
     pub geometry_terms: Vec<f64>,
+    /// The share of light that media leave along each edge.
+    pub transmittances: Vec<Rgb>,
     /// a_i, density per projected solid angle from x_i to x_{i+1}.
     pub towards_light: Vec<f64>,
     /// b_i, density per projected solid angle from x_i to x_{i-1}; b_0 is 0.
@@ -88,6 +90,10 @@ impl PathRecord {
             dirac: dirac.to_vec(),
             factors,
             geometry_terms: edges.iter().map(|edge| edge.geometry).collect(),
+            transmittances: points
+                .windows(2)
+                .map(|pair| scene.transmittance(&pair[0], &pair[1]))
+                .collect(),
             towards_light,
             towards_camera,
             ends: ends(emitter, [&points[0], &points[1], &points[k]], [lens, start]),
@@ -110,6 +116,7 @@ impl PathRecord {
         beyond[m] = photon;
         let beyond = Self::evaluate(stage, &beyond, dirac, light);
         record.geometry_terms[m..].copy_from_slice(&beyond.geometry_terms[m..]);
+        record.transmittances[m..].copy_from_slice(&beyond.transmittances[m..]);
         record.factors[m + 1..].copy_from_slice(&beyond.factors[m + 1..]);
         record.towards_light[m + 1..].copy_from_slice(&beyond.towards_light[m + 1..]);
         record.towards_camera[m + 1..].copy_from_slice(&beyond.towards_camera[m + 1..]);
@@ -126,17 +133,22 @@ impl PathRecord {
         record
     }
 
-    /// The throughput `T = Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1})`.
+    /// The throughput `T = Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1})`, with what media leave of it.
     #[must_use]
     pub fn throughput(&self) -> Rgb {
         let k = self.edges();
-        (1..k).fold(Rgb::WHITE, |product, i| product * self.factors[i] * self.geometry_terms[i])
+        (1..k).fold(Rgb::WHITE, |product, i| product * self.factors[i] * self.edge_term(i))
     }
 
     /// The measurement contribution `We · G(x_0, x_1) · T · Le`.
     #[must_use]
     pub fn contribution(&self) -> Rgb {
-        self.factors[0] * self.geometry_terms[0] * self.throughput() * self.factors[self.edges()]
+        self.factors[0] * self.edge_term(0) * self.throughput() * self.factors[self.edges()]
+    }
+
+    /// The geometry term of an edge times its transmittance.
+    fn edge_term(&self, i: usize) -> Rgb {
+        self.geometry_terms[i] * self.transmittances[i]
     }
 
     /// The density of the path, in the product measure of its places, under the technique with t
@@ -180,7 +192,7 @@ impl PathRecord {
             } else {
                 self.towards_camera[i + 1] * g
             };
-            value = value * self.factors[i + 1] * (g / density);
+            value = value * self.factors[i + 1] * (g / density) * self.transmittances[i];
         }
         value
     }

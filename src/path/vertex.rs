@@ -95,9 +95,13 @@ impl<B: Bsdf> Vertex<B> {
         Self::endpoint(SurfacePoint::dirac(DVec3::ZERO), None, StartDensity::default())
     }
 
-    /// The form in which lanes can scatter what comes from or goes to the previous vertex.
+    /// The form in which lanes can scatter what comes from or goes to the previous vertex; they know
+    /// of no media.
     #[inline(always)]
     pub(super) fn lane_form(&self) -> Option<LaneForm> {
+        if self.point.medium != 0 {
+            return None;
+        }
         self.bsdf.as_ref()?.lane_form(self.to_previous)
     }
 

@@ -109,7 +109,9 @@ impl<'v, 's, S: Scene + ?Sized + 's> Path<'v, 's, S> {
         if at_light.is_black() {
             return None;
         }
-        let value = (y.throughput * at_camera) * (edge.geometry * (at_light * z.throughput));
+        let passing = stage.scene.transmittance(&y.point, &z.point);
+        let arriving = edge.geometry * (at_light * z.throughput);
+        let value = (y.throughput * at_camera) * arriving * passing;
         let joint = Some(edge);
         let path = Self { stage, camera_part, light_part, light, joint, segment: None, value };
         let lens_to_light = camera_part.len() == 1 && light_part.len() == 1;

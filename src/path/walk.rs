@@ -97,14 +97,16 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         u: DVec2,
     ) -> Option<Self> {
         vertex.throughput = Rgb::splat(1.0 / vertex.start.walk.value());
+        let medium = scene.medium_at(&vertex.point);
+        vertex.point.medium = medium;
         let ray = endpoint.sample_direction(&vertex.point, u)?;
-        vertex.point = ray.from;
+        vertex.point = SurfacePoint { medium, ..ray.from };
         vertex.pdf_next = ray.pdf;
         let throughput = ray.weight * vertex.throughput;
         Some(Self {
             scene,
             mode,
-            from: ray.from,
+            from: vertex.point,
             direction: ray.direction,
             pdf: ray.pdf,
             dirac: false,
@@ -184,7 +186,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         &self.from
     }
 
-    /// The throughput that the next vertex will have.
+    /// The throughput that the next vertex will have, but for what is absorbed on the way.
     #[must_use]
     pub fn throughput(&self) -> Rgb {
         self.throughput
@@ -234,8 +236,9 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
     fn enter(&self, vertex: &mut Vertex<S::Bsdf<'s>>, point: SurfacePoint, light: Option<LightId>) {
         vertex.geometry = Edge::along(&self.from, &point, self.direction).geometry;
         vertex.point = point;
+        vertex.point.medium = self.scene.medium_towards(&self.from, self.direction);
         vertex.light = light;
-        vertex.throughput = self.throughput;
+        vertex.throughput = self.throughput * self.scene.transmittance(&self.from, &vertex.point);
         vertex.survival = self.survival;
         vertex.to_previous = -self.direction;
         (vertex.pdf_next, vertex.pdf_back) = (PerProjected::ZERO, PerProjected::ZERO);
@@ -302,7 +305,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         };
         (vertex.pdf_next, vertex.pdf_back) = (sample.pdf, sample.pdf_reverse);
         vertex.dirac = sample.dirac;
-        self.throughput = before * sample.weight;
+        self.throughput = vertex.throughput * sample.weight;
         if !self.throughput.is_finite() {
             counters.non_finite += 1;
             if self.mode == TransportMode::Importance {

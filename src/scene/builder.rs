@@ -5,10 +5,10 @@ use super::lights;
 use super::mesh::{Attributes, Mesh};
 use super::surface::{Emission, MaterialId, Surface, SurfaceId};
 use super::warning::Warning;
-use super::world::World;
+use super::world::{Media, World};
 use crate::endpoint::{AnyLight, AreaLight, Light, LightId, SceneExtent};
 use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
-use crate::material::{Finish, Material, Texture};
+use crate::material::{Finish, Material, Relief, Texture};
 use crate::tree::Forest;
 use glam::DAffine3;
 use std::collections::{HashMap, HashSet};
@@ -37,6 +37,7 @@ use std::collections::{HashMap, HashSet};
 #[derive(Default)]
 pub struct WorldBuilder {
     materials: Vec<Finish>,
+    media: Media,
     material_ids: HashMap<String, MaterialId>,
     names: HashSet<String>,
     surfaces: Vec<Surface>,
@@ -71,6 +72,9 @@ impl WorldBuilder {
             return Err(SceneError::DuplicateName { name });
         }
         Warning::of_material(&name, &material, &mut self.warnings);
+        if !self.media.push(material.absorption()) {
+            return Err(SceneError::TooManyMedia { name });
+        }
         let id = MaterialId(self.materials.len() as u32);
         self.materials.push(finish);
         self.material_ids.insert(name, id);
@@ -211,6 +215,18 @@ impl WorldBuilder {
         Ok(())
     }
 
+    /// Lays a normal or bump map on a surface. The last call counts.
+    ///
+    /// # Errors
+    /// The surface is missing, or the scale of the relief infinite or not a number.
+    pub fn set_relief(&mut self, surface: SurfaceId, relief: Relief) -> Result<(), SceneError> {
+        let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
+        let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
+        check(&surface.name, "scale", relief.scale(), "finite", |_| true)?;
+        surface.relief = Some(Box::new(relief));
+        Ok(())
+    }
+
     /// Adds a light that is not a surface of the scene: a point light, a spot light, a directional
     /// light.
     ///
@@ -291,7 +307,7 @@ impl WorldBuilder {
         Ok(World::assemble(
             forest,
             bounds,
-            self.materials,
+            (self.materials, self.media),
             self.surfaces,
             lights,
             environment,
@@ -334,6 +350,7 @@ impl WorldBuilder {
             first_primitive,
             primitives,
             attributes,
+            relief: None,
         });
         Ok(id)
     }

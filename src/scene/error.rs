@@ -51,6 +51,12 @@ pub enum SceneError {
         #[source]
         reason: BsdfError,
     },
+    /// More than 65 535 materials with absorbing bodies behind them.
+    #[error("material \"{name}\": there are more than 65535 absorbing media")]
+    TooManyMedia {
+        /// The material that is one too many.
+        name: String,
+    },
     /// A parameter of a light outside its range.
     #[error("\"{name}\": {reason}")]
     Light {

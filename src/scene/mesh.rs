@@ -2,7 +2,7 @@
 
 use super::error::SceneError;
 use crate::geometry::{Shape, SurfacePoint, Triangle, interpolated};
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DVec2, DVec3, DVec4};
 use std::collections::HashMap;
 
 /// An indexed triangle mesh in object space.
@@ -15,6 +15,10 @@ pub struct Mesh {
     pub normals: Option<Vec<DVec3>>,
     /// Texture coordinates, one for each vertex. `None`: barycentric coordinates take their place.
     pub uvs: Option<Vec<DVec2>>,
+    /// Directions of growing u, one for each vertex, in x, y and z, of any length; in w the sign
+    /// of the bitangent `w · normal × tangent` of normal maps. `None`: those of the texture
+    /// coordinates in each triangle.
+    pub tangents: Option<Vec<DVec4>>,
     /// Three vertices for each triangle, counter-clockwise seen from the front.
     pub indices: Vec<[u32; 3]>,
 }
@@ -33,6 +37,7 @@ pub(crate) struct PlacedMesh {
 pub(crate) struct Attributes {
     normals: Option<Vec<DVec3>>,
     uvs: Option<Vec<DVec2>>,
+    tangents: Option<Vec<DVec4>>,
     indices: Vec<[u32; 3]>,
 }
 
@@ -114,6 +119,14 @@ impl Mesh {
             self.map_vertices(name, "texture coordinate", uvs, |uv| uv.is_finite().then_some(uv))?;
         }
         let mirrored = determinant < 0.0;
+        let tangents = match &self.tangents {
+            Some(tangents) => Some(self.map_vertices(name, "tangent", tangents, |t| {
+                let side = if mirrored { -t.w } else { t.w };
+                let tangent = (unscaled * t.truncate()).extend(side);
+                tangent.is_finite().then_some(tangent)
+            })?),
+            None => None,
+        };
         let (mut triangles, mut indices) =
             (Vec::with_capacity(self.indices.len()), Vec::with_capacity(self.indices.len()));
         for &[a, b, c] in &self.indices {
@@ -131,9 +144,13 @@ impl Mesh {
         }
         let dropped = self.indices.len() - triangles.len();
         let normals = normals.filter(|normals| !are_flat(normals, &triangles, &indices));
-        let has_attributes = normals.is_some() || self.uvs.is_some();
-        let attributes =
-            has_attributes.then(|| Attributes { normals, uvs: self.uvs.clone(), indices });
+        let has_attributes = normals.is_some() || self.uvs.is_some() || tangents.is_some();
+        let attributes = has_attributes.then(|| Attributes {
+            normals,
+            uvs: self.uvs.clone(),
+            tangents,
+            indices,
+        });
         Ok(PlacedMesh { triangles, attributes, dropped })
     }
 
@@ -142,6 +159,7 @@ impl Mesh {
         let counts = [
             ("normal", self.normals.as_ref().map(Vec::len)),
             ("texture coordinate", self.uvs.as_ref().map(Vec::len)),
+            ("tangent", self.tangents.as_ref().map(Vec::len)),
         ];
         for (attribute, found) in counts {
             if let Some(found) = found.filter(|&found| found != expected) {
@@ -254,7 +272,32 @@ impl Attributes {
             x.tangent =
                 if d1.perp_dot(d2) != 0.0 && tangent.is_finite() { tangent } else { flat.tangent };
         }
+        if let Some(t) = &self.tangents {
+            let [t, u, v] = [a, b, c].map(|i| t[i].truncate());
+            let tangent = t * (1.0 - flat.uv.x - flat.uv.y) + u * flat.uv.x + v * flat.uv.y;
+            x.tangent = if tangent == DVec3::ZERO { x.tangent } else { tangent };
+        }
         x
+    }
+
+    /// The derivatives of the position by u and v on a triangle of this surface; not finite where
+    /// its texture coordinates are on a line.
+    pub fn partials(&self, index: usize, triangle: Triangle) -> [DVec3; 2] {
+        let [p, q, r] = triangle.vertices;
+        let (e1, e2) = (q - p, r - p);
+        let (Some(uvs), Some(corners)) = (&self.uvs, self.indices.get(index)) else {
+            return [e1, e2];
+        };
+        let [a, b, c] = corners.map(|i| uvs[i as usize]);
+        let (d1, d2) = (b - a, c - a);
+        [e1 * d2.y - e2 * d1.y, e2 * d1.x - e1 * d2.x].map(|edge| edge / d1.perp_dot(d2))
+    }
+
+    /// The sign of the bitangent on a triangle of this surface, if tangents tell it.
+    pub fn handedness(&self, index: usize) -> Option<f64> {
+        let [corner, _, _] = *self.indices.get(index)?;
+        let side = self.tangents.as_ref()?[corner as usize].w;
+        (side != 0.0).then(|| side.signum())
     }
 }
 

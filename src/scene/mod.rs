@@ -6,6 +6,7 @@
 //! |---|---|
 //! | next vertex along a ray | [`Scene::intersect`] |
 //! | visibility V of the geometry term (shadow rays) | [`Scene::visible`] |
+//! | what media leave of the light along an edge | [`Scene::transmittance`] |
 //! | f at a point | [`Scene::bsdf`] |
 //! | Le, and the light that a point belongs to | [`Scene::light`], [`Scene::light_at`] |
 //! | choice of a light to start at, and its probability | [`Scene::pick_light`], [`Scene::pick_pmf`] |
@@ -39,6 +40,7 @@ use crate::bsdf::Bsdf;
 use crate::endpoint::{Light, LightId, LightKind};
 use crate::geometry::SurfacePoint;
 use crate::light_tree::LightTree;
+use crate::math::Rgb;
 use glam::{DVec2, DVec3};
 
 /// The questions of integrators about a scene. A host renderer implements it over its own geometry
@@ -87,6 +89,23 @@ pub trait Scene: Sync {
         for (index, (a, b)) in segments.enumerate() {
             answer(index, self.visible(a, b));
         }
+    }
+
+    /// The share of light that passes between two points which see each other; the rest is absorbed
+    /// on the way. The same in both directions.
+    fn transmittance(&self, _a: &SurfacePoint, _b: &SurfacePoint) -> Rgb {
+        Rgb::WHITE
+    }
+
+    /// The medium into which the direction leads from a point, as this scene numbers them. A walk
+    /// notes it in the [next point](SurfacePoint::medium).
+    fn medium_towards(&self, _x: &SurfacePoint, _direction: DVec3) -> u16 {
+        0
+    }
+
+    /// The medium around a point where a walk starts.
+    fn medium_at(&self, _x: &SurfacePoint) -> u16 {
+        0
     }
 
     /// The scattering function at a surface point that this scene returned.

@@ -2,7 +2,7 @@
 
 use super::mesh::Attributes;
 use crate::endpoint::LightId;
-use crate::material::Texture;
+use crate::material::{Relief, Texture};
 use crate::math::Rgb;
 
 /// Identifies a material of a world.
@@ -34,6 +34,7 @@ pub(crate) struct Surface {
     pub first_primitive: u32,
     pub primitives: u32,
     pub attributes: Option<Attributes>,
+    pub relief: Option<Box<Relief>>,
 }
 
 impl Surface {

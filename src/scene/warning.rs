@@ -108,6 +108,7 @@ impl Warning {
             Material::Mixture { ref components, .. } => {
                 components.iter().for_each(|part| Self::of_material(name, part, warnings))
             }
+            Material::Absorbing { ref boundary, .. } => Self::of_material(name, boundary, warnings),
             _ => {}
         }
     }

@@ -37,7 +37,7 @@ fn with_number(text: &str, k: usize, value: &str) -> String {
     format!("{}{value}{}", &text[..start], &text[end..])
 }
 
-const FILES: [&str; 8] = [
+const FILES: [&str; 10] = [
     "box.gltf",
     "box.glb",
     "lights.gltf",
@@ -46,6 +46,8 @@ const FILES: [&str; 8] = [
     "meshes.gltf",
     "wraps.gltf",
     "nodes.gltf",
+    "poses.gltf",
+    "instances.gltf",
 ];
 
 /// Reads damaged bytes; the only thing to check is that it returns, soon.

@@ -1,4 +1,4 @@
-"""Prints the table of src/import/mitsuba/conductors.rs from the spectra that are installed with Mitsuba; see README.md."""
+"""Prints the table of src/import/conductors.rs from the spectra that are installed with Mitsuba; see README.md."""
 
 import pathlib
 import re
@@ -14,7 +14,7 @@ TO_RGB = np.array([[3.240479, -1.537150, -0.498535], [-0.969256, 1.875991, 0.041
 
 def observer():
     """RGB weights of each wavelength: the observer's under daylight, from the table that the crate has."""
-    text = (ROOT / "src/import/mitsuba/spectrum.rs").read_text()
+    text = (ROOT / "src/import/spectrum.rs").read_text()
     rows = np.array([[float(x) for x in row.split(",")] for row in re.findall(r"^    \[([^\]]*)\],$", text, re.MULTILINE)])
     x, y, z, daylight = (np.interp(WAVELENGTHS, 360 + 5 * np.arange(len(rows)), column) for column in rows.T)
     return TO_RGB @ (np.array([x, y, z]) * daylight) / (y * daylight).sum()

@@ -8,19 +8,25 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::validation::Checked;
 
 impl Document {
-    /// An accessor of `N` numbers per element. Normalised integers are in [0, 1] or [-1, 1].
+    /// An accessor of `N` numbers per element, 16 for matrices. Normalised integers are in [0, 1] or [-1, 1].
     pub fn vectors<const N: usize>(
         &self,
         index: usize,
         budget: &mut Budget,
     ) -> Result<Vec<[f64; N]>, Error> {
-        let expected = [Type::Scalar, Type::Vec2, Type::Vec3, Type::Vec4];
+        let expected = match N {
+            1 => Type::Scalar,
+            2 => Type::Vec2,
+            3 => Type::Vec3,
+            4 => Type::Vec4,
+            _ => Type::Mat4,
+        };
         let accessor = &self.root.accessors[index];
         let (component, size) = (component_type(accessor), component_type(accessor).size());
         let decode = |bytes: &[u8]| {
             std::array::from_fn(|k| number(&bytes[k * size..], component, accessor.normalized))
         };
-        self.elements(index, expected[N - 1], [0.0; N], decode, budget)
+        self.elements(index, expected, [0.0; N], decode, budget)
     }
 
     /// An accessor of whole numbers.
@@ -52,7 +58,9 @@ impl Document {
         }
         let size = component_type(accessor).size() * expected.multiplicity();
         let count = accessor.count.0;
-        budget.spend(count, accessor.buffer_view.is_none()).map_err(refuse)?;
+        budget
+            .spend(count, accessor.buffer_view.is_none())
+            .map_err(|reason| Error::limit(location.clone(), reason))?;
         let mut elements = match accessor.buffer_view {
             None => vec![zero; count as usize],
             Some(view) => {
@@ -122,7 +130,7 @@ impl Document {
         Ok((0..count as usize).map(move |k| &bytes[offset as usize + k * stride..][..size]))
     }
 
-    fn accessor_location(&self, index: usize) -> Location {
+    pub fn accessor_location(&self, index: usize) -> Location {
         self.location(format!("accessor {index}"), self.root.accessors[index].name.as_ref())
     }
 }

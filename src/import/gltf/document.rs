@@ -1,6 +1,7 @@
 //! The container, its JSON and the files it refers to: nothing is believed before it has been
 //! checked.
 
+use super::instances;
 use crate::import::files::Files;
 use crate::import::{Error, Limits, Location, Options, Warnings};
 use data_url::DataUrl;
@@ -11,7 +12,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Extensions whose meaning is known here.
-const KNOWN_EXTENSIONS: [&str; 7] = [
+const KNOWN_EXTENSIONS: [&str; 8] = [
+    instances::EXTENSION,
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",

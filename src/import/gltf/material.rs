@@ -1,11 +1,12 @@
 //! Metallic-roughness materials with the extensions that can be represented.
 
 use super::document::Document;
-use super::texture::{Meaning, Textures, coordinate_set};
+use super::texture::{Meaning, Textures, coordinate_set, transform};
 use crate::import::{Error, Location};
-use crate::material::Texture;
+use crate::material::{GreenAxis, Relief, Texture};
 use crate::math::Rgb;
 use crate::scene::Material;
+use glam::DAffine2;
 use gltf::json;
 use gltf::json::material::AlphaMode;
 use gltf::json::texture::Info;
@@ -17,6 +18,8 @@ pub(super) struct Look {
     pub material: Material,
     /// Radiance, if it emits.
     pub emission: Option<Texture>,
+    /// The normal map, and the transform of its texture coordinates.
+    pub relief: Option<(Relief, DAffine2)>,
     pub double_sided: bool,
     /// The set of texture coordinates of its textures, if it has any.
     pub coordinates: Option<u32>,
@@ -30,7 +33,7 @@ impl Look {
             metallic_roughness: Rgb::WHITE.into(),
             relative_ior: DEFAULT_IOR,
         };
-        Self { material, emission: None, double_sided: false, coordinates: None }
+        Self { material, emission: None, relief: None, double_sided: false, coordinates: None }
     }
 }
 
@@ -55,7 +58,8 @@ pub(super) fn look(
     let source = document.root.materials[index].clone();
     let location = document.location(format!("material {index}"), source.name.as_ref());
     warn_about_the_rest(document, &source, &location)?;
-    let coordinates = common_coordinates(document, &source, &location)?;
+    let normals = normal_info(&source, &location)?;
+    let coordinates = common_coordinates(document, &source, normals.as_ref(), &location)?;
 
     let pbr = &source.pbr_metallic_roughness;
     let [r, g, b, opacity] = pbr.base_color_factor.0.map(share);
@@ -134,9 +138,49 @@ pub(super) fn look(
         None => Some(factor.into()),
     };
     if emission.is_some() && matches!(material, Material::Null | Material::Blend { .. }) {
-        document.warnings.warn(location, "its emission is not reduced by its alpha")?;
+        document.warnings.warn(location.clone(), "its emission is not reduced by its alpha")?;
     }
-    Ok(Look { material, emission, double_sided: source.double_sided, coordinates })
+    let relief = normal_map(document, textures, &source, normals.as_ref(), &location)?;
+    Ok(Look { material, emission, relief, double_sided: source.double_sided, coordinates })
+}
+
+/// The normal map of a material, and the transform of its texture coordinates.
+fn normal_map(
+    document: &mut Document,
+    textures: &mut Textures,
+    source: &json::Material,
+    info: Option<&Info>,
+    location: &Location,
+) -> Result<Option<(Relief, DAffine2)>, Error> {
+    let (Some(info), Some(normals)) = (info, &source.normal_texture) else { return Ok(None) };
+    let texture = textures.texture(document, info, Meaning::Data, Rgb::WHITE, location)?;
+    if texture.as_constant().is_some() {
+        // There is no image to read.
+        return Ok(None);
+    }
+    let relief = Relief::normal_map(texture, f64::from(normals.scale), GreenAxis::AgainstV);
+    Ok(Some((relief, transform(info))))
+}
+
+/// The texture of the normal map, as other textures are given.
+fn normal_info(source: &json::Material, location: &Location) -> Result<Option<Info>, Error> {
+    let Some(normals) = &source.normal_texture else { return Ok(None) };
+    let others = normals.extensions.as_ref().map(|extensions| &extensions.others);
+    let transform = others
+        .and_then(|others| others.get("KHR_texture_transform"))
+        .map(|value| json::deserialize::from_value(value.clone()))
+        .transpose()
+        .map_err(|error| Error::caused(location.clone(), error))?;
+    let extensions = json::extensions::texture::Info {
+        texture_transform: transform,
+        ..json::extensions::texture::Info::default()
+    };
+    Ok(Some(Info {
+        index: normals.index,
+        tex_coord: normals.tex_coord,
+        extensions: Some(extensions),
+        extras: None,
+    }))
 }
 
 /// The transmitting part of a material.
@@ -222,12 +266,13 @@ fn visibility(
 fn common_coordinates(
     document: &mut Document,
     source: &json::Material,
+    normals: Option<&Info>,
     location: &Location,
 ) -> Result<Option<u32>, Error> {
     let pbr = &source.pbr_metallic_roughness;
     let infos: [&Option<Info>; 3] =
         [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &source.emissive_texture];
-    let mut sets = infos.into_iter().flatten().map(coordinate_set);
+    let mut sets = infos.into_iter().flatten().chain(normals).map(coordinate_set);
     let first = sets.next();
     if sets.any(|set| Some(set) != first) {
         document.warnings.warn(
@@ -244,12 +289,6 @@ fn warn_about_the_rest(
     source: &json::Material,
     location: &Location,
 ) -> Result<(), Error> {
-    if source.normal_texture.is_some() {
-        document.warnings.warn(
-            location.clone(),
-            "normal maps are not supported: its normals are those of the mesh",
-        )?;
-    }
     let others = source.extensions.iter().flat_map(|extensions| extensions.others.keys());
     for name in others {
         document.warnings.warn(

@@ -2,11 +2,12 @@
 //!
 //! # What is read
 //!
-//! The default scene, or the first: meshes of triangles, strips and fans with normals and one set
-//! of texture coordinates; perspective and orthographic cameras; metallic-roughness materials with
-//! their textures; emission; alpha; sparse accessors; data URIs; and the extensions
-//! `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume`
-//! (without absorption), `KHR_texture_transform` and `KHR_mesh_quantization`. What else a file
+//! The default scene, or the first: meshes of triangles, strips and fans with normals, tangents and
+//! one set of texture coordinates, morphed and skinned as they are at rest; perspective and
+//! orthographic cameras; metallic-roughness materials with their textures; normal maps; emission;
+//! alpha; sparse accessors; data URIs; and the extensions `KHR_lights_punctual`,
+//! `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume` (without absorption),
+//! `KHR_texture_transform`, `KHR_mesh_quantization` and `EXT_mesh_gpu_instancing`. What else a file
 //! holds is a [`Warning`](super::Warning), what else it *requires* an [`Error`].
 //!
 //! # Conventions
@@ -23,6 +24,8 @@
 //!   proportion to 1 - alpha, which counts as a scattering event.
 //! * **Transmission** is glass where the file gives it a volume, a
 //!   [pane](crate::bsdf::ThinDielectric) where it does not, both with Fresnel's equations.
+//! * **Normal maps** change shading normals ([`Relief`](crate::material::Relief)). Where a mesh has
+//!   no tangents, they are those of MikkTSpace for the normal map's own, transformed coordinates.
 //! * **Occlusion textures** are not needed, since light transport finds out what is occluded.
 //! * **Film.** A file does not say how many pixels: a camera's film is the largest of its aspect
 //!   ratio in the given resolution. Clipping planes and the scale of a camera's node have no
@@ -33,8 +36,11 @@
 mod accessor;
 mod document;
 mod ends;
+mod instances;
 mod material;
+mod pose;
 mod scene;
+mod tangents;
 mod texture;
 
 use super::{Error, Import, Options};

@@ -2,7 +2,9 @@
 
 use super::accessor::Budget;
 use super::document::Document;
+use super::instances;
 use super::material::{self, Look};
+use super::tangents::with_tangents;
 use super::texture::Textures;
 use crate::endpoint::ConstantEnvironment;
 use crate::film::Filter;
@@ -10,16 +12,24 @@ use crate::import::framing::framing;
 use crate::import::{Error, Hints, Import, ImportedView, Location};
 use crate::math::Rgb;
 use crate::scene::{MaterialId, Mesh, SceneError, WorldBuilder};
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, UVec2};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, DVec4, UVec2};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Node};
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+/// What becomes of a mesh whose skin cannot be used.
+const STORED: &str = "its mesh is shown as it is stored";
 
 /// Builds the world and the views of a document.
 pub(super) fn build(document: &mut Document, resolution: UVec2) -> Result<Import, Error> {
     let mut scene = SceneReader::new(document, resolution)?;
-    for (node, transform) in scene.placed_nodes()? {
+    let placed = scene.placed_nodes()?;
+    for &(node, transform) in &placed {
+        scene.transforms[node] = Some(transform);
+    }
+    for (node, transform) in placed {
         scene.add_node(node, transform)?;
     }
     scene.finish()
@@ -33,9 +43,14 @@ pub(super) struct SceneReader<'a> {
     materials: Vec<Option<(MaterialId, Look)>>,
     fallback: Option<(MaterialId, Look)>,
     textures: Textures,
-    meshes: HashMap<(usize, usize), Option<Mesh>>,
-    budget: Budget,
+    /// What has been read of primitives, by mesh, primitive and weights of morph targets.
+    geometries: HashMap<(usize, usize, Vec<u32>), Option<Arc<Mesh>>>,
+    /// Nodes of the scene to world space.
+    pub transforms: Vec<Option<DAffine3>>,
+    pub budget: Budget,
     triangles: u64,
+    /// Instances that may still be added.
+    pub instances: u64,
     pub emits: bool,
     pub views: Vec<ImportedView>,
 }
@@ -57,9 +72,11 @@ impl<'a> SceneReader<'a> {
             materials: vec![None; document.root.materials.len()],
             fallback: None,
             textures: Textures::new(document),
-            meshes: HashMap::new(),
+            geometries: HashMap::new(),
+            transforms: vec![None; document.root.nodes.len()],
             budget: Budget::new(document),
             triangles: document.limits.triangles,
+            instances: document.limits.elements,
             emits: false,
             views: Vec::new(),
             document,
@@ -118,28 +135,13 @@ impl<'a> SceneReader<'a> {
             .extensions
             .iter()
             .flat_map(|extensions| extensions.others.keys())
+            .filter(|name| *name != instances::EXTENSION)
             .cloned()
             .collect();
-        let is_skinned = node.skin.is_some();
-        let morphs = node
-            .weights
-            .as_ref()
-            .is_some_and(|weights| weights.iter().any(|weight| *weight != 0.0));
         for name in others {
             self.document.warnings.warn(
                 location.clone(),
                 format!("the extension {name} is not supported: it is shown without it"),
-            )?;
-        }
-        if is_skinned {
-            self.document
-                .warnings
-                .warn(location.clone(), "skins are left out: the mesh is shown as it is stored")?;
-        }
-        if morphs {
-            self.document.warnings.warn(
-                location.clone(),
-                "morph targets are left out: the mesh is shown without them",
             )?;
         }
         if let Some(mesh) = mesh {
@@ -161,69 +163,121 @@ impl<'a> SceneReader<'a> {
         transform: DAffine3,
         location: &Location,
     ) -> Result<(), Error> {
-        let source = &self.document.root.meshes[mesh];
-        let primitives = source.primitives.len();
-        let name = location.id.clone().or_else(|| source.name.clone());
-        if source
-            .weights
-            .as_ref()
-            .is_some_and(|weights| weights.iter().any(|weight| *weight != 0.0))
-        {
-            self.document.warnings.warn(
-                location.clone(),
-                "morph targets are left out: the mesh is shown without them",
-            )?;
-        }
-        for primitive in 0..primitives {
-            if !self.meshes.contains_key(&(mesh, primitive)) {
-                let read = self.read_primitive(mesh, primitive)?;
-                self.meshes.insert((mesh, primitive), read);
+        let (source, root) = (&self.document.root.nodes[node], &self.document.root.meshes[mesh]);
+        let primitives = root.primitives.clone();
+        let name = location.id.clone().or_else(|| root.name.clone());
+        let weights = source.weights.as_ref().or(root.weights.as_ref()).cloned();
+        let weights = weights.filter(|weights| weights.iter().any(|weight| *weight != 0.0));
+        let weights = weights.unwrap_or_default();
+        let skin = source.skin.map(|skin| skin.value());
+        let joints = skin.map(|skin| self.joints(skin, location)).transpose();
+        let joints = self.document.warnings.rescue(joints, STORED)?.flatten();
+        let instances = self.instances(node, location);
+        let instances = self.document.warnings.rescue(instances, "it is shown once")?.flatten();
+        for (index, primitive) in primitives.iter().enumerate() {
+            let geometry = self.geometry(mesh, index, &weights)?;
+            let material = self.material(primitive.material.map(|material| material.value()))?;
+            let part = (primitives.len() > 1).then_some(index);
+            let name = self.unique_name(name.as_deref(), node, part);
+            let posed = match (&geometry, &joints) {
+                (Some(geometry), Some(joints)) => {
+                    let posed = self.posed(geometry, primitive, joints, location);
+                    self.document.warnings.rescue(posed, STORED)?
+                }
+                _ => None,
+            };
+            if let Some(posed) = posed {
+                // The skin alone says where it is.
+                self.add_surface(name, Some(&posed), DAffine3::IDENTITY, &material, location)?;
+                continue;
             }
-            let material = self.document.root.meshes[mesh].primitives[primitive]
-                .material
-                .map(|material| material.value());
-            let (id, look) = self.material(material)?;
-            let name =
-                self.unique_name(name.as_deref(), node, (primitives > 1).then_some(primitive));
-            let geometry = self.meshes.get(&(mesh, primitive)).and_then(Option::as_ref);
-            // Vertices that no triangle uses are copied, too, for every instance; and what has no
-            // triangles takes time in every instance.
-            let triangles = geometry
-                .map_or(1, |geometry| geometry.indices.len().max(geometry.positions.len() / 3))
-                as u64;
-            self.triangles = self.triangles.checked_sub(triangles).ok_or_else(|| {
-                Error::new(
-                    location.clone(),
-                    format!(
-                        "more than {} triangles, which is the limit",
-                        self.document.limits.triangles
-                    ),
-                )
-            })?;
-            let Some(geometry) = geometry else { continue };
-            let caused = |error| Error::caused(location.clone(), error);
-            let mut added = self.builder.add_mesh(name.clone(), geometry, transform, id);
-            if let Err(SceneError::SingularTransform { .. }) = added {
-                let Some(flat) = flattened(geometry, transform) else {
-                    let reason = "its transform leaves nothing of its triangles: it is left out";
-                    self.document.warnings.warn(location.clone(), reason)?;
-                    continue;
-                };
-                added = self.builder.add_mesh(name, &flat, DAffine3::IDENTITY, id);
-            }
-            let surface = added.map_err(caused)?;
-            if let Some(radiance) = look.emission {
-                self.builder
-                    .set_textured_emission(surface, radiance, look.double_sided)
-                    .map_err(caused)?;
-                self.emits = true;
+            let geometry = geometry.as_deref();
+            let Some(instances) = &instances else {
+                self.add_surface(name, geometry, transform, &material, location)?;
+                continue;
+            };
+            for (k, instance) in instances.iter().enumerate() {
+                let name = self.unique_name(Some(&format!("{name}[{k}]")), node, None);
+                self.add_surface(name, geometry, transform * *instance, &material, location)?;
             }
         }
         Ok(())
     }
 
+    /// Adds the triangles of a primitive, if it has any, to the scene.
+    fn add_surface(
+        &mut self,
+        name: String,
+        geometry: Option<&Mesh>,
+        transform: DAffine3,
+        (id, look): &(MaterialId, Look),
+        location: &Location,
+    ) -> Result<(), Error> {
+        self.spend_triangles(geometry, location)?;
+        let Some(geometry) = geometry else { return Ok(()) };
+        let caused = |error| Error::caused(location.clone(), error);
+        let mut added = self.builder.add_mesh(name.clone(), geometry, transform, *id);
+        if let Err(SceneError::SingularTransform { .. }) = added {
+            let Some(flat) = flattened(geometry, transform) else {
+                let reason = "its transform leaves nothing of its triangles: it is left out";
+                return self.document.warnings.warn(location.clone(), reason);
+            };
+            added = self.builder.add_mesh(name, &flat, DAffine3::IDENTITY, *id);
+        }
+        let surface = added.map_err(caused)?;
+        if let Some((relief, _)) = &look.relief {
+            self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
+        }
+        if let Some(radiance) = &look.emission {
+            self.builder
+                .set_textured_emission(surface, radiance.clone(), look.double_sided)
+                .map_err(caused)?;
+            self.emits = true;
+        }
+        Ok(())
+    }
+
+    /// Counts the triangles of a mesh that is added to the scene. Vertices that no triangle uses
+    /// are copied, too, for every instance; and what has no triangles takes time in every instance.
+    fn spend_triangles(
+        &mut self,
+        geometry: Option<&Mesh>,
+        location: &Location,
+    ) -> Result<(), Error> {
+        let triangles = geometry
+            .map_or(1, |geometry| geometry.indices.len().max(geometry.positions.len() / 3))
+            as u64;
+        let limit = self.document.limits.triangles;
+        self.triangles = self.triangles.checked_sub(triangles).ok_or_else(|| {
+            let reason = format!("more than {limit} triangles, which is the limit");
+            Error::limit(location.clone(), reason)
+        })?;
+        Ok(())
+    }
+
+    /// The triangles of a primitive under weights of morph targets, read once.
+    fn geometry(
+        &mut self,
+        mesh: usize,
+        primitive: usize,
+        weights: &[f32],
+    ) -> Result<Option<Arc<Mesh>>, Error> {
+        let key = (mesh, primitive, weights.iter().map(|weight| weight.to_bits()).collect());
+        if let Some(known) = self.geometries.get(&key) {
+            return Ok(known.clone());
+        }
+        let read = self.read_primitive(mesh, primitive, weights)?.map(Arc::new);
+        self.geometries.insert(key, read.clone());
+        Ok(read)
+    }
+
     /// The triangles of a primitive; `None` if it has none.
-    fn read_primitive(&mut self, mesh: usize, index: usize) -> Result<Option<Mesh>, Error> {
+    fn read_primitive(
+        &mut self,
+        mesh: usize,
+        index: usize,
+        weights: &[f32],
+    ) -> Result<Option<Mesh>, Error> {
         let source = &self.document.root.meshes[mesh];
         let location = self
             .document
@@ -248,14 +302,21 @@ impl<'a> SceneReader<'a> {
             self.document.warnings.warn(location.clone(), "colours of vertices are left out")?;
         }
         let material = primitive.material.map(|material| material.value());
-        let set = self.material(material)?.1.coordinates;
+        let look = self.material(material)?.1;
+        let set = look.coordinates;
         let vectors =
             |values: Vec<[f64; 3]>| values.into_iter().map(DVec3::from_array).collect::<Vec<_>>();
-        let positions = vectors(self.document.vectors(positions, &mut self.budget)?);
+        let mut positions = vectors(self.document.vectors(positions, &mut self.budget)?);
+        let (document, budget) = (&*self.document, &mut self.budget);
+        document.morph(&primitive, weights, |target| target.positions, &mut positions, budget)?;
         let mut normals = match attribute(Semantic::Normals) {
             Some(normals) => Some(vectors(self.document.vectors(normals, &mut self.budget)?)),
             None => None,
         };
+        if let Some(normals) = &mut normals {
+            let (document, budget) = (&*self.document, &mut self.budget);
+            document.morph(&primitive, weights, |target| target.normals, normals, budget)?;
+        }
         if normals
             .as_ref()
             .is_some_and(|normals| normals.iter().any(|normal| normal.try_normalize().is_none()))
@@ -294,7 +355,41 @@ impl<'a> SceneReader<'a> {
                 format!("{} corners do not make whole triangles", corners.len()),
             ));
         }
-        Ok((!indices.is_empty()).then_some(Mesh { positions, normals, uvs, indices }))
+        if indices.is_empty() {
+            return Ok(None);
+        }
+        let tangents = attribute(Semantic::Tangents).filter(|_| normals.is_some());
+        let mesh = Mesh { positions, normals, uvs, indices, ..Mesh::default() };
+        let Some((_, to_uv)) = look.relief else { return Ok(Some(mesh)) };
+        let tangents = match tangents {
+            Some(tangents) => self.tangents(tangents, &mesh, location)?,
+            None => None,
+        };
+        Ok(Some(match tangents {
+            Some(_) => Mesh { tangents, ..mesh },
+            None => with_tangents(mesh, to_uv),
+        }))
+    }
+
+    /// The tangents that a file gives; `None` if they cannot be used.
+    fn tangents(
+        &mut self,
+        accessor: usize,
+        mesh: &Mesh,
+        location: Location,
+    ) -> Result<Option<Vec<DVec4>>, Error> {
+        let tangents: Vec<DVec4> = self
+            .document
+            .vectors(accessor, &mut self.budget)?
+            .into_iter()
+            .map(DVec4::from_array)
+            .collect();
+        if tangents.len() == mesh.positions.len() && tangents.iter().all(|t| t.is_finite()) {
+            return Ok(Some(tangents));
+        }
+        let reason = "its tangents are too few, too many or not finite: they are made anew";
+        self.document.warnings.warn(location, reason)?;
+        Ok(None)
     }
 
     /// A material of the file, or the one of primitives that name none.
@@ -408,7 +503,7 @@ fn flattened(mesh: &Mesh, transform: DAffine3) -> Option<Mesh> {
         mesh.positions.iter().map(|&position| transform.transform_point3(position)).collect();
     let has_area = mesh.indices.iter().any(|corners| {
         let [a, b, c] = corners.map(|corner| positions.get(corner as usize).copied());
-        matches!((a, b, c), (Some(a), Some(b), Some(c)) if (b - a).cross(c - a) != DVec3::ZERO)
+        matches!((a, b, c), (Some(a), Some(b), Some(c)) if (b - a).cross(c - a).length_squared() > 0.0)
     });
     has_area.then(|| Mesh { positions, normals: None, ..mesh.clone() })
 }

@@ -210,7 +210,7 @@ fn wrap(mode: &Checked<WrappingMode>) -> Wrap {
 
 /// Scale, rotation, offset. The rotation is counter-clockwise with v downwards, as in the
 /// specification's example.
-fn transform(info: &Info) -> DAffine2 {
+pub(super) fn transform(info: &Info) -> DAffine2 {
     let Some(transform) =
         info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref())
     else {

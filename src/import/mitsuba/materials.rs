@@ -6,7 +6,7 @@ use super::conductors;
 use super::document::Element;
 use super::spectrum::Illuminant;
 use super::values::{Object, number};
-use crate::material::Texture;
+use crate::material::{GreenAxis, Relief, Texture};
 use crate::math::Rgb;
 use crate::scene::{Material, MaterialId};
 use glam::DVec2;
@@ -24,13 +24,18 @@ impl<'a> Loader<'a> {
         if let Some(id) = self.materials.get(&key) {
             return Ok(*id);
         }
+        self.map = None;
         let material = self.bsdf(element, 0);
+        let relief = self.map.take();
         let instead = "the surface is diffuse and grey instead";
         let material = self.warnings.rescue(material, instead)?.unwrap_or_else(stand_in);
         // The scene's own names of materials are another set.
         let name = format!("{} {}", self.materials.len(), element.id().unwrap_or(element.kind()));
         let id =
             self.builder.add_material(name, material).map_err(|error| element.caused(error))?;
+        if let Some(relief) = relief {
+            self.reliefs.insert(id, relief);
+        }
         self.materials.insert(key, id);
         Ok(id)
     }
@@ -127,26 +132,12 @@ impl<'a> Loader<'a> {
                     .ok_or_else(|| element.error("the weight is missing"))?;
                 let components: [Material; 2] =
                     self.exactly(&object, depth, "blendbsdf has two bsdfs")?;
+                if self.map.is_some() {
+                    self.warn(element, "the map of one bsdf is laid on both")?;
+                }
                 Material::Blend { components: Box::new(components), amount }
             }
-            "bumpmap" | "normalmap" => {
-                object.ignore(&["scale"]);
-                let mut inside = None;
-                for child in object.objects() {
-                    if self.resolved(child)?.tag == "bsdf" {
-                        inside = Some(self.bsdf(child, depth + 1)?);
-                    }
-                }
-                self.warn(
-                    element,
-                    format!(
-                        "a {} is not supported; the surface is as smooth as its shape",
-                        element.kind()
-                    ),
-                )?;
-                object.ignore(&["normalmap", "arbitrary"]);
-                return Ok(inside.unwrap_or_else(stand_in));
-            }
+            "bumpmap" | "normalmap" => self.mapped(&object, depth)?,
             other => {
                 self.warn(element, format!("bsdfs of type {other} are not supported; the surface is diffuse and grey instead"))?;
                 return Ok(stand_in());
@@ -156,6 +147,38 @@ impl<'a> Loader<'a> {
         // So that the error names this element, not the outermost one.
         material.finish().map_err(|error| element.caused(error))?;
         Ok(material)
+    }
+
+    /// The bsdf that a normal or bump map is laid on.
+    fn mapped(&mut self, object: &Object<'a>, depth: u32) -> Result<Material, Error> {
+        let element = object.element;
+        for name in ["flip_invalid_normals", "use_shadowing_function"] {
+            if object.boolean(name)? == Some(false) {
+                self.warn(element, format!("{name} cannot be turned off"))?;
+            }
+        }
+        let instead = "the surface is as smooth as its shape";
+        let relief = if element.kind() == "normalmap" {
+            let normals = self.texture(object, "normalmap", Illuminant::D65)?;
+            normals.map(|normals| Relief::normal_map(normals, 1.0, GreenAxis::RightHanded))
+        } else {
+            let scale = object.float_or("scale", 1.0)?;
+            // It has any name.
+            let heights = object.children(|child| self.resolved(child).is_ok_and(is_texture));
+            let [heights] = heights[..] else {
+                return Err(element.error("bumpmap has one texture"));
+            };
+            let heights = self.texture_of(heights, Illuminant::D65);
+            let heights = self.warnings.rescue(heights, instead)?;
+            heights.map(|heights| Relief::bump_map(heights, scale))
+        };
+        let [inside] = self.exactly(object, depth, "a map is laid on one bsdf")?;
+        if self.map.is_some() {
+            self.warn(element, "the surface has another map, too: this one is left out")?;
+        } else {
+            self.map = relief;
+        }
+        Ok(inside)
     }
 
     fn nested(&mut self, object: &Object<'a>, depth: u32) -> Result<Vec<Material>, Error> {
@@ -316,6 +339,10 @@ impl<'a> Loader<'a> {
             _ => Err(element.error("a conductor has either a material or both eta and k")),
         }
     }
+}
+
+fn is_texture(element: &Element) -> bool {
+    element.tag == "texture"
 }
 
 /// An index of 0 + i mirrors everything.

@@ -22,7 +22,7 @@
 //! | settings of shapes | `to_world`, `flip_normals`, `face_normals`, `flip_tex_coords` |
 //! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic` |
 //! | bsdfs that transmit light | `dielectric`, `thindielectric`, `roughdielectric`, `null` |
-//! | bsdfs made of others | `twosided`, `mask`, `blendbsdf` |
+//! | bsdfs made of others | `twosided`, `mask`, `blendbsdf`, `normalmap`, `bumpmap` |
 //! | emitters | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
 //! | sensors | `perspective`, `thinlens`, `orthographic` |
 //! | parts of sensors | film, crop window, reconstruction filter |
@@ -45,6 +45,7 @@
 //! - A material that is not `twosided` absorbs on its back, unless it transmits light.
 //! - Which side is the front is decided by the vertex normals of a mesh. Meshes without them get
 //!   normals weighted by the angles of their triangles, unless `face_normals` is set.
+//! - Normal and bump maps hold for a whole surface, on both sides, and only one for each surface.
 //! - Masking and shadowing of rough materials are height-correlated here, and independent there:
 //!   rough surfaces are a little brighter here at grazing angles.
 //! - A Gaussian filter has the same standard deviation, but is the pixel's box blurred. Environment
@@ -54,7 +55,6 @@
 //!   one is taken. `direct` has one scattering event. With a `max_depth` of 0 nothing is seen: no
 //!   emitter is read.
 
-mod conductors;
 mod document;
 mod emitters;
 mod integrators;
@@ -62,13 +62,13 @@ mod materials;
 mod meshes;
 mod sensors;
 mod shapes;
-mod spectrum;
 mod textures;
 mod values;
 
 use super::files::Files;
 use super::{Error, Hints, Import, ImportedView, Limits, Location, Options, Warnings};
-use crate::material::Texture;
+use super::{conductors, spectrum};
+use crate::material::{Relief, Texture};
 use crate::scene::{MaterialId, WorldBuilder};
 use document::{Document, Element};
 use std::collections::hash_map::Entry;
@@ -115,6 +115,10 @@ struct Loader<'a> {
     /// False if the integrator sees nothing.
     sees: bool,
     materials: HashMap<*const Element, MaterialId>,
+    /// The normal or bump map of the material that is being read.
+    map: Option<Relief>,
+    /// Those of materials that have one.
+    reliefs: HashMap<MaterialId, Relief>,
     textures: HashMap<(*const Element, bool), Texture>,
     triangles_left: u64,
     pixels_left: u64,
@@ -134,6 +138,8 @@ impl<'a> Loader<'a> {
             hints: Hints::default(),
             sees: true,
             materials: HashMap::new(),
+            map: None,
+            reliefs: HashMap::new(),
             textures: HashMap::new(),
             triangles_left: options.limits.triangles,
             pixels_left: options.limits.pixels,

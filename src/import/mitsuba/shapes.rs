@@ -85,6 +85,9 @@ impl<'a> Loader<'a> {
                 return Ok(());
             }
         };
+        if let (Some(surface), Some(relief)) = (surface, self.reliefs.get(&material)) {
+            self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
+        }
         if let (Some(surface), Some(radiance)) = (surface, radiance.filter(|_| self.sees)) {
             self.check_uv(element, &radiance)?;
             let emits = self.builder.set_textured_emission(surface, radiance, false);
@@ -145,7 +148,7 @@ impl<'a> Loader<'a> {
                 corners.iter().map(|&(x, y)| DVec2::new(0.5 + 0.5 * x, 0.5 + 0.5 * y)).collect(),
             ),
             indices: vec![[0, 2, 1], [0, 3, 2]],
-            normals: None,
+            ..Mesh::default()
         };
         self.builder.add_mesh(name, &mesh, DAffine3::IDENTITY, material).map(Some).map_err(caused)
     }
@@ -210,5 +213,5 @@ fn cube() -> Mesh {
         let sum: DVec3 = face.iter().map(|p| DVec3::from_array(p.map(f64::from))).sum();
         [0.25 * sum; 4]
     });
-    Mesh { normals: Some(normals.collect()), positions, uvs: Some(uvs), indices }
+    Mesh { normals: Some(normals.collect()), positions, uvs: Some(uvs), indices, ..Mesh::default() }
 }

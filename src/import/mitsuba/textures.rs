@@ -38,7 +38,7 @@ impl<'a> Loader<'a> {
         self.warnings.rescue(colour, &format!("the {name} is as if it were not given"))
     }
 
-    fn texture_of(
+    pub(super) fn texture_of(
         &mut self,
         element: &'a Element,
         illuminant: Illuminant,

@@ -43,9 +43,14 @@ impl<'a> Object<'a> {
 
     /// Children that are objects of their own: plug-ins and references. They count as read.
     pub fn objects(&self) -> Vec<&'a Element> {
+        self.children(|child| !VALUES.contains(&child.tag.as_str()))
+    }
+
+    /// Those children that nobody has asked for and that are wanted. They count as read.
+    pub fn children(&self, is_wanted: impl Fn(&'a Element) -> bool) -> Vec<&'a Element> {
         let mut found = Vec::new();
         for (index, child) in self.element.children.iter().enumerate() {
-            if !VALUES.contains(&child.tag.as_str()) && !self.used.borrow()[index] {
+            if !self.used.borrow()[index] && is_wanted(child) {
                 self.used.borrow_mut()[index] = true;
                 found.push(child);
             }

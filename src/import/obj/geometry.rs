@@ -215,6 +215,7 @@ impl<'a> Vertices<'a> {
                 .collect(),
             uvs: (bare < vertices.len()).then(|| corners().map(uv).collect()),
             indices,
+            ..Mesh::default()
         };
         (mesh, bare)
     }

@@ -198,7 +198,9 @@ impl<'s> Pairs<'s> {
         let Some(emitter) = light.first().and_then(|start| start.light) else { return };
         let Some(center) = center(stage, weighting).filter(|_| !camera.is_empty()) else { return };
         let emitter = stage.scene.light(emitter);
-        let (flat, mut has_surface) = (emitter.as_flat(), false);
+        // Lanes know of no media.
+        let flat = emitter.as_flat().filter(|_| light[0].point.medium == 0);
+        let mut has_surface = false;
         self.light.clear();
         for s in 1..=light.len() {
             let side = || weighting.light_side_of(&light[..s], emitter);

@@ -29,6 +29,7 @@ fn normals_of_flat_meshes_are_left_out() {
         normals: Some(vec![n.as_vec3().as_dvec3(), normal, n]),
         uvs: Some(vec![DVec2::X, DVec2::Y, DVec2::ONE]),
         indices: vec![[0, 1, 2]],
+        ..Mesh::default()
     };
     for (normal, is_smooth) in
         [(n, false), (-n, false), (n + 1e-7 * u, false), (n + 1e-5 * u, true)]
@@ -51,6 +52,7 @@ fn attributes_follow_the_vertices_through_a_mirror() {
         ]),
         uvs: Some(vec![DVec2::new(0.2, 0.3), DVec2::new(0.6, 0.3), DVec2::new(0.2, 0.9)]),
         indices: vec![[0, 1, 2]],
+        ..Mesh::default()
     };
     for mirror in [1.0, -1.0] {
         let placed = mesh

@@ -206,8 +206,8 @@ impl Flat {
         surfaces: &[Surface],
         materials: &[Finish],
     ) -> Option<Self> {
-        let Surface { attributes, light, material, .. } = &surfaces[surface as usize];
-        if attributes.as_ref().is_some_and(Attributes::is_smooth) {
+        let Surface { attributes, relief, light, material, .. } = &surfaces[surface as usize];
+        if relief.is_some() || attributes.as_ref().is_some_and(Attributes::is_smooth) {
             return None;
         }
         let (spans, x, rounding) = match shape {

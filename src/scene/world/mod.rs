@@ -4,6 +4,7 @@
 //! lights are chosen by a [`LightTree`]. [`Needs`] are computed once, when the world is built.
 
 mod flat;
+mod media;
 mod needs;
 mod rays;
 #[cfg(test)]
@@ -12,6 +13,7 @@ mod tests;
 use self::flat::Flat;
 pub use self::flat::FlatSurfaces;
 pub(crate) use self::flat::{DIFFUSE, Diffuse, FlatHit, Meeting};
+pub(super) use self::media::Media;
 use super::lights::Choice;
 use super::surface::{MaterialId, Surface, SurfaceId};
 use super::{Needs, Warning};
@@ -29,6 +31,7 @@ pub struct World {
     forest: Forest,
     bounds: Bounds,
     materials: Vec<Finish>,
+    media: Media,
     surfaces: Vec<Surface>,
     /// The surface of each primitive.
     surface_of: Vec<u32>,
@@ -50,7 +53,7 @@ impl World {
     pub(in crate::scene) fn assemble(
         forest: Forest,
         bounds: Bounds,
-        materials: Vec<Finish>,
+        (materials, media): (Vec<Finish>, Media),
         surfaces: Vec<Surface>,
         lights: Vec<(String, AnyLight)>,
         environment: Option<LightId>,
@@ -70,6 +73,7 @@ impl World {
             forest,
             bounds,
             materials,
+            media,
             surfaces,
             surface_of,
             flat,

@@ -2,9 +2,10 @@
 
 use super::{FlatSurfaces, World};
 use crate::endpoint::{AnyLight, Light, LightId, LightKind};
-use crate::geometry::{Intersection, SurfacePoint, Triangle};
+use crate::geometry::{Intersection, NormalOrigin, SurfacePoint, Triangle};
 use crate::light_tree::LightTree;
-use crate::material::SurfaceBsdf;
+use crate::material::{Ground, Relief, SurfaceBsdf};
+use crate::math::Rgb;
 use crate::scene::mesh::Shading;
 use crate::scene::{Needs, Scene, SurfaceArea};
 use crate::tree::{Hit, Query, Segment};
@@ -86,6 +87,53 @@ impl World {
     ) -> SurfacePoint {
         let id = self.surface_of[primitive as usize];
         let surface = &self.surfaces[id as usize];
+        if let Some(relief) = &surface.relief {
+            return self.complete_in_relief(relief, primitive, triangle, x);
+        }
+        self.complete_unmapped(primitive, triangle, x)
+    }
+
+    /// A point where a map makes the shading normal. Apart, so that it costs other points nothing.
+    #[inline(never)]
+    fn complete_in_relief(
+        &self,
+        relief: &Relief,
+        primitive: u32,
+        triangle: Option<Triangle>,
+        x: SurfacePoint,
+    ) -> SurfacePoint {
+        let point = self.complete_unmapped(primitive, triangle, x);
+        let surface = &self.surfaces[point.surface as usize];
+        let index = (primitive - surface.first_primitive) as usize;
+        let attributes = surface.attributes.as_ref();
+        let partials = match (attributes, triangle) {
+            (Some(attributes), Some(triangle)) => attributes.partials(index, triangle),
+            _ => self.forest.shape(primitive).map_or([DVec3::ZERO; 2], |shape| shape.partials(&x)),
+        };
+        let ground = Ground {
+            normal: point.shading_normal,
+            geometric_normal: point.geometric_normal,
+            tangent: point.tangent,
+            handedness: attributes.and_then(|attributes| attributes.handedness(index)),
+            uv: point.uv,
+            partials,
+        };
+        SurfacePoint {
+            shading_normal: relief.normal(&ground),
+            normal_origin: NormalOrigin::Map,
+            ..point
+        }
+    }
+
+    #[inline(always)]
+    fn complete_unmapped(
+        &self,
+        primitive: u32,
+        triangle: Option<Triangle>,
+        x: SurfacePoint,
+    ) -> SurfacePoint {
+        let id = self.surface_of[primitive as usize];
+        let surface = &self.surfaces[id as usize];
         let mut shading = Shading::of(&x);
         if let (Some(attributes), Some(triangle)) = (&surface.attributes, triangle) {
             shading =
@@ -142,6 +190,21 @@ impl Scene for World {
     ) {
         self.forest
             .are_free(segments.map(|(a, b)| Segment::between(a, b, self.forest.center())), answer);
+    }
+
+    #[inline]
+    fn transmittance(&self, a: &SurfacePoint, b: &SurfacePoint) -> Rgb {
+        if self.media.is_empty() { Rgb::WHITE } else { self.passing(a, b) }
+    }
+
+    #[inline]
+    fn medium_towards(&self, x: &SurfacePoint, direction: DVec3) -> u16 {
+        if self.media.is_empty() { 0 } else { self.medium_beyond(x, direction) }
+    }
+
+    #[inline]
+    fn medium_at(&self, x: &SurfacePoint) -> u16 {
+        if self.media.is_empty() { 0 } else { self.medium_around(x) }
     }
 
     #[inline]
@@ -203,7 +266,7 @@ impl Scene for World {
 
     #[inline]
     fn flat_surfaces(&self) -> Option<FlatSurfaces<'_>> {
-        Some(FlatSurfaces(self))
+        self.media.is_empty().then_some(FlatSurfaces(self))
     }
 
     #[inline]

@@ -289,6 +289,62 @@ def nodes():
     save("nodes.gltf", writer.into(document, writer.embedded()))
 
 
+def poses():
+    """A mesh with morph targets at three nodes with weights of their own, and a ladder on two skins, of which one mirrors; it is morphed, too."""
+    writer = Writer()
+    places = writer.view(struct.pack("<B", 2))
+    rise = {"count": 1, "indices": {"bufferView": places, "componentType": U8}, "values": {"bufferView": writer.view(struct.pack("<3f", 0, 0, 1))}}
+    writer.accessors.append({"componentType": F32, "count": 4, "type": "VEC3", "sparse": rise})
+    raised = len(writer.accessors) - 1
+    tilt = writer.accessor("VEC3", [(0.75, 0, 0)] * 4)
+    padded = writer.view(struct.pack("<16b", *[127, 0, 0, 0] * 4), byteStride=4)
+    writer.accessors.append({"bufferView": padded, "componentType": 5120, "normalized": True, "count": 4, "type": "VEC3"})
+    aside = len(writer.accessors) - 1
+    sheet = square(writer, material=0, targets=[{"POSITION": raised, "NORMAL": tilt}, {"POSITION": aside}])
+    sheet["attributes"]["NORMAL"] = writer.accessor("VEC3", [(0, 0, 1)] * 4)
+    steps = [(x, y, 0) for y in range(3) for x in range(2)]
+    ladder = {
+        "attributes": {
+            "POSITION": writer.accessor("VEC3", steps), "NORMAL": writer.accessor("VEC3", [(0.6, 0, 0.8)] * 6),
+            "JOINTS_0": writer.accessor("VEC4", [(1, 0, 0, 0)] * 6, U8), "WEIGHTS_0": writer.accessor("VEC4", [(w, 255 - w, 0, 0) for w in (0, 0, 51, 51, 255, 255)], U8, normalized=True),
+        },
+        "indices": writer.accessor("SCALAR", [0, 1, 2, 3, 4, 5], U16), "mode": 5, "material": 0,
+        "targets": [{"POSITION": writer.accessor("VEC3", [(0, 0, 0.5)] * 6), "NORMAL": writer.accessor("VEC3", [(-0.6, 0, 0)] * 6)}],
+    }
+    shift = lambda x, y, z: (1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x, y, z, 1)
+    inverses = writer.accessor("MAT4", [shift(0, 0, -0.5), shift(-0.25, -1, 0)])
+    document = {
+        "extensionsUsed": ["KHR_mesh_quantization"], "scenes": [{"nodes": [0, 1, 2, 3, 5, 8, 10]}],
+        "nodes": [
+            {"name": "default", "mesh": 0}, {"name": "aside", "mesh": 0, "weights": [0, 2], "translation": [0, 3, 0]},
+            {"name": "plain", "mesh": 0, "weights": [0, 0], "translation": [0, 6, 0]},
+            {"translation": [100, 0, 0], "scale": [-5, 1, 1], "children": [4]}, {"name": "bent", "mesh": 1, "skin": 0, "weights": [0.5]},
+            {"scale": [2, 2, 2], "translation": [10, 0, 0], "children": [6]}, {"translation": [0, 0, 1], "children": [7]},
+            {"translation": [0, 1, 0], "rotation": [0, 0, HALF, HALF], "scale": [1, 3, 0.5]},
+            {"scale": [-1, 1, 1], "translation": [-10, 0, 0], "children": [9]}, {}, {"name": "mirrored", "mesh": 1, "skin": 1},
+        ],
+        "meshes": [{"primitives": [sheet], "weights": [0.5, 0]}, {"primitives": [ladder]}],
+        "skins": [{"joints": [6, 7], "inverseBindMatrices": inverses}, {"joints": [9, 8], "skeleton": 8}],
+        "materials": [{"emissiveFactor": [1, 1, 1]}],
+    }
+    save("poses.gltf", writer.into(document, writer.embedded()))
+
+
+def instances():
+    """A square shown three times at one node: moved, turned and scaled, once mirrored; rotations are integers."""
+    writer = Writer()
+    turns = writer.view(struct.pack("<12h", 0, 0, 0, 32767, 0, 0, 23170, 23170, 0, 0, 0, -32767))
+    writer.accessors.append({"bufferView": turns, "componentType": 5122, "normalized": True, "count": 3, "type": "VEC4"})
+    turns = len(writer.accessors) - 1
+    attributes = {"TRANSLATION": writer.accessor("VEC3", [(0, 0, 0), (2, 0, 0), (5, 0, 1)]), "ROTATION": turns, "SCALE": writer.accessor("VEC3", [(1, 1, 1), (0.25, 0.5, 1), (-1, 0.5, 1)])}
+    document = {
+        "extensionsUsed": ["EXT_mesh_gpu_instancing"], "extensionsRequired": ["EXT_mesh_gpu_instancing"], "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": "square", "mesh": 0, "translation": [0, 0, 3], "scale": [2, 1, 1], "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}}],
+        "meshes": [{"primitives": [square(writer, material=0)]}], "materials": [{"emissiveFactor": [1, 1, 1]}],
+    }
+    save("instances.gltf", writer.into(document, writer.embedded()))
+
+
 box()
 lights()
 materials()
@@ -296,3 +352,5 @@ textures()
 meshes()
 wraps()
 nodes()
+poses()
+instances()

@@ -92,7 +92,7 @@ fn observer(wavelength: f64) -> Option<[f64; 4]> {
 }
 
 /// IEC 61966-2-1.
-fn from_xyz([x, y, z]: [f64; 3]) -> Rgb {
+pub(super) fn from_xyz([x, y, z]: [f64; 3]) -> Rgb {
     Rgb::new(
         3.240_479 * x - 1.537_150 * y - 0.498_535 * z,
         -0.969_256 * x + 1.875_991 * y + 0.041_556 * z,
