@@ -59,7 +59,7 @@ fn what_is_no_file_is_refused_at_once() {
             let is_said = said.iter().any(|sentence| sentence.contains(expected));
             assert!(is_said, "{kind} as {part} of {scene}: {said:?}");
         }
-        for scene in ["scene.xml", "scene.gltf", "scene.glb", "scene.obj"] {
+        for scene in ["scene.xml", "scene.gltf", "scene.glb", "scene.obj", "scene.pbrt"] {
             make_special(&directory, kind, scene);
             let said = load(&directory.path(scene));
             assert!(said.len() == 1 && said[0].contains(expected), "{kind} as {scene}: {said:?}");

@@ -14,7 +14,7 @@ mod formats;
 use damage::damaged;
 use formats::{Format, formats};
 use glam::UVec2;
-use pathspace::import::{Import, Limits, Options, gltf, mitsuba, obj};
+use pathspace::import::{Import, Limits, Options, gltf, mitsuba, obj, pbrt};
 use pathspace::integrator::{Depth, PathTracer};
 use pathspace::render::{Budget, Render, Settings, unattended};
 use rand::SeedableRng;
@@ -48,6 +48,7 @@ fn load(scene: &Path) -> Result<Import, pathspace::import::Error> {
     match scene.extension().and_then(|extension| extension.to_str()) {
         Some("xml") => mitsuba::load(scene, &options(), [("res".to_owned(), "4".to_owned())]),
         Some("obj") => obj::load(scene, size, &options()),
+        Some("pbrt") => pbrt::load(scene, &options()),
         _ => gltf::load(scene, size, &options()),
     }
 }

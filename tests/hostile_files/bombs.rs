@@ -180,6 +180,13 @@ fn includes_do_not_multiply_without_end() {
     assert_said(&load(&directory.path("0.xml")), "more elements than the limit admits");
     directory.write("0.xml", scene(include(0)));
     assert_said(&load(&directory.path("0.xml")), "include each other");
+    for k in 0..15 {
+        directory.write(&format!("{k}.pbrt"), format!("Include \"{}.pbrt\"\n", k + 1).repeat(2));
+    }
+    directory.write("15.pbrt", "");
+    assert_said(&load(&directory.path("0.pbrt")), "limit");
+    directory.write("0.pbrt", "Include \"15.pbrt\"\n".repeat(1_000_000));
+    assert_said(&load(&directory.path("0.pbrt")), "limit");
     let libraries: String = (0..100_000).map(|k| format!("mtllib {}\n", k % 2)).collect();
     directory.write("0", "newmtl a\n");
     directory.write("scene.obj", format!("{libraries}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));

@@ -1,7 +1,7 @@
 //! Scenes of every format around one file, and their reading.
 
 use glam::UVec2;
-use pathspace::import::{Options, gltf, mitsuba, obj};
+use pathspace::import::{Options, gltf, mitsuba, obj, pbrt};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::Duration;
@@ -38,7 +38,7 @@ impl Drop for Directory {
 }
 
 /// The scene in which a file is used, its text, and the file.
-pub const USES: [(&str, &str, &str); 11] = [
+pub const USES: [(&str, &str, &str); 14] = [
     ("image.xml", IMAGE, "part.png"),
     ("sky.xml", SKY, "part.png"),
     ("obj.xml", OBJ, "part.obj"),
@@ -50,6 +50,13 @@ pub const USES: [(&str, &str, &str); 11] = [
     ("buffer.gltf", GLTF_BUFFER, "part.bin"),
     ("library.obj", "mtllib part.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "part.mtl"),
     ("image.obj", OBJ_IMAGE, "part.png"),
+    ("image.pbrt", PBRT_IMAGE, "part.png"),
+    (
+        "ply.pbrt",
+        "WorldBegin\nShape \"sphere\"\nShape \"plymesh\" \"string filename\" \"part.ply\"\n",
+        "part.ply",
+    ),
+    ("include.pbrt", "WorldBegin\nShape \"sphere\"\nInclude \"part.pbrt\"\n", "part.pbrt"),
 ];
 
 const IMAGE: &str = "<scene version='3.0.0'><sensor type='perspective'/><shape type='cube'><bsdf type='diffuse'><texture type='bitmap' name='reflectance'><string name='filename' value='part.png'/></texture></bsdf></shape></scene>";
@@ -62,6 +69,7 @@ const SPECTRUM: &str = "<scene version='3.0.0'><sensor type='perspective'/><shap
 pub const GLTF_IMAGE: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],"accessors":[{"bufferView":0,"count":3,"type":"VEC3","componentType":5126}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"textures":[{"source":0}],"images":[{"uri":"part.png"}]}"#;
 const GLTF_BUFFER: &str =
     r#"{"asset":{"version":"2.0"},"buffers":[{"uri":"part.bin","byteLength":36}]}"#;
+const PBRT_IMAGE: &str = "WorldBegin\nTexture \"a\" \"spectrum\" \"imagemap\" \"string filename\" \"part.png\"\nMaterial \"diffuse\" \"texture reflectance\" \"a\"\nShape \"sphere\"\n";
 pub const OBJ_IMAGE: &str =
     "mtllib maps.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n";
 
@@ -81,6 +89,7 @@ pub fn load_with(path: &Path, options: Options) -> Vec<String> {
         let import = match file.extension().and_then(|extension| extension.to_str()) {
             Some("xml") => mitsuba::load(&file, &options, []),
             Some("obj") => obj::load(&file, size, &options),
+            Some("pbrt") => pbrt::load(&file, &options),
             _ => gltf::load(&file, size, &options),
         };
         let spent = processor_time() - before;

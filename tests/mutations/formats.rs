@@ -55,6 +55,16 @@ pub fn formats() -> Vec<Format> {
             others: gltf_parts(),
         },
         Format {
+            name: "pbrt",
+            target: "scene.pbrt",
+            originals: vec![data("pbrt/room.pbrt"), PBRT.into()],
+            is_text: true,
+            scene: "scene.pbrt",
+            others: ["parts/colours.png", "parts/materials.pbrt.gz", "parts/pyramid.ply.gz"]
+                .map(|name| (name, data(&format!("pbrt/{name}"))))
+                .into(),
+        },
+        Format {
             name: "obj",
             target: "scene.obj",
             originals: vec![OBJ.as_bytes().to_vec(), data("mitsuba/parts/tetrahedron.obj")],
@@ -185,6 +195,39 @@ fn obj_parts() -> Vec<(&'static str, Vec<u8>)> {
         ("c.exr", data("mitsuba/parts/sky.exr")),
     ]
 }
+
+const PBRT: &str = r#"Scale -1 1 1
+LookAt 0 -4 1.5  0 0 1  0 0 1
+Camera "orthographic" "float screenwindow" [ -2 2 -1 1 ]
+Film "gbuffer" "integer xresolution" 8 "integer yresolution" 6 "integer pixelbounds" [ 0 8 1 5 ]
+PixelFilter "mitchell" "float B" 0.5
+Integrator "path" "integer maxdepth" 3
+WorldBegin
+Texture "wood" "spectrum" "imagemap" "string filename" "parts/colours.png" "string wrap" "clamp"
+  "float uscale" 2 "bool invert" true
+Texture "grey" "float" "scale" "float tex" 0.5 "float scale" 0.25
+Texture "both" "spectrum" "mix" "texture tex1" "wood" "rgb tex2" [ 0.1 0.2 0.3 ] "float amount" 0.5
+MakeNamedMaterial "coat" "string type" "coateddiffuse" "texture reflectance" "both"
+  "float roughness" 0.1 "spectrum eta" 1.5
+MakeNamedMaterial "gold" "string type" "coatedconductor" "float interface.roughness" 0.01
+MakeNamedMaterial "sum" "string type" "mix" "string materials" [ "coat" "gold" ] "float amount" 0.25
+AttributeBegin
+  NamedMaterial "sum"
+  Shape "cylinder" "float radius" 0.5 "float zmin" -1 "float zmax" 1 "float phimax" 270
+  Rotate 45 0 1 0
+  Material "dielectric" "spectrum eta" "glass-BK7" "texture roughness" "grey"
+  Shape "sphere" "float radius" 0.5 "float zmin" -0.25 "float alpha" 0.5
+  Material "subsurface" "rgb reflectance" [ 0.5 0.6 0.7 ]
+  Shape "loopsubdiv" "integer levels" 2 "integer indices" [ 0 1 2 ]
+    "point3 P" [ 0 0 0 1 0 0 0 1 0 ]
+  Shape "trianglemesh" "integer indices" [ 0 1 2 ] "point3 P" [ 0 0 2 1 0 2 0 1 2 ]
+    "normal N" [ 0 0 1 0 0 1 0 1 1 ] "vector3 S" [ 1 0 0 1 0 0 1 0 0 ]
+AttributeEnd
+MediumInterface "fog" ""
+LightSource "spot" "rgb I" [ 5 5 5 ] "float coneangle" 20 "point3 from" [ 0 0 5 ]
+LightSource "infinite" "string filename" "parts/colours.png" "float scale" 0.5
+LightSource "goniometric" "float power" 10
+"#;
 
 const OBJ: &str = "mtllib scene.mtl
 o box
