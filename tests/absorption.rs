@@ -11,7 +11,6 @@ mod scenes;
 
 use common::Random;
 use measure::{Method, Probe};
-use pathspace::bsdf::BsdfError;
 use pathspace::endpoint::{Camera, ConstantEnvironment, PinholeCamera};
 use pathspace::film::{FilmSample, Sample};
 use pathspace::geometry::{Sphere, SurfacePoint};
@@ -20,7 +19,7 @@ use pathspace::integrator::{Bidirectional, Depth};
 use pathspace::math::Rgb;
 use pathspace::path::{Scratch, Weighting};
 use pathspace::sampler::Sampler;
-use pathspace::scene::{Material, Scene, SceneError, World, WorldBuilder};
+use pathspace::scene::{Material, Scene, SceneError, World};
 use scenes::{Stage, camera, cube, lambert};
 
 /// Absorption, per channel.
@@ -50,7 +49,8 @@ fn check(world: &World, eye: &PinholeCamera) {
 #[test]
 fn a_furnace_full_of_absorber() {
     let mut stage = Stage::default();
-    let wall = stage.sphere(Sphere::new(DVec3::ZERO, 1.0), lambert(0.5).absorbing(SIGMA));
+    let wall = stage.sphere(Sphere::new(DVec3::ZERO, 1.0), lambert(0.5));
+    stage.absorb(wall, SIGMA);
     stage.emit(wall, Rgb::WHITE, true);
     check(&stage.build(), &camera(DVec3::ZERO, DVec3::new(1.0, 0.2, 0.1), 80.0));
 }
@@ -63,12 +63,12 @@ fn a_furnace_inside_of_an_absorber() {
     let inward = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
     let wall = stage.sphere(inward, lambert(0.5));
     stage.glow(wall, 1.0);
-    stage.sphere(Sphere::new(DVec3::X, 3.0), Material::Null.absorbing(SIGMA));
-    // Bodies beside it, which rays from inside cross.
-    stage.sphere(
-        Sphere::new(DVec3::new(0.36, 0.48, 0.8) * 7.0, 1.0),
-        Material::Null.absorbing(SIGMA),
-    );
+    // The second lies beside it, where rays from inside cross it.
+    let beside = DVec3::new(0.36, 0.48, 0.8) * 7.0;
+    for body in [Sphere::new(DVec3::X, 3.0), Sphere::new(beside, 1.0)] {
+        let body = stage.sphere(body, Material::Null);
+        stage.absorb(body, SIGMA);
+    }
     check(&stage.build(), &camera(DVec3::ZERO, DVec3::new(1.0, 0.2, 0.1), 80.0));
 }
 
@@ -78,7 +78,8 @@ fn a_furnace_inside_of_an_absorber() {
 fn coloured_glass_along_a_diameter() {
     let mut stage = Stage::default();
     let (glass, sigma) = (Material::Dielectric { relative_ior: 1.5 }, Rgb::new(0.0, 0.1, 0.5));
-    stage.sphere(Sphere::new(DVec3::ZERO, 1.0), glass.absorbing(sigma));
+    let ball = stage.sphere(Sphere::new(DVec3::ZERO, 1.0), glass);
+    stage.absorb(ball, sigma);
     stage.environment(ConstantEnvironment::new(Rgb::WHITE).expect("a sky"));
     let world = stage.build();
     let eye = camera(DVec3::X * 5.0, DVec3::ZERO, 1.0);
@@ -105,10 +106,11 @@ fn nested() -> World {
     stage.glow(lamp, 2.0);
     let alpha = DVec2::splat(0.4);
     let glass = Material::RoughDielectric { relative_ior: 1.3, alpha };
-    let tint = Rgb::new(0.2, 1.0, 2.0);
-    stage.sphere(Sphere::new(DVec3::new(0.3, 0.2, -0.4), 0.5), glass.absorbing(tint));
+    let body = stage.sphere(Sphere::new(DVec3::new(0.3, 0.2, -0.4), 0.5), glass);
+    stage.absorb(body, Rgb::new(0.2, 1.0, 2.0));
     stage.sphere(Sphere::new(DVec3::new(0.3, 0.2, -0.4), 0.2), lambert(0.7));
-    stage.sphere(Sphere::new(DVec3::ZERO, 4.0), Material::Null.absorbing(Rgb::new(0.3, 0.1, 0.0)));
+    let all = stage.sphere(Sphere::new(DVec3::ZERO, 4.0), Material::Null);
+    stage.absorb(all, Rgb::new(0.3, 0.1, 0.0));
     stage.build()
 }
 
@@ -159,11 +161,10 @@ fn paths_are_what_the_definitions_say() {
 
 #[test]
 fn infinity_is_dark_only_where_something_absorbs() {
-    let mut builder = WorldBuilder::new();
-    let glass = Material::Null.absorbing(Rgb::new(1.0, 0.0, 0.0));
-    let glass = builder.add_material("glass", glass).expect("a material");
-    builder.add_sphere("ball", Sphere::new(DVec3::ZERO, 1.0), glass).expect("a ball");
-    let world = builder.build().expect("a world");
+    let mut stage = Stage::default();
+    let ball = stage.sphere(Sphere::new(DVec3::ZERO, 1.0), Material::Null);
+    stage.absorb(ball, Rgb::new(1.0, 0.0, 0.0));
+    let world = stage.build();
     let inside = world.intersect(&SurfacePoint::dirac(DVec3::ZERO), DVec3::X).expect("the ball");
     let sky = SurfacePoint::infinite(DVec3::NEG_X * 2.0, DVec3::X);
     assert_eq!(world.transmittance(&inside, &sky), Rgb::new(0.0, 1.0, 1.0));
@@ -177,19 +178,11 @@ fn infinity_is_dark_only_where_something_absorbs() {
 
 #[test]
 fn bad_absorption_is_refused() {
-    let mut builder = WorldBuilder::new();
+    let mut stage = Stage::default();
+    let ball = stage.sphere(Sphere::new(DVec3::ZERO, 1.0), Material::Null);
     for sigma in [-1.0, f64::NAN, f64::INFINITY] {
-        let error = builder.add_material("x", Material::Null.absorbing(Rgb::splat(sigma)));
-        let Err(SceneError::Material { reason: BsdfError::Absorption(_), .. }) = error else {
-            panic!("{error:?}");
-        };
-    }
-    let body = Material::Null.absorbing(Rgb::WHITE);
-    let nested =
-        [body.clone().tinted(Rgb::WHITE), body.clone().one_sided(), body.absorbing(Rgb::WHITE)];
-    for nested in nested {
-        let error = builder.add_material("x", nested);
-        let Err(SceneError::Material { reason: BsdfError::NestedAbsorption, .. }) = error else {
+        let error = stage.builder.set_absorption(ball, Rgb::new(0.0, sigma, 0.0));
+        let Err(SceneError::Parameter { parameter: "absorption", .. }) = error else {
             panic!("{error:?}");
         };
     }

@@ -469,6 +469,7 @@ fn mesh() -> impl Strategy<Value = Mesh> {
             normals,
             uvs: uvs.map(|n| vec![DVec2::splat(n as f64); n]),
             indices,
+            ..Mesh::default()
         },
     )
 }

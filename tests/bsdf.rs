@@ -47,6 +47,11 @@ fn constructors_refuse_bad_parameters() {
         assert!(matches!(Lambert::new(Rgb::new(0.5, bad, 0.5)), Err(BsdfError::Reflectance(_))));
         assert!(matches!(Mirror::new(Rgb::splat(bad)), Err(BsdfError::Reflectance(_))));
     }
+    for bad in [0.9, -1.5, f64::NAN, f64::INFINITY] {
+        let ggx = Ggx::isotropic(0.1).unwrap();
+        assert!(Plastic::new(Rgb::WHITE, Rgb::WHITE, bad, false).is_err());
+        assert!(RoughPlastic::new(Rgb::WHITE, Rgb::WHITE, bad, false, ggx).is_err());
+    }
     for bad in [0.0, -1.5, f64::NAN, f64::INFINITY] {
         assert!(matches!(Dielectric::new(bad), Err(BsdfError::RelativeIor(_))));
         assert!(RoughDielectric::new(bad, Ggx::isotropic(0.1).unwrap()).is_err());

@@ -22,3 +22,5 @@ mod refusals;
 mod reliefs;
 #[path = "import_gltf/room.rs"]
 mod room;
+#[path = "import_gltf/volumes.rs"]
+mod volumes;

@@ -17,6 +17,10 @@ mod hostile;
 mod images;
 #[path = "import_mitsuba/integrators.rs"]
 mod integrators;
+#[path = "import_mitsuba/media.rs"]
+mod media;
+#[path = "import_mitsuba/plastics.rs"]
+mod plastics;
 #[path = "import_mitsuba/refusals.rs"]
 mod refusals;
 #[path = "import_mitsuba/reliefs.rs"]

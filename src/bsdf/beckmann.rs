@@ -17,7 +17,7 @@
 //! fit of Walter et al., so visible normals are sampled exactly.
 
 use super::BsdfError;
-use super::ggx::checked_alpha;
+use super::ggx::{LEAST_ALPHA, checked_alpha};
 use super::microfacets::Masked;
 use crate::math::erf;
 use glam::{DVec2, DVec3};
@@ -43,6 +43,13 @@ impl Beckmann {
     pub fn new(alpha_x: f64, alpha_y: f64) -> Result<Self, BsdfError> {
         let ([alpha_x, alpha_y], smooth) = checked_alpha(alpha_x, alpha_y)?;
         Ok(Self { alpha_x, alpha_y, smooth })
+    }
+
+    /// Roughnesses that are known to be at most 10, raised to
+    /// [`LEAST_ALPHA`]: never smooth.
+    pub(super) const fn raised(alpha_x: f64, alpha_y: f64) -> Self {
+        let (alpha_x, alpha_y) = (alpha_x.max(LEAST_ALPHA), alpha_y.max(LEAST_ALPHA));
+        Self { alpha_x, alpha_y, smooth: false }
     }
 
     /// The same roughness in all directions.

@@ -39,15 +39,12 @@ pub enum BsdfError {
     /// A BSDF of a user's own is tinted, blended, mixed, or one side of two.
     #[error("a BSDF of a user's own must stand alone, without tint, sides, blend or mixture")]
     NestedCustom,
-    /// Beckmann's distribution is asked of a material that is not rough.
-    #[error("Beckmann's distribution needs a rough mirror, rough conductor or rough dielectric")]
+    /// Beckmann's distribution, or a roughness that varies, is asked of a material that is not rough.
+    #[error(
+        "Beckmann's distribution and varying roughness need a rough mirror, rough conductor or \
+         rough dielectric; Beckmann's may be that of rough plastic, too"
+    )]
     NotRough,
-    /// An absorption coefficient is negative or not finite.
-    #[error("absorption must be finite and not negative per channel, but is {:?}", .0.0)]
-    Absorption(Rgb),
-    /// A boundary of an absorbing body is a part of another material.
-    #[error("the boundary of an absorbing body must not be a part of another material")]
-    NestedAbsorption,
     /// A material that differs between its sides transmits light.
     #[error("a material that differs between its sides must not transmit light")]
     SidedTransmission,

@@ -60,6 +60,13 @@ impl Ggx {
         Self { alpha_x: raised, alpha_y: raised, smooth: alpha < LEAST_ALPHA }
     }
 
+    /// Roughnesses that are known to be at most [`GREATEST_ALPHA`], raised to
+    /// [`LEAST_ALPHA`]: never smooth.
+    pub(super) const fn raised(alpha_x: f64, alpha_y: f64) -> Self {
+        let (alpha_x, alpha_y) = (alpha_x.max(LEAST_ALPHA), alpha_y.max(LEAST_ALPHA));
+        Self { alpha_x, alpha_y, smooth: false }
+    }
+
     /// The same roughness in all directions.
     ///
     /// # Errors

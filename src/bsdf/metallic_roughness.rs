@@ -25,8 +25,10 @@ use super::error::checked_reflectance;
 use super::fresnel::checked_relative_ior;
 use super::mirror::mirrored;
 use super::rough_conductor::{Pair, sample_reflection};
-use super::{Bsdf, BsdfError, BsdfSample, Ggx, Lobes, Microfacets, TransportMode, same_side};
-use crate::math::warp::square_to_cosine_hemisphere;
+use super::{
+    Bsdf, BsdfError, BsdfSample, Ggx, Lobes, Microfacets, TransportMode, finite_sample, same_side,
+    sample_diffuse,
+};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
@@ -186,19 +188,9 @@ impl Bsdf for MetallicRoughness {
         let next = if u1 < coat {
             sample_reflection(&self.distribution, fixed, u2)?
         } else {
-            let next = square_to_cosine_hemisphere(u2);
-            DVec3::new(next.x, next.y, next.z.copysign(fixed.z))
+            sample_diffuse(fixed, u2)
         };
-        let (to_light, to_camera) = mode.label(fixed, next);
-        let pdf = self.pdf(fixed, next, mode);
-        (pdf.value() > 0.0).then(|| BsdfSample {
-            next,
-            weight: self.eval(to_light, to_camera) / pdf.value(),
-            pdf,
-            pdf_reverse: self.pdf(next, fixed, mode.reversed()),
-            dirac: false,
-            relative_ior: 1.0,
-        })
+        finite_sample(self, fixed, next, mode)
     }
 
     fn dirac_images(&self, fixed: DVec3, _mode: TransportMode, image: &mut dyn FnMut(BsdfSample)) {

@@ -76,6 +76,15 @@ impl Microfacets {
         sample_visible(seen_from: DVec3, u: DVec2) -> Option<DVec3>;
     }
 
+    /// The same distribution with other roughnesses, at most 10 and raised to
+    /// [`LEAST_ALPHA`](super::ggx::LEAST_ALPHA): it is never smooth.
+    pub(super) const fn with_roughness(self, alpha_x: f64, alpha_y: f64) -> Self {
+        match self {
+            Self::Ggx(_) => Self::Ggx(Ggx::raised(alpha_x, alpha_y)),
+            Self::Beckmann(_) => Self::Beckmann(Beckmann::raised(alpha_x, alpha_y)),
+        }
+    }
+
     /// The masking of two directions on the same side.
     #[inline]
     pub(super) fn masked(&self, a: DVec3, b: DVec3) -> Masked {

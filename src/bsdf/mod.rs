@@ -15,7 +15,7 @@
 //!
 //! | surface | models |
 //! |---|---|
-//! | diffuse | [`Lambert`]; under a coat [`Plastic`] |
+//! | diffuse | [`Lambert`]; under a coat [`Plastic`], [`RoughPlastic`] |
 //! | smooth, opaque (Dirac lobes) | [`Mirror`], [`Conductor`] |
 //! | smooth, transmissive (Dirac lobes) | [`Dielectric`], [`ThinDielectric`], [`Null`] |
 //! | rough | [`RoughConductor`], [`RoughDielectric`] with [`Ggx`] or [`Beckmann`] |
@@ -26,6 +26,7 @@
 //! scattering; Walter et al. 2007 for rough surfaces; each model names its own.
 
 use crate::lanes::Lane;
+use crate::math::warp::square_to_cosine_hemisphere;
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 
@@ -46,6 +47,7 @@ pub mod null;
 pub mod plastic;
 pub mod rough_conductor;
 pub mod rough_dielectric;
+pub mod rough_plastic;
 pub mod shading;
 pub mod thin_dielectric;
 
@@ -55,7 +57,7 @@ pub use dielectric::Dielectric;
 pub use error::BsdfError;
 pub use fresnel::Reflectance;
 pub use ggx::Ggx;
-pub(crate) use ggx::LEAST_ALPHA;
+pub(crate) use ggx::{GREATEST_ALPHA, LEAST_ALPHA};
 pub use lambert::Lambert;
 pub use metallic_roughness::MetallicRoughness;
 pub use microfacets::Microfacets;
@@ -67,6 +69,7 @@ pub use plastic::Plastic;
 pub use rough_conductor::RoughConductor;
 pub(crate) use rough_dielectric::INDEX_MATCHED;
 pub use rough_dielectric::RoughDielectric;
+pub use rough_plastic::RoughPlastic;
 pub use thin_dielectric::ThinDielectric;
 
 /// The quantity that a walk estimates, and so the end that it starts at.
@@ -356,6 +359,32 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
     fn lane_form(&self, front: bool) -> Option<LaneForm> {
         (**self).lane_form(front)
     }
+}
+
+/// The sample of a direction on the same side that `bsdf` has chosen by its density; `None` where
+/// rounding leaves no density.
+fn finite_sample(
+    bsdf: &impl Bsdf,
+    fixed: DVec3,
+    next: DVec3,
+    mode: TransportMode,
+) -> Option<BsdfSample> {
+    let (to_light, to_camera) = mode.label(fixed, next);
+    let pdf = bsdf.pdf(fixed, next, mode);
+    (pdf.value() > 0.0).then(|| BsdfSample {
+        next,
+        weight: bsdf.eval(to_light, to_camera) / pdf.value(),
+        pdf,
+        pdf_reverse: bsdf.pdf(next, fixed, mode.reversed()),
+        dirac: false,
+        relative_ior: 1.0,
+    })
+}
+
+/// A direction on the side of another with the density of Lambert's law.
+fn sample_diffuse(fixed: DVec3, u: DVec2) -> DVec3 {
+    let next = square_to_cosine_hemisphere(u);
+    next.with_z(next.z.copysign(fixed.z))
 }
 
 /// True if both directions lie strictly on the same side of the surface.

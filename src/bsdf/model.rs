@@ -2,7 +2,7 @@
 
 use super::{
     Bsdf, BsdfSample, Conductor, Dielectric, Lambert, LaneForm, Lobes, MetallicRoughness, Mirror,
-    Null, Plastic, RoughConductor, RoughDielectric, ThinDielectric, TransportMode,
+    Null, Plastic, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric, TransportMode,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -33,6 +33,19 @@ pub enum Model {
     RoughConductor(RoughConductor),
     /// Frosted glass.
     RoughDielectric(RoughDielectric),
+    /// A diffuse body under a rough coat.
+    RoughPlastic(RoughPlastic),
+}
+
+impl Model {
+    /// The same model with other roughnesses, at most 10; `None` if it has none that can vary.
+    pub(crate) fn with_roughness(&self, alpha_x: f64, alpha_y: f64) -> Option<Self> {
+        match self {
+            Self::RoughConductor(metal) => Some(metal.with_roughness(alpha_x, alpha_y).into()),
+            Self::RoughDielectric(glass) => Some(glass.with_roughness(alpha_x, alpha_y).into()),
+            _ => None,
+        }
+    }
 }
 
 /// Runs an expression on the concrete model; black surfaces get the other expression.
@@ -50,6 +63,7 @@ macro_rules! dispatch {
             Self::MetallicRoughness($bsdf) => $scatters,
             Self::RoughConductor($bsdf) => $scatters,
             Self::RoughDielectric($bsdf) => $scatters,
+            Self::RoughPlastic($bsdf) => $scatters,
         }
     };
 }
@@ -112,5 +126,6 @@ from_model!(
     Plastic,
     MetallicRoughness,
     RoughConductor,
-    RoughDielectric
+    RoughDielectric,
+    RoughPlastic
 );

@@ -15,8 +15,7 @@
 use super::error::checked_reflectance;
 use super::fresnel::{self, checked_relative_ior};
 use super::mirror::mirrored;
-use super::{Bsdf, BsdfError, BsdfSample, Lobes, TransportMode, same_side, sine};
-use crate::math::warp::square_to_cosine_hemisphere;
+use super::{Bsdf, BsdfError, BsdfSample, Lobes, TransportMode, same_side, sample_diffuse, sine};
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
@@ -25,11 +24,11 @@ use std::f64::consts::FRAC_1_PI;
 /// surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plastic {
-    relative_ior: f64,
+    pub(super) relative_ior: f64,
     /// Colour of the coat's reflection.
-    specular: Rgb,
+    pub(super) specular: Rgb,
     /// Mean reflectance of the coat from inside.
-    inside: f64,
+    pub(super) inside: f64,
     colour_shift: bool,
     /// Albedo of the body under a coat that transmits everything in and out: `a / (1 - a R_i) /
     /// n²`.
@@ -79,30 +78,39 @@ impl Plastic {
         Self { body, body_share, ..self }
     }
 
-    /// The body's value, given the interfaces of both directions.
-    fn body_value(&self, to_light: &fresnel::Interface, to_camera: &fresnel::Interface) -> Rgb {
-        self.body * (FRAC_1_PI * to_light.transmittance * to_camera.transmittance)
+    /// The same body under a coat of another mean reflectance from inside.
+    pub(super) fn with_inside(self, inside: f64, albedo: Rgb) -> Self {
+        Self { inside, ..self }.with_albedo(albedo)
+    }
+
+    /// The body's value, given the coat's transmittances for both directions.
+    pub(super) fn body_value(&self, [to_light, to_camera]: [f64; 2]) -> Rgb {
+        self.body * (FRAC_1_PI * to_light * to_camera)
     }
 
     fn interface(&self, direction: DVec3) -> fresnel::Interface {
         fresnel::dielectric(direction.z.abs(), sine(direction), self.relative_ior)
     }
 
-    /// The probability of sampling the coat.
-    fn coat_probability(&self, interface: &fresnel::Interface) -> f64 {
-        let coat = interface.reflectance * (1.0 - self.body_share);
-        let body = interface.transmittance * self.body_share;
+    /// The probability of sampling the coat, given its reflectance and transmittance.
+    pub(super) fn coat_probability(&self, reflectance: f64, transmittance: f64) -> f64 {
+        let coat = reflectance * (1.0 - self.body_share);
+        let body = transmittance * self.body_share;
         // Neither only where nothing is reflected at all.
         if coat + body > 0.0 { coat / (coat + body) } else { 1.0 }
     }
 
+    fn coat_probability_at(&self, interface: &fresnel::Interface) -> f64 {
+        self.coat_probability(interface.reflectance, interface.transmittance)
+    }
+
     fn body_pdf(&self, interface: &fresnel::Interface) -> PerProjected {
-        PerProjected(FRAC_1_PI * (1.0 - self.coat_probability(interface)))
+        PerProjected(FRAC_1_PI * (1.0 - self.coat_probability_at(interface)))
     }
 
     /// The reflection of the coat.
     fn coat_image(&self, fixed: DVec3, interface: &fresnel::Interface) -> Option<BsdfSample> {
-        let probability = self.coat_probability(interface);
+        let probability = self.coat_probability_at(interface);
         (probability > 0.0).then(|| {
             let weight = self.specular * (interface.reflectance / probability);
             BsdfSample::of_dirac(mirrored(fixed), weight, probability)
@@ -125,7 +133,7 @@ impl Bsdf for Plastic {
         if !same_side(to_light, to_camera) {
             return Rgb::BLACK;
         }
-        self.body_value(&self.interface(to_light), &self.interface(to_camera))
+        self.body_value([to_light, to_camera].map(|w| self.interface(w).transmittance))
     }
 
     fn pdf(&self, fixed: DVec3, next: DVec3, _walk: TransportMode) -> PerProjected {
@@ -141,7 +149,8 @@ impl Bsdf for Plastic {
             return (Rgb::BLACK, PerProjected::ZERO);
         }
         let interface = self.interface(to_camera);
-        (self.body_value(&self.interface(to_light), &interface), self.body_pdf(&interface))
+        let ends = [self.interface(to_light).transmittance, interface.transmittance];
+        (self.body_value(ends), self.body_pdf(&interface))
     }
 
     fn sample(&self, fixed: DVec3, _walk: TransportMode, u1: f64, u2: DVec2) -> Option<BsdfSample> {
@@ -149,12 +158,11 @@ impl Bsdf for Plastic {
             return None;
         }
         let interface = self.interface(fixed);
-        let coat_probability = self.coat_probability(&interface);
+        let coat_probability = self.coat_probability_at(&interface);
         if u1 < coat_probability {
             return self.coat_image(fixed, &interface);
         }
-        let mut next = square_to_cosine_hemisphere(u2);
-        next.z = next.z.copysign(fixed.z);
+        let next = sample_diffuse(fixed, u2);
         let pdf = self.body_pdf(&interface);
         if !same_side(fixed, next) || pdf.value() <= 0.0 {
             return None;
@@ -162,7 +170,7 @@ impl Bsdf for Plastic {
         let beyond = self.interface(next);
         Some(BsdfSample {
             next,
-            weight: self.body_value(&beyond, &interface) / pdf.value(),
+            weight: self.body_value([beyond.transmittance, interface.transmittance]) / pdf.value(),
             pdf,
             pdf_reverse: self.body_pdf(&beyond),
             dirac: false,

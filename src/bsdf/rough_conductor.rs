@@ -26,6 +26,11 @@ impl RoughConductor {
         Self { reflectance, distribution: distribution.into() }
     }
 
+    /// The same metal with other roughnesses, at most 10; never smooth.
+    pub(super) const fn with_roughness(self, alpha_x: f64, alpha_y: f64) -> Self {
+        Self { distribution: self.distribution.with_roughness(alpha_x, alpha_y), ..self }
+    }
+
     /// The pair seen from `fixed`'s side with its half vector; `None` where there is no finite
     /// reflection.
     #[inline]
@@ -158,6 +163,12 @@ impl Lobe {
     #[inline]
     pub fn value(&self) -> f64 {
         0.5 * self.density * self.masked.correlation
+    }
+
+    /// `D G1 G1 / (4 o_z i_z)`: the value if masking and shadowing are independent.
+    #[inline]
+    pub fn value_of_independent(&self) -> f64 {
+        0.25 * (self.density / self.masked.areas[0]) / self.masked.areas[1]
     }
 
     /// `D_o(h) / (4 (o·h)) / i_z`: the density of visible normals, the Jacobian of mirroring, and

@@ -40,10 +40,17 @@ impl RoughDielectric {
     /// # Errors
     /// If `relative_ior` is not in [1e-6, 1e6].
     pub fn new(relative_ior: f64, distribution: impl Into<Microfacets>) -> Result<Self, BsdfError> {
-        let distribution = distribution.into();
-        let interface = Dielectric::new(relative_ior)?;
-        let dirac = distribution.is_smooth() || (relative_ior - 1.0).abs() < INDEX_MATCHED;
-        Ok(Self { interface, distribution, dirac })
+        Dielectric::new(relative_ior).map(|interface| Self::of(interface, distribution.into()))
+    }
+
+    fn of(interface: Dielectric, distribution: Microfacets) -> Self {
+        let is_matched = (interface.relative_ior() - 1.0).abs() < INDEX_MATCHED;
+        Self { interface, distribution, dirac: distribution.is_smooth() || is_matched }
+    }
+
+    /// The same interface with other roughnesses, at most 10; never smooth.
+    pub(super) fn with_roughness(self, alpha_x: f64, alpha_y: f64) -> Self {
+        Self::of(self.interface, self.distribution.with_roughness(alpha_x, alpha_y))
     }
 
     #[inline]
@@ -242,7 +249,7 @@ impl Refraction {
 
 /// `o` refracted through the normal `h`, if it leaves on the far side.
 #[inline]
-fn refract(o: DVec3, h: DVec3, eta: f64, refracted_cosine: f64) -> Option<DVec3> {
+pub(super) fn refract(o: DVec3, h: DVec3, eta: f64, refracted_cosine: f64) -> Option<DVec3> {
     let i = ((o.dot(h) / eta - refracted_cosine) * h - o / eta).normalize();
     (i.z < 0.0).then_some(i)
 }

@@ -63,14 +63,19 @@ impl Files {
             reason: format!("{}: {error}", path.display()),
             ..Error::caused(location, error)
         };
+        // Before it is opened: a pipe waits for its writer, and a device may do anything.
+        let length = match std::fs::metadata(path) {
+            Ok(metadata) if metadata.is_file() => metadata.len(),
+            Ok(_) => return Err(Error::new(location, format!("{} is not a file", path.display()))),
+            Err(error) => return Err(fail(location, error)),
+        };
+        if length > self.bytes_left {
+            self.spend(length, location.clone())?;
+        }
         let file = match File::open(path) {
             Ok(file) => file,
             Err(error) => return Err(fail(location, error)),
         };
-        // A pipe or a device may never end.
-        if !file.metadata().is_ok_and(|metadata| metadata.is_file()) {
-            return Err(Error::new(location, format!("{} is not a file", path.display())));
-        }
         let mut bytes = Vec::new();
         match file.take(self.bytes_left.saturating_add(1)).read_to_end(&mut bytes) {
             Err(error) => Err(fail(location, error)),

@@ -24,6 +24,9 @@ pub(crate) fn decode(
     let reader = || ImageReader::with_format(Cursor::new(bytes), format);
     let (width, height) = reader().into_dimensions().map_err(fail)?;
     let pixels = u64::from(width) * u64::from(height);
+    if pixels == 0 {
+        return Err(Error::new(location.clone(), format!("{}: it has no pixels", path.display())));
+    }
     *pixels_left = pixels_left.checked_sub(pixels).ok_or_else(|| {
         let reason = "the images have more pixels than the limit admits";
         Error::limit(location.clone(), reason)

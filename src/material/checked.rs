@@ -3,9 +3,9 @@
 use super::finish::{Finish, Layer, Share, is_alone};
 use super::{Material, SurfaceBsdf, Texture};
 use crate::bsdf::{
-    Beckmann, BsdfError, Conductor, Dielectric, Ggx, Lambert, Lobes, MetallicRoughness,
-    Microfacets, Mirror, Mixture, Model, Null, Plastic, Reflectance, RoughConductor,
-    RoughDielectric, ThinDielectric,
+    Beckmann, BsdfError, Conductor, Dielectric, GREATEST_ALPHA, Ggx, INDEX_MATCHED, Lambert, Lobes,
+    MetallicRoughness, Microfacets, Mirror, Mixture, Model, Null, Plastic, Reflectance,
+    RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
 };
 use crate::math::Rgb;
 use glam::DVec2;
@@ -25,16 +25,6 @@ impl Material {
     pub(crate) fn finish(&self) -> Result<Finish, BsdfError> {
         match self {
             Self::Custom(bsdf) => Ok(Finish::Custom(bsdf.clone())),
-            Self::Absorbing { boundary, absorption } => {
-                let is_valid = |sigma: &f64| *sigma >= 0.0 && sigma.is_finite();
-                if !absorption.0.iter().all(is_valid) {
-                    return Err(BsdfError::Absorption(*absorption));
-                }
-                match **boundary {
-                    Self::Absorbing { .. } => Err(BsdfError::NestedAbsorption),
-                    _ => boundary.finish(),
-                }
-            }
             _ => Ok(Finish::of_sides([self.side(true)?, self.side(false)?])),
         }
     }
@@ -69,11 +59,6 @@ impl Material {
                 let shares = [Share::Rest(amount.clone()), Share::Amount(amount.clone())];
                 Self::two_layers(components, front, shares)
             }
-            Self::Plastic { albedo, .. } if albedo.as_constant().is_none() => {
-                checked_colours(albedo)?;
-                // Of the brightest albedo, so that the lobes are those that some point has.
-                alone(Layer { textures: vec![albedo.clone()], ..Layer::alone(self.model()?) })
-            }
             Self::MetallicRoughness { base_color, metallic_roughness: surface, relative_ior }
                 if base_color.as_constant().is_none() || surface.as_constant().is_none() =>
             {
@@ -84,7 +69,30 @@ impl Material {
                 let textures = vec![base_color.clone(), surface.clone()];
                 alone(Layer { textures, ..Layer::alone(self.model()?) })
             }
-            _ => alone(Layer::alone(self.model()?)),
+            Self::VaryingRoughness { rough, alpha } => {
+                let [x, y] = alpha.each_ref().map(|texture| texture.range()[1].luminance());
+                if alpha.iter().any(|texture| !texture.is_within(0.0, GREATEST_ALPHA)) {
+                    return Err(BsdfError::Roughness(x, y));
+                }
+                let model = rough.model()?.with_roughness(x, y).ok_or(BsdfError::NotRough)?;
+                alone(Layer { textures: alpha.to_vec(), ..Layer::alone(model) })
+            }
+            _ => {
+                // Of the brightest albedo, so that the lobes are those that some point has.
+                let model = Layer::alone(self.model()?);
+                let albedo = self.body().filter(|albedo| albedo.as_constant().is_none());
+                albedo.map_or(Ok(()), checked_colours)?;
+                alone(Layer { textures: albedo.into_iter().cloned().collect(), ..model })
+            }
+        }
+    }
+
+    /// The albedo of the body under a coat.
+    fn body(&self) -> Option<&Texture> {
+        match self {
+            Self::Plastic { albedo, .. } | Self::RoughPlastic { albedo, .. } => Some(albedo),
+            Self::Beckmann { rough } => rough.body(),
+            _ => None,
         }
     }
 
@@ -132,7 +140,6 @@ impl Material {
                     .map(Model::MetallicRoughness)
             }
             Self::Custom(_) => Err(BsdfError::NestedCustom),
-            Self::Absorbing { .. } => Err(BsdfError::NestedAbsorption),
             // Everything else is made of others.
             _ => self.rough_model(ggx)?.ok_or(BsdfError::NestedMixture),
         }
@@ -153,6 +160,15 @@ impl Material {
             }
             Self::RoughDielectric { relative_ior, alpha } => {
                 RoughDielectric::new(*relative_ior, distribution(alpha)?)?.into()
+            }
+            Self::RoughPlastic { albedo, specular, relative_ior, colour_shift, alpha } => {
+                let (albedo, n) = (albedo.range()[1], *relative_ior);
+                let distribution = distribution(&DVec2::splat(*alpha))?;
+                if distribution.is_smooth() || n - 1.0 < INDEX_MATCHED {
+                    Plastic::new(albedo, *specular, n, *colour_shift)?.into()
+                } else {
+                    RoughPlastic::new(albedo, *specular, n, *colour_shift, distribution)?.into()
+                }
             }
             _ => return Ok(None),
         }))

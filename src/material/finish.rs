@@ -39,7 +39,8 @@ pub(crate) struct Layers {
 pub(crate) struct Layer {
     pub model: Model,
     /// The textures in place of the model's own colours: the albedo of plastic's body; of
-    /// metallic-roughness its base colour, and roughness in green with metalness in blue.
+    /// metallic-roughness its base colour, and roughness in green with metalness in blue; of
+    /// rough metal and glass α along x and along y.
     pub textures: Vec<Texture>,
     /// Factors of the BSDF.
     pub tints: Vec<Texture>,
@@ -93,9 +94,14 @@ impl Layer {
     fn model(&self, look_up: impl Fn(&Texture) -> Rgb) -> Model {
         match (&self.model, &self.textures[..]) {
             (Model::Plastic(plastic), [albedo]) => plastic.with_albedo(look_up(albedo)).into(),
+            (Model::RoughPlastic(plastic), [albedo]) => plastic.with_albedo(look_up(albedo)).into(),
             (Model::MetallicRoughness(model), [base_color, surface]) => {
                 let [_, roughness, metalness] = look_up(surface).0;
                 model.with(look_up(base_color), metalness, roughness).into()
+            }
+            (model, [x, y]) => {
+                let [x, y] = [x, y].map(|alpha| look_up(alpha).luminance());
+                model.with_roughness(x, y).unwrap_or(*model)
             }
             (model, _) => *model,
         }
@@ -110,7 +116,6 @@ impl Layer {
     /// The lobes that it has at some point.
     pub fn lobes(&self) -> Lobes {
         match (&self.model, &self.textures[..]) {
-            (Model::Plastic(plastic), [albedo]) => plastic.with_albedo(albedo.range()[1]).lobes(),
             (Model::MetallicRoughness(_), [base_color, surface]) => {
                 let [least, greatest] = surface.range();
                 let when =

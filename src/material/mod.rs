@@ -73,6 +73,20 @@ pub enum Material {
         /// True if light that the coat throws back to the body is coloured again.
         colour_shift: bool,
     },
+    /// A diffuse body under a rough clear coat: GGX; see
+    /// [`RoughPlastic`](crate::bsdf::RoughPlastic).
+    RoughPlastic {
+        /// Reflected fraction of the body, 0 to 1.
+        albedo: Texture,
+        /// Scale of the coat's reflection, 0 to 1; physically 1.
+        specular: Rgb,
+        /// Index of refraction of the coat over that of the outside, at least 1.
+        relative_ior: f64,
+        /// True if light that the coat throws back to the body is coloured again.
+        colour_shift: bool,
+        /// Roughness of the coat, in all directions.
+        alpha: f64,
+    },
     /// Metal, or a diffuse body under a dielectric coat, or a mixture of both: the material of
     /// glTF; see
     /// [`MetallicRoughness`](crate::bsdf::MetallicRoughness).
@@ -107,10 +121,20 @@ pub enum Material {
         /// Roughness along the tangent and across it.
         alpha: DVec2,
     },
-    /// A rough mirror, rough metal or frosted glass with Beckmann's distribution in place of GGX.
+    /// A rough mirror, rough metal, frosted glass or rough plastic with Beckmann's distribution in
+    /// place of GGX.
     Beckmann {
-        /// The rough material, one of the three.
+        /// The rough material, one of the four.
         rough: Box<Material>,
+    },
+    /// A rough mirror, rough metal or frosted glass, perhaps with Beckmann's distribution, whose
+    /// roughness varies over the surface. It is never smooth: α is at least
+    /// [`LEAST_ALPHA`](crate::bsdf::ggx::LEAST_ALPHA).
+    VaryingRoughness {
+        /// The rough material, whose own α has no meaning.
+        rough: Box<Material>,
+        /// α along the tangent and across it, 0 to 10: the luminance of two textures.
+        alpha: Box<[Texture; 2]>,
     },
     /// A material in a colour: its BSDF is multiplied by a texture. Over a white Lambertian
     /// reflector that is a textured one.
@@ -143,16 +167,6 @@ pub enum Material {
         /// The weights; a sum of at most 1 conserves energy.
         weights: [f64; 2],
     },
-    /// The boundary of a body that absorbs light on its way through, as coloured glass does. The
-    /// body lies behind the surface; boundaries that are not closed have no end of it. What lies
-    /// inside of it and is no boundary itself is in it, too.
-    Absorbing {
-        /// The material of the boundary; not a part of another material, as of a blend.
-        boundary: Box<Material>,
-        /// Absorption coefficient σ in 1 over the scene's unit of length: after a distance d
-        /// `exp(-σ d)` is left.
-        absorption: Rgb,
-    },
     /// A BSDF of a user's own, the same everywhere and on both sides but for what it makes of the
     /// sign of z; see [`Material::custom`]. Tints, sides, blends and mixtures do not take it.
     Custom(CustomBsdf),
@@ -170,17 +184,6 @@ impl Material {
     #[must_use]
     pub fn one_sided(self) -> Self {
         Self::Sided { front: Box::new(self), back: Box::new(Self::Black) }
-    }
-
-    /// The boundary of a body that absorbs; see [`Material::Absorbing`].
-    #[must_use]
-    pub fn absorbing(self, absorption: Rgb) -> Self {
-        Self::Absorbing { boundary: Box::new(self), absorption }
-    }
-
-    /// The absorption coefficient of the body behind the surface.
-    pub(crate) fn absorption(&self) -> Rgb {
-        if let Self::Absorbing { absorption, .. } = self { *absorption } else { Rgb::BLACK }
     }
 
     /// The same material in a colour.

@@ -26,9 +26,25 @@ fn textured_and_sided_materials_agree_with_themselves() {
         relative_ior: 1.5,
         colour_shift: true,
     };
+    let rough_plastic = Material::RoughPlastic {
+        albedo: board(),
+        specular: Rgb::WHITE,
+        relative_ior: 1.5,
+        colour_shift: false,
+        alpha: 0.3,
+    };
     let rough = Material::RoughMirror { reflectance: Rgb::splat(0.9), alpha: DVec2::new(0.3, 0.4) };
     let beckmann = Material::Beckmann { rough: Box::new(rough.clone()) };
+    let varying = |rough: &Material| Material::VaryingRoughness {
+        rough: Box::new(rough.clone()),
+        alpha: Box::new([board(), Rgb::splat(0.4).into()]),
+    };
+    let glass = Material::RoughDielectric { relative_ior: 1.5, alpha: DVec2::ZERO };
     let materials = [
+        varying(&beckmann),
+        varying(&glass),
+        rough_plastic.clone(),
+        Material::Beckmann { rough: Box::new(rough_plastic) },
         lambert(0.7).tinted(board()),
         lambert(0.7).one_sided(),
         Material::Sided { front: Box::new(lambert(0.3)), back: Box::new(rough.tinted(board())) },
@@ -222,4 +238,37 @@ fn a_material_mixed_with_black_keeps_its_weight() {
         let value = SurfaceBsdf::new(&finish, DVec2::ZERO).eval(DVec3::Z, DVec3::Z) * PI;
         approx::assert_relative_eq!(value.mean(), albedo, max_relative = 1e-14);
     }
+}
+
+/// At each place the material is that of the roughness which the texture has there.
+#[test]
+fn roughness_varies_with_its_texture() {
+    let rough = |alpha: DVec2| Material::RoughMirror { reflectance: Rgb::WHITE, alpha };
+    let u = Texture::checkerboard(Rgb::splat(0.1), Rgb::splat(0.4));
+    let v = Texture::from(Rgb::splat(0.2));
+    let alpha = Box::new([u, v]);
+    let varying = |rough: Material| Material::VaryingRoughness {
+        rough: Box::new(rough),
+        alpha: alpha.clone(),
+    };
+    let beckmann = |rough| Material::Beckmann { rough: Box::new(rough) };
+    let (o, i) = (DVec3::new(0.48, 0.36, 0.8), DVec3::new(-0.6, 0.0, 0.8));
+    let f = |material: &Material, uv: DVec2| {
+        SurfaceBsdf::new(&material.finish().expect("valid"), uv).eval(i, o).mean()
+    };
+    for (uv, alpha_u) in PLACES.into_iter().zip([0.1, 0.4]) {
+        let there = rough(DVec2::new(alpha_u, 0.2));
+        for (varying, constant) in [
+            (varying(rough(DVec2::ZERO)), there.clone()),
+            (varying(beckmann(rough(DVec2::ONE))), beckmann(there)),
+        ] {
+            let (here, there) = (f(&varying, uv), f(&constant, uv));
+            approx::assert_relative_eq!(here, there, max_relative = 1e-12);
+        }
+    }
+    use crate::bsdf::BsdfError;
+    assert_eq!(varying(lambert(0.5)).finish(), Err(BsdfError::NotRough));
+    let alpha = Box::new([Texture::checkerboard(Rgb::WHITE, Rgb::splat(10.5)), board()]);
+    let refused = Material::VaryingRoughness { rough: Box::new(rough(DVec2::ONE)), alpha }.finish();
+    assert!(matches!(refused, Err(BsdfError::Roughness(..))), "{refused:?}");
 }

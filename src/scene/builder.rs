@@ -9,6 +9,7 @@ use super::world::{Media, World};
 use crate::endpoint::{AnyLight, AreaLight, Light, LightId, SceneExtent};
 use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
 use crate::material::{Finish, Material, Relief, Texture};
+use crate::math::Rgb;
 use crate::tree::Forest;
 use glam::DAffine3;
 use std::collections::{HashMap, HashSet};
@@ -37,7 +38,6 @@ use std::collections::{HashMap, HashSet};
 #[derive(Default)]
 pub struct WorldBuilder {
     materials: Vec<Finish>,
-    media: Media,
     material_ids: HashMap<String, MaterialId>,
     names: HashSet<String>,
     surfaces: Vec<Surface>,
@@ -72,9 +72,6 @@ impl WorldBuilder {
             return Err(SceneError::DuplicateName { name });
         }
         Warning::of_material(&name, &material, &mut self.warnings);
-        if !self.media.push(material.absorption()) {
-            return Err(SceneError::TooManyMedia { name });
-        }
         let id = MaterialId(self.materials.len() as u32);
         self.materials.push(finish);
         self.material_ids.insert(name, id);
@@ -227,6 +224,28 @@ impl WorldBuilder {
         Ok(())
     }
 
+    /// Fills the body behind a surface with a medium that absorbs and does not scatter, as coloured
+    /// glass does: after a distance d `exp(-σ d)` of the light is left, σ the absorption coefficient
+    /// per unit of the scene's length. All surfaces around a body need the same σ; a body that is
+    /// not closed does not end. What lies inside of it and bounds nothing is in it, too. The last
+    /// call counts.
+    ///
+    /// # Errors
+    /// The surface is missing, or a component is negative or not finite.
+    pub fn set_absorption(
+        &mut self,
+        surface: SurfaceId,
+        absorption: Rgb,
+    ) -> Result<(), SceneError> {
+        let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
+        let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
+        for sigma in absorption.0 {
+            check(&surface.name, "absorption", sigma, "at least 0", |sigma| sigma >= 0.0)?;
+        }
+        surface.absorption = absorption;
+        Ok(())
+    }
+
     /// Adds a light that is not a surface of the scene: a point light, a spot light, a directional
     /// light.
     ///
@@ -302,13 +321,14 @@ impl WorldBuilder {
         let light_tree = lights::prepare(&mut lights, &extent)?;
         Warning::of_surfaces(&self.surfaces, &self.shapes, &bounds, &mut self.warnings);
         let areas: Vec<f64> = self.shapes.iter().map(Shape::area).collect();
+        let media = Media::of(&mut self.surfaces)?;
         let forest = Forest::new(self.shapes, &bounds);
         Warning::of_stretch(&self.surfaces, &forest, &mut self.warnings);
         Ok(World::assemble(
             forest,
             bounds,
-            (self.materials, self.media),
-            self.surfaces,
+            self.materials,
+            (self.surfaces, media),
             lights,
             environment,
             light_tree,
@@ -351,6 +371,8 @@ impl WorldBuilder {
             primitives,
             attributes,
             relief: None,
+            absorption: Rgb::BLACK,
+            medium: 0,
         });
         Ok(id)
     }

@@ -51,11 +51,11 @@ pub enum SceneError {
         #[source]
         reason: BsdfError,
     },
-    /// More than 65 535 materials with absorbing bodies behind them.
-    #[error("material \"{name}\": there are more than 65535 absorbing media")]
+    /// More than 65 535 different media that absorb.
+    #[error("\"{object}\": there are more than 65535 different absorbing media")]
     TooManyMedia {
-        /// The material that is one too many.
-        name: String,
+        /// The surface behind which is one too many.
+        object: String,
     },
     /// A parameter of a light outside its range.
     #[error("\"{name}\": {reason}")]

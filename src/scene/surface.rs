@@ -35,6 +35,10 @@ pub(crate) struct Surface {
     pub primitives: u32,
     pub attributes: Option<Attributes>,
     pub relief: Option<Box<Relief>>,
+    /// Absorption coefficient of what lies behind it.
+    pub absorption: Rgb,
+    /// The number of that medium.
+    pub medium: u16,
 }
 
 impl Surface {

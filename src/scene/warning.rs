@@ -99,6 +99,7 @@ impl Warning {
             Material::RoughMirror { alpha, .. } | Material::RoughConductor { alpha, .. } => {
                 rough(alpha)
             }
+            Material::RoughPlastic { alpha, .. } => rough(DVec2::splat(alpha)),
             Material::RoughDielectric { relative_ior, alpha } => {
                 rough(alpha);
                 if relative_ior != 1.0 && (relative_ior - 1.0).abs() < INDEX_MATCHED {
@@ -108,7 +109,6 @@ impl Warning {
             Material::Mixture { ref components, .. } => {
                 components.iter().for_each(|part| Self::of_material(name, part, warnings))
             }
-            Material::Absorbing { ref boundary, .. } => Self::of_material(name, boundary, warnings),
             _ => {}
         }
     }

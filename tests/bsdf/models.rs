@@ -38,6 +38,11 @@ fn plastic(specular: Rgb, colour_shift: bool) -> Model {
     Plastic::new(Rgb::new(0.2, 0.5, 0.9), specular, 1.5, colour_shift).unwrap().into()
 }
 
+fn rough_plastic(colour_shift: bool, distribution: impl Into<Microfacets>) -> Model {
+    let (albedo, specular) = (Rgb::new(0.2, 0.5, 0.9), Rgb::new(1.0, 0.8, 0.6));
+    RoughPlastic::new(albedo, specular, 1.5, colour_shift, distribution).unwrap().into()
+}
+
 fn metallic_roughness(metalness: f64, roughness: f64) -> Model {
     MetallicRoughness::new(Rgb::new(0.2, 0.5, 0.9), metalness, roughness, 1.5).unwrap().into()
 }
@@ -114,6 +119,10 @@ pub fn rough_models() -> Vec<(String, Box<dyn Bsdf>)> {
         let glass = RoughDielectric::new(1.5, beckmann(alpha)).unwrap();
         models.push((format!("Beckmann glass {alpha:?}"), boxed(glass)));
         if alpha.0 == alpha.1 {
+            let ggx = rough_plastic(false, Ggx::isotropic(alpha.0).unwrap());
+            models.push((format!("rough plastic {alpha:?}"), boxed(ggx)));
+            let plastic = rough_plastic(true, beckmann(alpha));
+            models.push((format!("Beckmann plastic {alpha:?}"), boxed(plastic)));
             for metalness in [0.0, 0.4, 1.0] {
                 models.push((
                     format!("metallic-roughness {metalness} {alpha:?}"),

@@ -78,6 +78,11 @@ impl Stage {
         self.emit(surface, Rgb::splat(radiance), false);
     }
 
+    /// Fills the body behind a surface.
+    pub fn absorb(&mut self, surface: SurfaceId, absorption: Rgb) {
+        self.builder.set_absorption(surface, absorption).expect("valid absorption");
+    }
+
     pub fn light(&mut self, light: impl Light + Send + 'static) {
         let name = self.name();
         self.builder.add_light(name, light).expect("valid light");

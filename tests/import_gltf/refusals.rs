@@ -221,12 +221,6 @@ fn what_is_left_out_is_named_and_strict_readers_refuse_it() {
             json!([1, 0.5, 1, 1]),
             "colours its reflections, too",
         ),
-        (
-            "materials.gltf",
-            "/materials/2/extensions/KHR_materials_volume",
-            json!({"thicknessFactor": 1, "attenuationDistance": 1, "attenuationColor": [1, 0, 0]}),
-            "absorption",
-        ),
     ];
     for (file, pointer, value, reason) in cases {
         let text = altered(file, pointer, value);

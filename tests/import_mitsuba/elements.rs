@@ -4,9 +4,10 @@ use crate::files::{Directory, GLOW, SENSOR, emitted_below, emitted_from, load};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3, UVec2};
 use pathspace::film::Filter;
+use pathspace::geometry::SurfacePoint;
 use pathspace::import::{Import, Options, mitsuba};
 use pathspace::math::Rgb;
-use pathspace::scene::SurfaceArea;
+use pathspace::scene::{Scene, SurfaceArea};
 
 #[test]
 fn parameters_includes_references_and_hints() {
@@ -74,6 +75,7 @@ fn fronts_follow_normals() {
     let directory = Directory::new("fronts");
     let mirror = "<transform name='to_world'><scale x='-1'/></transform>";
     let flip = "<boolean name='flip_normals' value='true'/>";
+    let uneven = "<transform name='to_world'><scale x='1.5' y='2'/></transform>";
     let obj = "<string name='filename' value='parts/up.obj'/>";
     directory.write("parts/up.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
     let faces = "<boolean name='face_normals' value='true'/>";
@@ -102,6 +104,92 @@ fn fronts_follow_normals() {
             .expect("valid");
         let expected = if front { Rgb::WHITE } else { Rgb::BLACK };
         assert_eq!(emitted_below(&import, 0.1, 0.2), expected, "{kind} {parameters}");
+        // An instance has the image of the front for its front.
+        for transform in ["", mirror, uneven] {
+            let import = directory
+                .load(&format!(
+                    "{SENSOR}<shape type='shapegroup' id='a'><shape type='{kind}'>{parameters}{GLOW}</shape></shape>\
+                     <shape type='instance'>{transform}<ref id='a'/></shape>"
+                ))
+                .expect("valid");
+            let found = emitted_below(&import, 0.1, 0.2);
+            assert_eq!(found, expected, "{transform} of {kind} {parameters}");
+        }
+    }
+}
+
+/// Points, normals and texture coordinates that Mitsuba 3.9 reports where a ray hits.
+#[test]
+fn curved_shapes_are_met_where_mitsuba_meets_them() {
+    let directory = Directory::new("curved");
+    let scale = "<transform name='to_world'><scale x='2'/></transform>";
+    let slanted = "cylinder'><point name='p0' x='0.1'/><point name='p1' x='1' y='2' z='1'/><float name='radius' value='0.5'/>";
+    let downwards = "cylinder'><point name='p0' x='0.1'/><point name='p1' x='1' y='-2' z='-3'/><float name='radius' value='0.5'/>";
+    let upright = "cylinder'><point name='p1' z='2'/><float name='radius' value='0.5'/>";
+    let flip = "<boolean name='flip_normals' value='true'/>";
+    let v = DVec3::new;
+    let cases = [
+        (
+            slanted.to_owned(),
+            v(3.0, 1.0, 0.4),
+            -DVec3::X,
+            v(1.06229, 1.0, 0.4),
+            v(0.91271, -0.24858, -0.32429),
+            (0.9907, 0.56214),
+        ),
+        (
+            downwards.to_owned(),
+            v(3.0, -1.0, -1.4),
+            -DVec3::X,
+            v(1.04139, -1.0, -1.4),
+            v(0.96424, 0.0412, 0.2618),
+            (0.00585, 0.5103),
+        ),
+        (
+            format!("{upright}{scale}"),
+            v(0.2, -3.0, 0.5),
+            DVec3::Y,
+            v(0.2, -0.4899, 0.5),
+            v(0.10153, -0.99483, 0.0),
+            (0.78205, 0.25),
+        ),
+        (
+            format!("{upright}{scale}{flip}"),
+            v(0.2, -3.0, 0.5),
+            DVec3::Y,
+            v(0.2, -0.4899, 0.5),
+            v(-0.10153, 0.99483, 0.0),
+            (0.78205, 0.25),
+        ),
+        (
+            format!("disk'>{scale}"),
+            v(1.5, 0.1, 5.0),
+            -DVec3::Z,
+            v(1.5, 0.1, 0.0),
+            DVec3::Z,
+            (0.75664, 0.0211),
+        ),
+        (
+            format!(
+                "shapegroup' id='a'><shape type='sphere'/></shape><shape type='instance'><ref id='a'/>{scale}"
+            ),
+            v(0.3, 0.1, 5.0),
+            v(0.01, 0.0, -1.0),
+            v(0.3402, 0.1, 0.9803),
+            v(0.086, 0.1011, 0.9912),
+            (0.0846, 0.0632),
+        ),
+    ];
+    for (shape, from, direction, position, normal, uv) in cases {
+        let import = directory
+            .load(&format!("{SENSOR}<shape type='{shape}</shape>"))
+            .unwrap_or_else(|error| panic!("{error}"));
+        let hit = import.world.intersect(&SurfacePoint::dirac(from), direction.normalize());
+        let hit = hit.expect("a hit");
+        assert_relative_eq!(hit.position, position, epsilon = 3e-4);
+        assert_relative_eq!(hit.shading_normal, normal, epsilon = 3e-4);
+        // Between rim and centre angles are those of one of 256 sectors' sides in part.
+        assert_relative_eq!(hit.uv, DVec2::new(uv.0, uv.1), epsilon = 0.25 / 256.0);
     }
 }
 

@@ -36,9 +36,14 @@ fn every_file_renders() {
 /// One scene for each model, with a light that both can see.
 #[test]
 fn integrators_agree_on_files() {
-    for name in
-        ["plastic.xml", "mixtures.xml", "textures.xml", "roughconductor.xml", "roughdielectric.xml"]
-    {
+    for name in [
+        "plastic.xml",
+        "roughplastic.xml",
+        "mixtures.xml",
+        "textures.xml",
+        "roughconductor.xml",
+        "roughdielectric.xml",
+    ] {
         let import = load(name);
         let depth = Depth::up_to(3);
         let (path, both) = (

@@ -15,8 +15,8 @@ fn what_is_not_supported_is_said() {
     };
     let cases = [
         (
-            "<shape type='cylinder' id='pipe'/>",
-            "scene.xml:4: shape of type cylinder \"pipe\": shapes of type cylinder are not supported",
+            "<shape type='sdfgrid' id='pipe'/>",
+            "scene.xml:4: shape of type sdfgrid \"pipe\": shapes of type sdfgrid are not supported",
         ),
         (
             "<shape type='cube'><bsdf type='principled' id='x'/></shape>",
@@ -31,12 +31,15 @@ fn what_is_not_supported_is_said() {
             "the parameter sheen (line 4) is not supported",
         ),
         (
-            "<shape type='disk'><transform name='to_world'><scale x='2'/></transform></shape>",
+            "<shape type='sphere'><transform name='to_world'><scale x='2'/></transform></shape>",
             "not scaled uniformly",
+        ),
+        (
+            "<shape type='shapegroup' id='a'><shape type='instance'/></shape><shape type='instance'><ref id='a'/></shape>",
+            "shapes of type instance in a shapegroup",
         ),
         ("<emitter type='projector'/>", "emitters of type projector are not supported"),
         ("<emitter type='area'/>", "belongs to no shape"),
-        ("<medium type='homogeneous'/>", "participating media"),
         (
             "<integrator type='path'><boolean name='hide_emitters' value='true'/></integrator>",
             "hide_emitters",
@@ -75,6 +78,9 @@ fn what_makes_no_sense_is_left_out() {
             "contain each other",
         ),
         ("<bsdf type='diffuse' id='a'/><bsdf type='diffuse' id='a'/>", "occurs twice"),
+        ("<shape type='instance'/>", "an instance is of one shapegroup"),
+        ("<shape type='instance'><ref id='nobody'/></shape>", "no object with the id nobody"),
+        ("<shape type='cylinder'><point name='p1'/></shape>", "p0 and p1 are the same"),
         (
             "<shape type='cube'><bsdf type='diffuse'><rgb name='reflectance' value='1, 2, x'/></bsdf></shape>",
             "\"x\" is not a finite number",

@@ -147,6 +147,33 @@ fn roughness_and_metalness_have_images() {
 }
 
 #[test]
+fn normals_and_heights_have_images() {
+    let directory = directory("relief");
+    // Heights that grow by 0.2 from pixel to pixel, of which there are four across the square.
+    directory.write("ramp.tga", tga(4, &[[0; 4], [51; 4], [102; 4], [153; 4]]));
+    directory.write("steps.tga", tga(1, &[[153; 4], [102; 4], [51; 4], [0; 4]]));
+    directory.write("normal.tga", tga(1, &[[204, 102, 255, 255]]));
+    let mapped = DVec3::new(0.6, -0.2, 1.0).normalize();
+    for (statements, normal, warned) in [
+        ("bump ramp.tga", DVec3::new(-0.8, 0.0, 1.0), false),
+        ("map_Bump -bm 0.5 ramp.tga", DVec3::new(-0.4, 0.0, 1.0), false),
+        ("map_bump -s 0.5 1 1 ramp.tga", DVec3::new(-0.4, 0.0, 1.0), false),
+        ("bump steps.tga", DVec3::new(0.0, -0.8, 1.0), false),
+        ("norm normal.tga", mapped, false),
+        ("bump ramp.tga\nnorm normal.tga", mapped, false),
+        ("bump -bm 3 normal.tga", mapped, true),
+    ] {
+        let (world, warnings) = directory.square(statements);
+        assert_eq!(warnings.len(), usize::from(warned), "{warnings:?}");
+        assert_relative_eq!(
+            below(&world, 0.5, 0.55).shading_normal,
+            normal.normalize(),
+            epsilon = 1e-7
+        );
+    }
+}
+
+#[test]
 fn images_that_cannot_be_read_leave_the_factor() {
     let directory = directory("unreadable");
     directory.write("broken.png", b"\x89PNG\r\n\x1a\nno chunks");

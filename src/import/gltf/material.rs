@@ -8,6 +8,7 @@ use crate::math::Rgb;
 use crate::scene::Material;
 use glam::DAffine2;
 use gltf::json;
+use gltf::json::extensions::material::Volume;
 use gltf::json::material::AlphaMode;
 use gltf::json::texture::Info;
 use gltf::json::validation::Checked;
@@ -20,6 +21,8 @@ pub(super) struct Look {
     pub emission: Option<Texture>,
     /// The normal map, and the transform of its texture coordinates.
     pub relief: Option<(Relief, DAffine2)>,
+    /// The absorption coefficient of the body behind it.
+    pub absorption: Rgb,
     pub double_sided: bool,
     /// The set of texture coordinates of its textures, if it has any.
     pub coordinates: Option<u32>,
@@ -33,7 +36,14 @@ impl Look {
             metallic_roughness: Rgb::WHITE.into(),
             relative_ior: DEFAULT_IOR,
         };
-        Self { material, emission: None, relief: None, double_sided: false, coordinates: None }
+        Self {
+            material,
+            emission: None,
+            relief: None,
+            absorption: Rgb::BLACK,
+            double_sided: false,
+            coordinates: None,
+        }
     }
 }
 
@@ -141,7 +151,14 @@ pub(super) fn look(
         document.warnings.warn(location.clone(), "its emission is not reduced by its alpha")?;
     }
     let relief = normal_map(document, textures, &source, normals.as_ref(), &location)?;
-    Ok(Look { material, emission, relief, double_sided: source.double_sided, coordinates })
+    let absorption = match extensions.volume {
+        Some(volume) if transmitting > 0.0 && volume.thickness_factor.0 > 0.0 => {
+            absorption(&volume, &location)?
+        }
+        _ => Rgb::BLACK,
+    };
+    let double_sided = source.double_sided;
+    Ok(Look { material, emission, relief, absorption, double_sided, coordinates })
 }
 
 /// The normal map of a material, and the transform of its texture coordinates.
@@ -208,10 +225,7 @@ fn glass(
     let volume = extensions.volume.filter(|volume| volume.thickness_factor.0 > 0.0);
     let alpha = roughness * roughness;
     let glass = match volume {
-        Some(volume) => {
-            if volume.attenuation_distance.0.is_finite() && volume.attenuation_color.0 != [1.0; 3] {
-                warn("absorption in the volume is left out: it is clear")?;
-            }
+        Some(_) => {
             if alpha > 0.0 {
                 Material::RoughDielectric { relative_ior, alpha: glam::DVec2::splat(alpha) }
             } else {
@@ -230,6 +244,21 @@ fn glass(
     }
     warn("the base colour of a material that transmits light colours its reflections, too")?;
     Ok(glass.tinted(base_color))
+}
+
+/// The absorption coefficient of a volume, of which the attenuation colour is left after the
+/// attenuation distance. Where that leaves nothing, it is as much as the smallest number.
+fn absorption(volume: &Volume, location: &Location) -> Result<Rgb, Error> {
+    let distance = f64::from(volume.attenuation_distance.0);
+    let colour = volume.attenuation_color.0.map(share);
+    if !(distance > 0.0 && colour.iter().all(|c| (0.0..=1.0).contains(c))) {
+        let reason = format!(
+            "attenuation needs a positive distance and a colour in [0, 1], but has {distance} and \
+             {colour:?}"
+        );
+        return Err(Error::new(location.clone(), reason));
+    }
+    Ok(Rgb(colour.map(|c| -c.max(f64::MIN_POSITIVE).ln() / distance)))
 }
 
 /// The share of the surface that is there; `None` if all of it.

@@ -6,7 +6,7 @@
 //! one set of texture coordinates, morphed and skinned as they are at rest; perspective and
 //! orthographic cameras; metallic-roughness materials with their textures; normal maps; emission;
 //! alpha; sparse accessors; data URIs; and the extensions `KHR_lights_punctual`,
-//! `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume` (without absorption),
+//! `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume`,
 //! `KHR_texture_transform`, `KHR_mesh_quantization` and `EXT_mesh_gpu_instancing`. What else a file
 //! holds is a [`Warning`](super::Warning), what else it *requires* an [`Error`].
 //!

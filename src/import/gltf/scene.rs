@@ -225,6 +225,7 @@ impl<'a> SceneReader<'a> {
             added = self.builder.add_mesh(name, &flat, DAffine3::IDENTITY, *id);
         }
         let surface = added.map_err(caused)?;
+        self.builder.set_absorption(surface, look.absorption).map_err(caused)?;
         if let Some((relief, _)) = &look.relief {
             self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
         }

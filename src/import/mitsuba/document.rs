@@ -17,6 +17,8 @@ const MOST_XML_BYTES: usize = 1 << 26;
 const MOST_ATTRIBUTES: usize = 256;
 /// Attributes that count as one element.
 const ATTRIBUTES_PER_ELEMENT: u64 = 8;
+/// Elements that an included file counts as: it takes time, though it may be empty.
+const ELEMENTS_PER_FILE: u64 = 100;
 
 /// An element after parameters have been put in.
 #[derive(Debug)]
@@ -279,9 +281,9 @@ impl Reader<'_> {
                 file: Rc::clone(&source.path),
                 line: source.line(node.range().start),
             };
-            let left = self
-                .elements_left
-                .checked_sub(1 + node.attributes().len() as u64 / ATTRIBUTES_PER_ELEMENT);
+            let files = u64::from(element.tag == "include") * ELEMENTS_PER_FILE;
+            let attributes = node.attributes().len() as u64 / ATTRIBUTES_PER_ELEMENT;
+            let left = self.elements_left.checked_sub(1 + attributes + files);
             self.elements_left = left.ok_or_else(|| {
                 element.error("the scene has more elements than the limit admits")
             })?;

@@ -6,6 +6,7 @@ use super::conductors;
 use super::document::Element;
 use super::spectrum::Illuminant;
 use super::values::{Object, number};
+use crate::bsdf::{Beckmann, Ggx, Microfacets, RoughPlastic};
 use crate::material::{GreenAxis, Relief, Texture};
 use crate::math::Rgb;
 use crate::scene::{Material, MaterialId};
@@ -77,12 +78,12 @@ impl<'a> Loader<'a> {
                 self.transmissive(&object, Material::ThinDielectric { relative_ior })?
             }
             "roughdielectric" => {
-                let (alpha, beckmann) = self.roughness(&object)?;
+                let roughness = self.roughness(&object)?;
                 let glass = Material::RoughDielectric {
                     relative_ior: self.relative_ior(&object, "bk7")?,
-                    alpha,
+                    alpha: roughness.constant(),
                 };
-                self.transmissive(&object, with_distribution(glass, beckmann))?
+                self.transmissive(&object, roughness.of(glass))?
             }
             "conductor" => {
                 let (eta, k) = self.complex_ior(&object)?;
@@ -94,21 +95,18 @@ impl<'a> Loader<'a> {
                 self.tinted(&object, smooth)?.one_sided()
             }
             "roughconductor" => {
-                let (alpha, beckmann) = self.roughness(&object)?;
+                let roughness = self.roughness(&object)?;
                 let (eta, k) = self.complex_ior(&object)?;
+                let alpha = roughness.constant();
                 let rough = if is_perfect(eta, k) {
                     Material::RoughMirror { reflectance: Rgb::WHITE, alpha }
                 } else {
                     Material::RoughConductor { eta, k, alpha }
                 };
-                self.tinted(&object, with_distribution(rough, beckmann))?.one_sided()
+                self.tinted(&object, roughness.of(rough))?.one_sided()
             }
             "plastic" => self.plastic(&object)?.one_sided(),
-            "roughplastic" => {
-                object.ignore(&["alpha", "distribution", "sample_visible"]);
-                self.warn(element, "rough plastic is not supported; it is smooth instead")?;
-                self.plastic(&object)?.one_sided()
-            }
+            "roughplastic" => self.rough_plastic(&object)?.one_sided(),
             "null" => Material::Null,
             "twosided" => match self.nested(&object, depth)?[..] {
                 [ref both] => {
@@ -216,6 +214,28 @@ impl<'a> Loader<'a> {
         })
     }
 
+    fn rough_plastic(&mut self, object: &Object<'a>) -> Result<Material, Error> {
+        let mut roughness = self.roughness(object)?;
+        let alpha = roughness.constant();
+        if roughness.alpha.iter().any(|alpha| alpha.as_constant().is_none()) {
+            self.warn(object.element, format!("the roughness of rough plastic must be a number; it is {} along u and {} along v", alpha.x, alpha.y))?;
+        }
+        roughness.alpha = alpha.to_array().map(|alpha| Rgb::splat(alpha).into());
+        if alpha.x != alpha.y {
+            self.warn(object.element, "rough plastic is the same in all directions; alpha is the geometric mean of alpha_u and alpha_v")?;
+        }
+        let alpha = (alpha.x * alpha.y).sqrt();
+        let mut plastic = self.plastic(object)?;
+        if let Material::Plastic { albedo, specular, relative_ior, colour_shift } = plastic {
+            let factor =
+                body_of_mitsuba(&albedo, relative_ior, colour_shift, alpha, roughness.beckmann);
+            let albedo = albedo.scaled(factor).map_err(|error| object.element.caused(error))?;
+            plastic =
+                Material::RoughPlastic { albedo, specular, relative_ior, colour_shift, alpha };
+        }
+        Ok(roughness.of(plastic))
+    }
+
     /// Multiplies by `specular_reflectance`.
     fn tinted(&mut self, object: &Object<'a>, material: Material) -> Result<Material, Error> {
         Ok(match self.texture(object, "specular_reflectance", Illuminant::D65)? {
@@ -238,8 +258,7 @@ impl<'a> Loader<'a> {
         Ok(if reflectance == white() { material } else { material.tinted(reflectance) })
     }
 
-    /// Roughness along u and v, and whether the distribution is Beckmann's.
-    fn roughness(&mut self, object: &Object<'a>) -> Result<(DVec2, bool), Error> {
+    fn roughness(&mut self, object: &Object<'a>) -> Result<Roughness, Error> {
         // It concerns sampling only.
         object.ignore(&["sample_visible"]);
         let beckmann = match object.string("distribution")? {
@@ -253,23 +272,10 @@ impl<'a> Loader<'a> {
                 true
             }
         };
-        let mut alpha = |name: &str| -> Result<Option<f64>, Error> {
-            match object.get(name) {
-                None => Ok(None),
-                Some(child) if matches!(child.tag.as_str(), "float" | "integer") => {
-                    number(child, child.required("value")?).map(Some)
-                }
-                Some(child) => {
-                    self.warn(child, "roughness must be a number here; it is 0.1")?;
-                    Ok(Some(0.1))
-                }
-            }
-        };
-        let both = alpha("alpha")?.unwrap_or(0.1);
-        Ok((
-            DVec2::new(alpha("alpha_u")?.unwrap_or(both), alpha("alpha_v")?.unwrap_or(both)),
-            beckmann,
-        ))
+        let mut alpha = |name: &str| self.texture(object, name, Illuminant::D65);
+        let both = alpha("alpha")?.unwrap_or(Rgb::splat(0.1).into());
+        let [u, v] = [alpha("alpha_u")?, alpha("alpha_v")?];
+        Ok(Roughness { alpha: [u.unwrap_or(both.clone()), v.unwrap_or(both)], beckmann })
     }
 
     /// n inside over n outside.
@@ -345,13 +351,70 @@ fn is_texture(element: &Element) -> bool {
     element.tag == "texture"
 }
 
+/// The parameters of a distribution of micro-normals.
+struct Roughness {
+    /// α along u and along v.
+    alpha: [Texture; 2],
+    /// True if the distribution is Beckmann's.
+    beckmann: bool,
+}
+
+impl Roughness {
+    /// α along u and along v; of what varies the middle of its range.
+    fn constant(&self) -> DVec2 {
+        let middle = |texture: &Texture| {
+            let [least, greatest] = texture.range();
+            0.5 * (least.g() + greatest.g())
+        };
+        self.alpha.each_ref().map(middle).into()
+    }
+
+    /// A rough material with this distribution, whose α is already right if it is constant.
+    fn of(self, rough: Material) -> Material {
+        let rough =
+            if self.beckmann { Material::Beckmann { rough: Box::new(rough) } } else { rough };
+        if self.alpha.iter().all(|alpha| alpha.as_constant().is_some()) {
+            return rough;
+        }
+        Material::VaryingRoughness { rough: Box::new(rough), alpha: Box::new(self.alpha) }
+    }
+}
+
 /// An index of 0 + i mirrors everything.
 fn is_perfect(eta: Rgb, k: Rgb) -> bool {
     eta == Rgb::BLACK && !k.0.contains(&0.0)
 }
 
-fn with_distribution(rough: Material, beckmann: bool) -> Material {
-    if beckmann { Material::Beckmann { rough: Box::new(rough) } } else { rough }
+/// The factor of a body's albedo a that makes it as dark as Mitsuba's, which has the mean of `2 μ
+/// R(μ)` over 64 cosines from 0 to 1 in place of the integral `R_i`: `(63 R_i + R(1)) / 64`, up to
+/// the error of the trapezium rule. `a/(1 - a R_i)` is then exact for the mean albedo of a texture,
+/// and right to 0.5 % for all others.
+fn body_of_mitsuba(
+    albedo: &Texture,
+    relative_ior: f64,
+    colour_shift: bool,
+    alpha: f64,
+    beckmann: bool,
+) -> Rgb {
+    let distribution = if beckmann {
+        Beckmann::new(alpha, alpha).map(Microfacets::from)
+    } else {
+        Ggx::isotropic(alpha).map(Microfacets::from)
+    };
+    let plastic = distribution
+        .and_then(|d| RoughPlastic::new(Rgb::WHITE, Rgb::WHITE, relative_ior, colour_shift, d));
+    // What is wrong with them is said of the material.
+    let Ok(plastic) = plastic else { return Rgb::WHITE };
+    let inside = plastic.mean_reflectance_inside();
+    let missing = (inside - ((relative_ior - 1.0) / (relative_ior + 1.0)).powi(2)) / 64.0;
+    let [least, greatest] = albedo.range();
+    ((least + greatest) * 0.5).map(|a| {
+        if colour_shift {
+            1.0 / (1.0 + a * missing)
+        } else {
+            1.0 / (1.0 + missing / (1.0 - inside))
+        }
+    })
 }
 
 /// An index of refraction, a number or the name of a material.

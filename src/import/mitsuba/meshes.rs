@@ -38,7 +38,7 @@ impl<'a> Loader<'a> {
                 let index = object.integer("shape_index")?.unwrap_or(0);
                 let most = self.files.bytes_left();
                 let mut read = 0;
-                let mesh = serialized(&bytes, index, most, &mut read);
+                let mesh = serialized(&bytes, index, self.triangles_left, most, &mut read);
                 // A mesh that was cut off there has at least one byte more.
                 let more = u64::from(mesh.is_err() && read == most);
                 self.files.spend(read + more, element.location())?;
@@ -126,13 +126,22 @@ fn smooth_normals(mesh: &Mesh) -> Vec<DVec3> {
 
 /// Magic number of Mitsuba's format.
 const SERIALIZED: u16 = 0x041C;
+/// Longest name of a mesh.
+const LONGEST_NAME: usize = 1 << 16;
 
-/// One mesh of a file in Mitsuba's format, versions 3 and 4. `read` becomes the number of bytes
-/// that were decompressed.
+/// One mesh of a file in Mitsuba's format, versions 3 and 4, with triangles up to the first one too
+/// many. `read` becomes the number of bytes that were decompressed, or of those that a mesh too
+/// large would have taken.
 ///
 /// Each mesh is a header and a zlib stream; at the file's end are the offsets of the meshes and
 /// their number.
-fn serialized(bytes: &[u8], index: i64, most_bytes: u64, read: &mut u64) -> Result<Mesh, String> {
+fn serialized(
+    bytes: &[u8],
+    index: i64,
+    most_triangles: u64,
+    most_bytes: u64,
+    read: &mut u64,
+) -> Result<Mesh, String> {
     let end = || "the file ends too early".to_owned();
     let at = |offset: usize, length: usize| {
         bytes.get(offset..).and_then(|rest| rest.get(..length)).ok_or_else(end)
@@ -159,7 +168,7 @@ fn serialized(bytes: &[u8], index: i64, most_bytes: u64, read: &mut u64) -> Resu
     }
     let stream = bytes.get(offset.saturating_add(4)..).ok_or_else(end)?;
     let mut data = Stream { reader: ZlibDecoder::new(stream).take(most_bytes), double: false };
-    let mesh = data.mesh(version);
+    let mesh = data.mesh(version, most_triangles);
     *read = most_bytes - data.reader.limit();
     mesh
 }
@@ -171,14 +180,28 @@ struct Stream<'a> {
 }
 
 impl Stream<'_> {
-    fn mesh(&mut self, version: u16) -> Result<Mesh, String> {
+    fn mesh(&mut self, version: u16, most_triangles: u64) -> Result<Mesh, String> {
         let flags = u32::from_le_bytes(self.bytes()?);
         // Files without a flag of precision are of single precision.
         self.double = flags & 0x2000 != 0;
-        // The name.
-        while version == 4 && self.bytes::<1>()? != [0] {}
+        if version == 4 {
+            let mut name = (0..LONGEST_NAME).map(|_| self.bytes::<1>());
+            name.find(|byte| !matches!(byte, Ok([byte]) if *byte != 0))
+                .ok_or("the mesh has a name that does not end")??;
+        }
         let (vertices, triangles) =
             (u64::from_le_bytes(self.bytes()?), u64::from_le_bytes(self.bytes()?));
+        // A small file may hold gigabytes: better not begun than cut off.
+        let vectors = 3 + [(1, 3), (2, 2), (8, 3)]
+            .map(|(flag, n)| u64::from(flags & flag != 0) * n)
+            .iter()
+            .sum::<u64>();
+        let number = if self.double { 8 } else { 4 };
+        let size = vertices.saturating_mul(vectors * number);
+        if size.saturating_add(triangles.saturating_mul(12)) > self.reader.limit() {
+            self.reader.set_limit(0);
+            return Err("the mesh has more bytes than the limit admits".to_owned());
+        }
         let positions = self.vectors::<3>(vertices)?.into_iter().map(DVec3::from_array).collect();
         let normals = if flags & 1 != 0 {
             Some(self.vectors::<3>(vertices)?.into_iter().map(DVec3::from_array).collect())
@@ -197,7 +220,7 @@ impl Stream<'_> {
             return Err("there are too many vertices".to_owned());
         }
         let mut indices = Vec::new();
-        for _ in 0..triangles {
+        for _ in 0..triangles.min(most_triangles.saturating_add(1)) {
             let triangle = [self.bytes()?, self.bytes()?, self.bytes()?];
             indices.push(triangle.map(u32::from_le_bytes));
         }

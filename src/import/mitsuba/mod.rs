@@ -18,15 +18,17 @@
 //! | elements | types |
 //! |---|---|
 //! | documents | `default`, `$parameters`, `include`, `ref`, `alias`, `path` |
-//! | shapes | `obj`, `ply`, `serialized`, `rectangle`, `sphere`, `disk`, `cube` |
+//! | shapes | `obj`, `ply`, `serialized`, `rectangle`, `sphere`, `disk`, `cylinder`, `cube` |
+//! | shapes made of others | `shapegroup`, `instance`, `merge` |
 //! | settings of shapes | `to_world`, `flip_normals`, `face_normals`, `flip_tex_coords` |
-//! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic` |
+//! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic`, `roughplastic` |
 //! | bsdfs that transmit light | `dielectric`, `thindielectric`, `roughdielectric`, `null` |
 //! | bsdfs made of others | `twosided`, `mask`, `blendbsdf`, `normalmap`, `bumpmap` |
 //! | emitters | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
 //! | sensors | `perspective`, `thinlens`, `orthographic` |
 //! | parts of sensors | film, crop window, reconstruction filter |
-//! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials |
+//! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials, |
+//! | | and as roughness of conductors and dielectrics |
 //! | colours | `rgb`, `float`, `spectrum` as a value, or a list or file of wavelengths and values |
 //! | spectra | `uniform`, `d65`, `srgb`, `rawconstant`, `regular`, `irregular`, `blackbody` |
 //!
@@ -46,8 +48,13 @@
 //! - Which side is the front is decided by the vertex normals of a mesh. Meshes without them get
 //!   normals weighted by the angles of their triangles, unless `face_normals` is set.
 //! - Normal and bump maps hold for a whole surface, on both sides, and only one for each surface.
-//! - Masking and shadowing of rough materials are height-correlated here, and independent there:
-//!   rough surfaces are a little brighter here at grazing angles.
+//! - Instances become surfaces of their own, within the limits on triangles; their shapes may emit.
+//! - Cylinders are 256 flat strips with the normals and texture coordinates of the cylinder, inside
+//!   of it by at most 7.6e-5 of its radius. So are disks that are scaled unevenly, and ellipsoids,
+//!   which lie inside by up to 3.1e-4.
+//! - Media inside of shapes absorb and do not scatter.
+//! - Masking and shadowing of rough conductors and dielectrics are height-correlated here, and
+//!   independent there: they are a little brighter here at grazing angles.
 //! - A Gaussian filter has the same standard deviation, but is the pixel's box blurred. Environment
 //!   maps have their pixels' centres in the middle of pixels.
 //! - `max_depth` counts the edges of a path there and the scattering events here, one less.
@@ -57,9 +64,12 @@
 
 mod document;
 mod emitters;
+mod groups;
 mod integrators;
 mod materials;
+mod media;
 mod meshes;
+mod revolved;
 mod sensors;
 mod shapes;
 mod textures;
@@ -71,9 +81,11 @@ use super::{conductors, spectrum};
 use crate::material::{Relief, Texture};
 use crate::scene::{MaterialId, WorldBuilder};
 use document::{Document, Element};
+use shapes::Part;
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
+use std::rc::Rc;
 
 /// Reads a scene. `parameters` are the values of `$name`s, which precede the `<default>`s in the
 /// file.
@@ -120,6 +132,7 @@ struct Loader<'a> {
     /// Those of materials that have one.
     reliefs: HashMap<MaterialId, Relief>,
     textures: HashMap<(*const Element, bool), Texture>,
+    groups: HashMap<*const Element, Rc<[Part<'a>]>>,
     triangles_left: u64,
     pixels_left: u64,
 }
@@ -141,6 +154,7 @@ impl<'a> Loader<'a> {
             map: None,
             reliefs: HashMap::new(),
             textures: HashMap::new(),
+            groups: HashMap::new(),
             triangles_left: options.limits.triangles,
             pixels_left: options.limits.pixels,
         };
@@ -242,10 +256,8 @@ impl<'a> Loader<'a> {
                 }
                 "sensor" => sensors.push(element),
                 // Read where they are referred to, if at all.
-                "emitter" | "bsdf" | "texture" | "spectrum" | "rgb" | "float" => {}
-                "medium" | "phase" | "volume" => {
-                    self.warn(element, "participating media are not supported, and left out")?
-                }
+                "emitter" | "bsdf" | "texture" | "spectrum" | "rgb" | "float" | "medium"
+                | "phase" | "volume" => {}
                 other => self.warn(element, format!("{other} is not known, and left out"))?,
             }
         }

@@ -2,20 +2,61 @@
 
 use super::super::Error;
 use super::document::Element;
+use super::meshes::placed;
 use super::values::Object;
-use super::{Loader, meshes};
+use super::{Loader, revolved};
 use crate::geometry::{Disk, Quad, Sphere};
 use crate::material::Texture;
-use crate::scene::{MaterialId, Mesh, SurfaceId};
+use crate::math::Rgb;
+use crate::scene::{MaterialId, Mesh};
 use glam::{DAffine3, DMat3, DVec2, DVec3};
+use std::borrow::Cow;
+
+/// The square from (-1, -1) to (1, 1) in its plane, its front towards z.
+const SQUARE: Quad = Quad {
+    origin: DVec3::new(-1.0, -1.0, 0.0),
+    edge_u: DVec3::new(2.0, 0.0, 0.0),
+    edge_v: DVec3::new(0.0, 2.0, 0.0),
+};
+
+/// A shape with its material and its light.
+pub(super) struct Part<'a> {
+    element: &'a Element,
+    geometry: Geometry,
+    material: MaterialId,
+    radiance: Option<Texture>,
+    absorption: Option<Rgb>,
+}
+
+/// A shape in world space, or in the space of its group.
+enum Geometry {
+    Sphere(Sphere),
+    Disk(Disk),
+    Quad(Quad),
+    Mesh(Mesh),
+}
 
 impl<'a> Loader<'a> {
-    /// Adds a shape with its material and its light.
+    /// Adds a shape, or those that it stands for.
     pub(super) fn shape(&mut self, element: &'a Element) -> Result<(), Error> {
+        match element.kind() {
+            // It is seen where its instances are.
+            "shapegroup" => Ok(()),
+            "instance" => self.instance(element),
+            "merge" => self.merged(element),
+            _ => match self.part(element)? {
+                Some(part) => self.add_part(&part, &DAffine3::IDENTITY),
+                None => Ok(()),
+            },
+        }
+    }
+
+    /// A shape by itself; `None`, after a warning, if it is left out.
+    pub(super) fn part(&mut self, element: &'a Element) -> Result<Option<Part<'a>>, Error> {
         let object = Object::new(element);
         let to_world = object.transform("to_world")?;
         let flip = object.boolean("flip_normals")?.unwrap_or(false);
-        let (mut material, mut radiance) = (None, None);
+        let (mut material, mut radiance, mut absorption) = (None, None, None);
         for child in object.objects() {
             let target = self.resolved(child);
             let Some(target) = self.warnings.rescue(target, "it is left out")? else { continue };
@@ -26,7 +67,8 @@ impl<'a> Loader<'a> {
                     radiance = self.warnings.rescue(light, "it emits nothing")?.flatten();
                 }
                 "medium" => {
-                    self.warn(child, "participating media are not supported, and left out")?
+                    let medium = self.absorption(child, target);
+                    absorption = self.warnings.rescue(medium, "it is left out")?.flatten();
                 }
                 other => self
                     .warn(child, format!("a {other} in a shape is not supported, and left out"))?,
@@ -36,70 +78,89 @@ impl<'a> Loader<'a> {
             Some(material) => material,
             None => self.default_material(element, radiance.is_some())?,
         };
-        let name = self.name(element);
-        let caused = |error| element.caused(error);
-        let surface = match element.kind() {
-            "rectangle" => self.rectangle(&name, element, &to_world, flip, material)?,
+        let geometry = match element.kind() {
+            "rectangle" if flip => Geometry::Mesh(placed(quad_mesh(&SQUARE), &to_world, true)),
+            "rectangle" => Geometry::Quad(SQUARE).placed(&to_world),
             "sphere" => {
-                let local = Sphere::new(
-                    object.vector("center")?.unwrap_or(DVec3::ZERO),
-                    object.float_or("radius", 1.0)?,
-                );
-                match placed_sphere(local, &to_world, flip) {
-                    Some(sphere) => {
-                        Some(self.builder.add_sphere(name, sphere, material).map_err(caused)?)
-                    }
-                    None => self.left_out(
-                        element,
-                        "a sphere that is not scaled uniformly is not supported",
-                    )?,
+                let center = object.vector("center")?.unwrap_or(DVec3::ZERO);
+                let sphere = Sphere::new(center, object.float_or("radius", 1.0)?);
+                // A mirroring transform turns a sphere inside out.
+                let inward = flip != mirrors(&to_world);
+                let placed = Geometry::Sphere(Sphere { inward, ..sphere }).placed(&to_world);
+                if let Geometry::Mesh(_) = placed {
+                    let reason = "it is not scaled uniformly, and shown as an ellipsoid";
+                    self.warn(element, reason)?;
                 }
+                placed
             }
-            "disk" => match placed_disk(&to_world, flip) {
-                Some(disk) => Some(self.builder.add_disk(name, disk, material).map_err(caused)?),
-                None => {
-                    self.left_out(element, "a disk that is not scaled uniformly is not supported")?
+            "disk" => {
+                let normal = if flip { -DVec3::Z } else { DVec3::Z };
+                let disk = Disk { center: DVec3::ZERO, normal, radius: 1.0 };
+                Geometry::Disk(disk).placed(&to_world)
+            }
+            "cylinder" => {
+                let from = object.vector("p0")?.unwrap_or(DVec3::ZERO);
+                let axis = object.vector("p1")?.unwrap_or(DVec3::Z) - from;
+                let radius = object.float_or("radius", 1.0)?;
+                if axis.try_normalize().is_none() || radius.is_nan() || radius <= 0.0 {
+                    return Err(
+                        element.error("p0 and p1 are the same, or its radius is not positive")
+                    );
                 }
-            },
-            "cube" => {
-                let mesh = meshes::placed(cube(), &to_world, flip);
-                Some(
-                    self.builder
-                        .add_mesh(name, &mesh, DAffine3::IDENTITY, material)
-                        .map_err(caused)?,
-                )
+                let mesh = revolved::cylinder(from, axis, radius);
+                self.spend_triangles(element, mesh.indices.len())?;
+                Geometry::Mesh(placed(mesh, &to_world, flip))
             }
+            "cube" => Geometry::Mesh(placed(cube(), &to_world, flip)),
             "obj" | "ply" | "serialized" => {
-                let mesh = self.mesh_file(&object, &to_world, flip)?;
-                Some(
-                    self.builder
-                        .add_mesh(name, &mesh, DAffine3::IDENTITY, material)
-                        .map_err(caused)?,
-                )
+                Geometry::Mesh(self.mesh_file(&object, &to_world, flip)?)
             }
             other => {
-                self.warn(
-                    element,
-                    format!("shapes of type {other} are not supported; it is left out"),
-                )?;
-                return Ok(());
+                let reason = format!("shapes of type {other} are not supported; it is left out");
+                self.warn(element, reason)?;
+                return Ok(None);
             }
         };
-        if let (Some(surface), Some(relief)) = (surface, self.reliefs.get(&material)) {
-            self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
-        }
-        if let (Some(surface), Some(radiance)) = (surface, radiance.filter(|_| self.sees)) {
-            self.check_uv(element, &radiance)?;
-            let emits = self.builder.set_textured_emission(surface, radiance, false);
-            self.warnings.rescue(emits.map_err(caused), "it emits nothing")?;
-        }
         object.ignore(&["silhouette_sampling_weight"]);
-        object.finish(&mut self.warnings)
+        object.finish(&mut self.warnings)?;
+        Ok(Some(Part { element, geometry, material, radiance, absorption }))
     }
 
-    fn left_out(&mut self, element: &'a Element, reason: &str) -> Result<Option<SurfaceId>, Error> {
-        self.warn(element, format!("{reason}; it is left out"))?;
-        Ok(None)
+    /// Adds a shape to the scene. The image of its front is the front.
+    pub(super) fn add_part(&mut self, part: &Part<'a>, transform: &DAffine3) -> Result<(), Error> {
+        let (element, material) = (part.element, part.material);
+        let caused = |error| element.caused(error);
+        let name = self.name(element);
+        let surface = match part.geometry.moved(transform) {
+            Some(Geometry::Sphere(sphere)) => self.builder.add_sphere(name, sphere, material),
+            Some(Geometry::Disk(disk)) => self.builder.add_disk(name, disk, material),
+            Some(Geometry::Quad(quad)) => self.builder.add_quad(name, quad, material),
+            Some(Geometry::Mesh(_)) | None => {
+                self.builder.add_mesh(name, &part.geometry.to_mesh(), *transform, material)
+            }
+        };
+        let surface = surface.map_err(caused)?;
+        if let Some(relief) = self.reliefs.get(&material) {
+            self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
+        }
+        if let Some(absorption) = part.absorption {
+            let filled = self.builder.set_absorption(surface, absorption);
+            self.warnings.rescue(filled.map_err(caused), "its medium is left out")?;
+        }
+        if let Some(radiance) = part.radiance.as_ref().filter(|_| self.sees) {
+            self.check_uv(element, radiance)?;
+            let emits = self.builder.set_textured_emission(surface, radiance.clone(), false);
+            self.warnings.rescue(emits.map_err(caused), "it emits nothing")?;
+        }
+        Ok(())
+    }
+
+    /// Counts triangles that are added to the scene.
+    pub(super) fn spend_triangles(&mut self, element: &Element, count: usize) -> Result<(), Error> {
+        let left = self.triangles_left.checked_sub(count as u64);
+        self.triangles_left = left
+            .ok_or_else(|| element.limit("the scene has more triangles than the limit admits"))?;
+        Ok(())
     }
 
     /// Warns where this crate's texture coordinates are others than Mitsuba's.
@@ -113,45 +174,67 @@ impl<'a> Loader<'a> {
         }
         Ok(())
     }
+}
 
-    /// The square from (-1, -1) to (1, 1) in its plane, its front towards z. Its normal is
-    /// transformed as normals are, whatever becomes of its winding.
-    fn rectangle(
-        &mut self,
-        name: &str,
-        element: &'a Element,
-        to_world: &DAffine3,
-        flip: bool,
-        material: MaterialId,
-    ) -> Result<Option<SurfaceId>, Error> {
-        let caused = |error| element.caused(error);
-        let (edge_u, edge_v) = (
-            to_world.transform_vector3(DVec3::X * 2.0),
-            to_world.transform_vector3(DVec3::Y * 2.0),
-        );
-        // A mirroring transform turns the winding, not the normal.
-        if flip == (to_world.matrix3.determinant() < 0.0) {
-            let quad = Quad {
-                origin: to_world.transform_point3(DVec3::new(-1.0, -1.0, 0.0)),
-                edge_u,
-                edge_v,
-            };
-            return self.builder.add_quad(name, quad, material).map(Some).map_err(caused);
+impl Part<'_> {
+    /// Triangles of the shape, at least one.
+    pub fn triangles(&self) -> usize {
+        match &self.geometry {
+            Geometry::Mesh(mesh) => mesh.indices.len().max(mesh.positions.len() / 3).max(1),
+            // Some transforms make triangles of them.
+            Geometry::Sphere(_) | Geometry::Disk(_) | Geometry::Quad(_) => revolved::MOST_TRIANGLES,
         }
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        let mesh = Mesh {
-            positions: corners
-                .iter()
-                .map(|&(x, y)| to_world.transform_point3(DVec3::new(x, y, 0.0)))
-                .collect(),
-            uvs: Some(
-                corners.iter().map(|&(x, y)| DVec2::new(0.5 + 0.5 * x, 0.5 + 0.5 * y)).collect(),
-            ),
-            indices: vec![[0, 2, 1], [0, 3, 2]],
-            ..Mesh::default()
-        };
-        self.builder.add_mesh(name, &mesh, DAffine3::IDENTITY, material).map(Some).map_err(caused)
     }
+}
+
+impl Geometry {
+    /// The shape in world space: its image, or triangles where that is no shape of its kind.
+    fn placed(self, to_world: &DAffine3) -> Self {
+        self.moved(to_world)
+            .unwrap_or_else(|| Self::Mesh(placed(self.to_mesh().into_owned(), to_world, false)))
+    }
+
+    /// The image, with the image of the front for its front, if that is a shape of the same kind.
+    fn moved(&self, transform: &DAffine3) -> Option<Self> {
+        let vector = |v| transform.transform_vector3(v);
+        let point = |p| transform.transform_point3(p);
+        match *self {
+            Self::Sphere(Sphere { center, radius, axis, inward, .. }) => {
+                let radius = radius * uniform_scale(&transform.matrix3)?;
+                let sphere = Sphere::new(point(center), radius);
+                Some(Self::Sphere(Sphere { axis: vector(axis), inward, ..sphere }))
+            }
+            Self::Disk(Disk { center, normal, radius }) => {
+                let (x, y) = normal.any_orthonormal_pair();
+                let (x, y) = (vector(x), vector(y));
+                let scale = x.length();
+                let is_round = (y.length() - scale).abs() <= 1e-5 * scale
+                    && x.dot(y).abs() <= 1e-5 * scale * scale;
+                let normal = if mirrors(transform) { y.cross(x) } else { x.cross(y) };
+                let disk = Disk { center: point(center), normal, radius: radius * scale };
+                is_round.then_some(Self::Disk(disk))
+            }
+            Self::Quad(Quad { origin, edge_u, edge_v }) => {
+                let (edge_u, edge_v) = (vector(edge_u), vector(edge_v));
+                let quad = Quad { origin: point(origin), edge_u, edge_v };
+                (!mirrors(transform)).then_some(Self::Quad(quad))
+            }
+            Self::Mesh(_) => None,
+        }
+    }
+
+    fn to_mesh(&self) -> Cow<'_, Mesh> {
+        match self {
+            Self::Sphere(sphere) => Cow::Owned(revolved::sphere(sphere)),
+            Self::Disk(disk) => Cow::Owned(revolved::disk(disk)),
+            Self::Quad(quad) => Cow::Owned(quad_mesh(quad)),
+            Self::Mesh(mesh) => Cow::Borrowed(mesh),
+        }
+    }
+}
+
+fn mirrors(transform: &DAffine3) -> bool {
+    transform.matrix3.determinant() < 0.0
 }
 
 /// The scale of a transform that scales all directions alike.
@@ -163,29 +246,16 @@ fn uniform_scale(matrix: &DMat3) -> Option<f64> {
         .then(|| scale.sqrt())
 }
 
-/// A mirroring transform turns a sphere inside out.
-fn placed_sphere(local: Sphere, to_world: &DAffine3, flip: bool) -> Option<Sphere> {
-    let scale = uniform_scale(&to_world.matrix3)?;
-    let mirrored = to_world.matrix3.determinant() < 0.0;
-    let axis = to_world.transform_vector3(DVec3::Z);
-    Some(Sphere {
-        axis,
-        inward: flip != mirrored,
-        ..Sphere::new(to_world.transform_point3(local.center), local.radius * scale)
-    })
-}
-
-/// The unit disk in the plane of x and y, its front towards z.
-fn placed_disk(to_world: &DAffine3, flip: bool) -> Option<Disk> {
-    let (x, y) = (to_world.transform_vector3(DVec3::X), to_world.transform_vector3(DVec3::Y));
-    let radius = x.length();
-    if (y.length() - radius).abs() > 1e-5 * radius || x.dot(y).abs() > 1e-5 * radius * radius {
-        return None;
+fn quad_mesh(quad: &Quad) -> Mesh {
+    let Quad { origin, edge_u, edge_v } = *quad;
+    let uvs = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+    Mesh {
+        positions: uvs.iter().map(|uv| origin + edge_u * uv.x + edge_v * uv.y).collect(),
+        normals: Some(vec![edge_u.cross(edge_v); 4]),
+        uvs: Some(uvs.to_vec()),
+        indices: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
     }
-    // The cofactor matrix takes normals along, up to the determinant's sign.
-    let mirrored = to_world.matrix3.determinant() < 0.0;
-    let normal = if mirrored { y.cross(x) } else { x.cross(y) };
-    Some(Disk { center: to_world.translation, normal: if flip { -normal } else { normal }, radius })
 }
 
 /// The cube from (-1, -1, -1) to (1, 1, 1). Each face is a unit square of texture coordinates.

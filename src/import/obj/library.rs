@@ -32,6 +32,9 @@ pub(super) struct Description {
     pub metalness: Valued,
     /// Index of refraction (Ni).
     pub ior: Option<f64>,
+    /// Heights (bump) and normals (norm).
+    pub heights: Option<Map>,
+    pub normals: Option<Map>,
 }
 
 /// A colour and an image to multiply it with.
@@ -45,6 +48,8 @@ pub(super) struct Map {
     pub name: String,
     pub line: u32,
     pub clamp: bool,
+    /// The factor of heights (-bm).
+    pub scale: f64,
     /// From texture coordinates with v upwards to those of the image, with v upwards, too.
     pub to_uv: DAffine2,
     /// The channel that numbers are taken from.
@@ -131,14 +136,13 @@ impl Description {
             "map_Pr" => self.roughness.1 = map(faults),
             "map_Pm" => self.metalness.1 = map(faults),
             "map_d" => self.opacity.1 = map(faults),
+            "map_Bump" | "map_bump" | "bump" => self.heights = map(faults),
+            "norm" | "map_Kn" => self.normals = map(faults),
             // Ambient light stands for what light transport computes; the others are about aliasing.
             "Ka" | "map_Ka" | "sharpness" | "map_aat" => {}
             "Tf" if words(rest).all(|word| statements::number(word) == Some(1.0f64)) => {}
             "Ps" | "Pc" | "Pcr" | "aniso" | "anisor"
                 if words(rest).all(|word| statements::number(word) == Some(0.0f64)) => {}
-            "map_Bump" | "map_bump" | "bump" | "norm" | "map_Kn" => {
-                faults.add(line, &format!("{keyword} is left out: normals are those of the mesh"));
-            }
             _ => {
                 let keyword = keyword.get(..16).unwrap_or(keyword);
                 faults.add(line, &format!("{keyword} is not supported, and left out"));
@@ -165,8 +169,14 @@ fn colour(line: u32, keyword: &str, rest: &[u8], faults: &mut Faults) -> Option<
 /// The file name of a map, which may contain spaces, and the options before it.
 fn map(line: u32, keyword: &str, rest: &[u8], faults: &mut Faults) -> Option<Map> {
     let text = String::from_utf8_lossy(rest);
-    let mut map =
-        Map { name: String::new(), line, clamp: false, to_uv: DAffine2::IDENTITY, channel: None };
+    let mut map = Map {
+        name: String::new(),
+        line,
+        clamp: false,
+        scale: 1.0,
+        to_uv: DAffine2::IDENTITY,
+        channel: None,
+    };
     let (mut scale, mut offset) = (DVec2::ONE, DVec2::ZERO);
     let mut left = text.trim();
     let word = |left: &mut &str| {
@@ -200,6 +210,10 @@ fn map(line: u32, keyword: &str, rest: &[u8], faults: &mut Faults) -> Option<Map
                     "-o" => offset = or(0.0),
                     _ => unsupported(""),
                 }
+            }
+            "-bm" => {
+                let scale = word(&mut left).parse().ok().filter(|scale: &f64| scale.is_finite());
+                map.scale = scale.unwrap_or(1.0);
             }
             "-clamp" => map.clamp = word(&mut left) == "on",
             "-imfchan" => {

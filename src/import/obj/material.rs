@@ -5,7 +5,7 @@ use super::library::{Channel, Coloured, Description, Map, Valued};
 use crate::film::Image;
 use crate::import::images::{colours, decode};
 use crate::import::{Error, Location};
-use crate::material::{Bitmap, Interpolation, Material, Texture, Wrap};
+use crate::material::{Bitmap, GreenAxis, Interpolation, Material, Relief, Texture, Wrap};
 use crate::math::Rgb;
 use glam::{DAffine2, DVec2};
 use std::collections::HashMap;
@@ -25,6 +25,7 @@ pub(super) struct Look {
     pub material: Material,
     /// Radiance, if it emits.
     pub emission: Option<Texture>,
+    pub relief: Option<Relief>,
     /// True if it needs texture coordinates.
     pub is_textured: bool,
 }
@@ -33,7 +34,7 @@ impl Look {
     /// The look of what has no material.
     pub fn plain() -> Self {
         let material = Material::Lambert { albedo: Rgb::splat(DEFAULT_ALBEDO) };
-        Self { material, emission: None, is_textured: false }
+        Self { material, emission: None, relief: None, is_textured: false }
     }
 }
 
@@ -42,6 +43,8 @@ impl Look {
 enum Meaning {
     /// Colours, of which those of 8 or 16 bits are in the transfer function of sRGB.
     Colour,
+    /// Three linear numbers.
+    Numbers,
     /// Linear numbers of a channel, as grey. `None`: the alpha channel, or, if there is none, the
     /// luminance.
     Number(Option<Channel>),
@@ -90,8 +93,8 @@ impl Loader {
         if emission.is_some() && matches!(material, Material::Null | Material::Blend { .. }) {
             self.warnings.warn(location, "its emission is not reduced by its opacity")?;
         }
-        let is_textured = description.has_maps();
-        Ok(Look { material, emission, is_textured })
+        let relief = self.relief(description)?;
+        Ok(Look { material, emission, relief, is_textured: description.has_maps() })
     }
 
     /// Clear or frosted glass.
@@ -216,6 +219,25 @@ impl Loader {
             Some(map) => self.texture(map, Meaning::Colour, radiance, description)?,
             None => radiance.into(),
         }))
+    }
+
+    /// The normal map, or else the bump map, which is a normal map, too, if it has colours.
+    fn relief(&mut self, description: &Description) -> Result<Option<Relief>, Error> {
+        let map = description.normals.as_ref().or(description.heights.as_ref());
+        let Some(map) = map else { return Ok(None) };
+        let Some(bitmap) = self.bitmap(map, Meaning::Numbers, description)? else {
+            return Ok(None);
+        };
+        let is_grey = bitmap.image().pixels().iter().all(|p| p.r() == p.g() && p.g() == p.b());
+        let texture = self.placed(bitmap, map, Rgb::WHITE, description)?;
+        if description.normals.is_none() && is_grey {
+            return Ok(Some(Relief::bump_map(texture, map.scale)));
+        }
+        if description.normals.is_none() {
+            let reason = format!("{} has colours: it is taken for a normal map", map.name);
+            self.warnings.warn(description.location_of(map), reason)?;
+        }
+        Ok(Some(Relief::normal_map(texture, 1.0, GreenAxis::AgainstV)))
     }
 
     fn ior(&mut self, description: &Description) -> Result<f64, Error> {
@@ -370,7 +392,11 @@ impl Loader {
             return Ok(known.clone());
         }
         let read = self.read_bitmap(map, meaning, description);
-        let bitmap = self.warnings.rescue(read, "the factor holds in place of it")?;
+        let instead = match meaning {
+            Meaning::Numbers => "the surface is as smooth as its shape",
+            _ => "the factor holds in place of it",
+        };
+        let bitmap = self.warnings.rescue(read, instead)?;
         self.bitmaps.0.insert(key, bitmap.clone());
         Ok(bitmap)
     }
@@ -387,6 +413,7 @@ impl Loader {
         let (width, height) = (decoded.width(), decoded.height());
         let pixels = match meaning {
             Meaning::Colour => colours(decoded, false),
+            Meaning::Numbers => colours(decoded, true),
             Meaning::Number(None | Some(Channel::Matte)) if decoded.color().has_alpha() => {
                 decoded.into_rgba32f().pixels().map(|p| Rgb::splat(f64::from(p[3]))).collect()
             }
@@ -426,9 +453,10 @@ impl Description {
     }
 
     fn has_maps(&self) -> bool {
-        let coloured = [&self.diffuse.1, &self.specular.1, &self.emission.1];
-        let valued = [&self.exponent.1, &self.opacity.1, &self.roughness.1, &self.metalness.1];
-        coloured.into_iter().chain(valued).any(Option::is_some)
+        let colours = [&self.diffuse.1, &self.specular.1, &self.emission.1];
+        let numbers = [&self.exponent.1, &self.opacity.1, &self.roughness.1, &self.metalness.1];
+        let reliefs = [&self.heights, &self.normals];
+        colours.into_iter().chain(numbers).chain(reliefs).any(Option::is_some)
     }
 }
 

@@ -22,10 +22,11 @@
 //! | `Ke`, `map_Ke` | radiance, on both sides, since files do not agree about the order of vertices |
 //! | `d`, `Tr`, `map_d` | opacity: a blend with nothing; `Tr` is 1 - d |
 //! | `Ni`, `illum` | index of refraction; what is diffuse, glossy, a mirror or glass |
-//! | `-o`, `-s`, `-clamp`, `-imfchan` | options of maps |
+//! | `norm`, `bump`, `map_Bump` | normal map; heights in the scene's unit of length, or, if the image has colours, a normal map, with a warning |
+//! | `-o`, `-s`, `-clamp`, `-imfchan`, `-bm` | options of maps |
 //!
 //! `Ka` and `map_Ka` are ignored, since light transport computes what they stand for. Everything
-//! else, such as normal maps, lines, curves, colours of vertices and faces whose vertices are not
+//! else, such as lines, curves, colours of vertices and faces whose vertices are not
 //! there, is left out with a warning; in strict mode it is an error.
 //!
 //! Images are PNG, JPEG, TGA, BMP, Radiance HDR or OpenEXR, and factors are multiplied with them.
@@ -107,8 +108,12 @@ pub fn load(path: impl AsRef<Path>, resolution: UVec2, options: &Options) -> Res
         emits: false,
     };
     std::mem::take(&mut geometry.faults).warn(path, &mut loader.warnings)?;
+    let mut known = HashSet::new();
     for (names, line) in &geometry.libraries {
-        loader.libraries(names, *line, limits)?;
+        // Many files name their library again and again.
+        if known.insert(names) {
+            loader.libraries(names, *line, limits)?;
+        }
     }
     geometry.shade();
     for (part, mesh, bare) in geometry.meshes() {
@@ -216,6 +221,9 @@ impl Loader {
         let Some(surface) = self.warnings.rescue(added.map_err(caused), "it is left out")? else {
             return Ok(());
         };
+        if let Some(relief) = look.relief {
+            self.builder.set_relief(surface, relief).map_err(caused)?;
+        }
         if let Some(radiance) = look.emission {
             let emits = self.builder.set_textured_emission(surface, radiance, true);
             let emits = self.warnings.rescue(emits.map_err(caused), "it emits nothing")?;

@@ -72,18 +72,15 @@ impl Loader {
         })
     }
 
-    /// The material of a shape, added to the scene once. `opacity` has a name to tell it by;
-    /// behind the surface light is absorbed.
+    /// The material of a shape, added to the scene once. `opacity` has a name to tell it by.
     pub(super) fn material(
         &mut self,
         reference: &Reference,
         to_uv: DAffine2,
         opacity: Option<&(String, Texture)>,
-        absorption: Rgb,
     ) -> Result<MaterialId, Error> {
         let object = self.resolved(reference)?;
-        let key =
-            (Rc::as_ptr(&object), format!("{to_uv:?} {:?} {absorption:?}", opacity.map(|o| &o.0)));
+        let key = (Rc::as_ptr(&object), format!("{to_uv:?} {:?}", opacity.map(|o| &o.0)));
         if let Some((_, id)) = self.materials.get(&key) {
             return Ok(*id);
         }
@@ -97,9 +94,6 @@ impl Loader {
             let checked = blend.finish().map(|_| blend).map_err(|error| object.caused(error));
             let checked = self.warnings.rescue(checked, "the surface is opaque")?;
             material = checked.unwrap_or(material);
-        }
-        if !absorption.is_black() {
-            material = material.absorbing(absorption);
         }
         let name = format!("{} {}", self.materials.len(), object.kind);
         let id = self.builder.add_material(name, material).map_err(|error| object.caused(error))?;

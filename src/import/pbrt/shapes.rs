@@ -243,7 +243,7 @@ impl Loader {
             }
             other => other.clone(),
         };
-        let material = self.material(&shape.material, to_uv, opacity.as_ref(), shape.absorption)?;
+        let material = self.material(&shape.material, to_uv, opacity.as_ref())?;
         self.surfaces += 1;
         let line = shape.location.line.unwrap_or(0);
         let name = format!("{} {} in line {line}", shape.location.element, self.surfaces);
@@ -279,6 +279,7 @@ impl Loader {
                 (self.mesh(name, &mesh, shape, &to_world, material, is_textured)?, area, 1)
             }
         };
+        self.builder.set_absorption(surface, shape.absorption).map_err(caused)?;
         if let Some(relief) = self.reliefs.get(&material) {
             self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
         }

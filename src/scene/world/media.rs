@@ -1,4 +1,4 @@
-//! Absorbing media of a world: the bodies behind surfaces of materials that absorb.
+//! Absorbing media of a world: the bodies behind surfaces.
 //!
 //! Light that goes a distance d through a medium keeps `exp(-σ d)` of itself, σ its absorption
 //! coefficient (Bouguer 1729, Lambert 1760, Beer 1852). A medium lies behind its boundary's
@@ -8,8 +8,10 @@
 use super::World;
 use crate::geometry::{Place, SurfacePoint};
 use crate::math::Rgb;
-use crate::scene::Scene;
+use crate::scene::surface::Surface;
+use crate::scene::{Scene, SceneError};
 use glam::DVec3;
+use std::collections::HashMap;
 
 /// The direction of the rays that find out which medium a point is in.
 const PROBE: DVec3 = DVec3::new(0.36, 0.48, 0.8);
@@ -17,47 +19,42 @@ const PROBE: DVec3 = DVec3::new(0.36, 0.48, 0.8);
 /// The most surfaces that such a ray crosses.
 const MOST_CROSSED: usize = 256;
 
-/// The media of a world. Number 0 is what absorbs nothing.
+/// The absorption coefficients of a world's media. Number 0 is what absorbs nothing and not in the
+/// list.
 #[derive(Clone, Debug, Default)]
-pub(in crate::scene) struct Media {
-    /// Absorption coefficients of the others.
-    absorption: Vec<Rgb>,
-    /// The medium behind surfaces of each material.
-    behind: Vec<u16>,
-}
+pub(in crate::scene) struct Media(Vec<Rgb>);
 
 impl Media {
-    /// Adds a material with what lies behind it. Returns false if there are too many media.
-    pub fn push(&mut self, absorption: Rgb) -> bool {
-        let mut medium = 0;
-        if !absorption.is_black() {
-            self.absorption.push(absorption);
-            let Ok(number) = u16::try_from(self.absorption.len()) else { return false };
-            medium = number;
+    /// The media behind some surfaces, which get their numbers.
+    pub fn of(surfaces: &mut [Surface]) -> Result<Self, SceneError> {
+        let (mut media, mut numbers) = (Vec::new(), HashMap::new());
+        for surface in surfaces.iter_mut().filter(|surface| !surface.absorption.is_black()) {
+            let number =
+                numbers.entry(surface.absorption.0.map(f64::to_bits)).or_insert_with(|| {
+                    media.push(surface.absorption);
+                    media.len()
+                });
+            let too_many = |_| SceneError::TooManyMedia { object: surface.name.clone() };
+            surface.medium = u16::try_from(*number).map_err(too_many)?;
         }
-        self.behind.push(medium);
-        true
+        Ok(Self(media))
     }
 
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
-        self.absorption.is_empty()
+        self.0.is_empty()
     }
 
     /// The absorption coefficient of a medium, per unit of length.
     fn absorption(&self, medium: u16) -> Rgb {
-        match usize::from(medium).checked_sub(1) {
-            Some(index) => self.absorption[index],
-            None => Rgb::BLACK,
-        }
+        usize::from(medium).checked_sub(1).map_or(Rgb::BLACK, |index| self.0[index])
     }
 }
 
 impl World {
     /// The medium behind the surface that a point lies on.
     fn medium_behind(&self, x: &SurfacePoint) -> u16 {
-        let material = self.surfaces.get(x.surface as usize).map(|surface| surface.material);
-        material.and_then(|id| self.media.behind.get(id.0 as usize).copied()).unwrap_or(0)
+        self.surfaces.get(x.surface as usize).map_or(0, |surface| surface.medium)
     }
 
     /// [`Scene::medium_towards`] of a world with media. In front of a boundary that was reached
@@ -71,7 +68,7 @@ impl World {
             behind
         } else if x.medium != behind {
             x.medium
-        } else if self.media.absorption.len() == 1 {
+        } else if self.media.0.len() == 1 {
             0
         } else {
             self.medium_around(x)

@@ -53,8 +53,8 @@ impl World {
     pub(in crate::scene) fn assemble(
         forest: Forest,
         bounds: Bounds,
-        (materials, media): (Vec<Finish>, Media),
-        surfaces: Vec<Surface>,
+        materials: Vec<Finish>,
+        (surfaces, media): (Vec<Surface>, Media),
         lights: Vec<(String, AnyLight)>,
         environment: Option<LightId>,
         light_tree: LightTree,
