@@ -85,6 +85,20 @@ fn emission_and_highlights_have_images() {
     }
 }
 
+/// Whatever the factors, rounding does not take a product of them out of its range.
+#[test]
+fn highlights_of_images_conserve_energy() {
+    let directory = directory("rounding");
+    directory.write("dim.tga", tga(1, &[[179, 143, 17, 255]]));
+    for k in 1..60 {
+        let factor = f64::from(k) / 60.0;
+        let (world, warnings) =
+            directory.square(&format!("Kd {factor}\nmap_Kd dim.tga\nKs {factor}\nmap_Ks dim.tga"));
+        assert!(warnings.is_empty(), "{warnings:?}");
+        assert_eq!(world.primitive_count(), 2);
+    }
+}
+
 /// The alpha channel if there is one, else the luminance, or the channel that is asked for.
 #[test]
 fn opacity_has_an_image() {
@@ -138,12 +152,20 @@ fn roughness_and_metalness_have_images() {
         directory.square("Kd 0.5\nmap_Pr wide.tga\nmap_Pm -o 0.5 two by two.tga");
     assert!(warnings.len() == 1 && warnings[0].contains("the options of two by two.tga are those"));
     assert_eq!(world.primitive_count(), 2);
-    // An exponent of 15 · 0.4 has α = 1/2.
+    let (wi, wo) = (DVec3::new(0.28, 0.0, 0.96), DVec3::new(0.0, 0.28, 0.96));
+    // An exponent of 15 · 0.4 has α = 1/2, a roughness of 0.75 · 0.4 has 0.09.
+    let lobe = Material::RoughMirror { reflectance: Rgb::splat(0.5), alpha: DVec2::splat(0.5) };
     let (world, warnings) = directory.square("Kd 0\nKs 0.5\nNs 15\nmap_Ns grey.tga");
     assert!(warnings.is_empty(), "{warnings:?}");
-    let model = MetallicRoughness::new(Rgb::splat(0.5), 1.0, 0.5f64.sqrt(), 1.5).expect("valid");
-    let (wi, wo) = (DVec3::new(0.28, 0.0, 0.96), DVec3::new(0.0, 0.28, 0.96));
-    close(world.bsdf(&below(&world, 0.5, 0.25)).eval(wi, wo), eval(model));
+    let expected = lobe.mixture().expect("valid").expect("a model").eval(wi, wo);
+    close(world.bsdf(&below(&world, 0.5, 0.25)).eval(wi, wo), expected);
+    let relative_ior = 1.5;
+    let frosted = Material::RoughDielectric { relative_ior, alpha: DVec2::splat(0.09) };
+    let (world, warnings) = directory.square("illum 7\nPr 0.75\nmap_Pr grey.tga");
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let wi = DVec3::new(0.28, 0.0, -0.96);
+    let expected = frosted.mixture().expect("valid").expect("a model").eval(wi, wo);
+    close(world.bsdf(&below(&world, 0.5, 0.25)).eval(wi, wo), expected);
 }
 
 #[test]

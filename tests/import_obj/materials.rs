@@ -95,6 +95,7 @@ fn materials_are_those_built_by_hand() {
         ("Kd 0.5\nPr 0.25\nPm 0.75\nNi 2\nKs 1", metallic(0.5, 0.25, 0.75, 2.0)),
         ("Kd 0.5\nPm 1", metallic(0.5, 0.5, 1.0, 1.5)),
         ("Kd 0.5\nPm 1\nNs 6", metallic(0.5, half, 1.0, 1.5)),
+        ("Kd 0.5\nPm 1\nNs -6", metallic(0.5, 1.0, 1.0, 1.5)),
     ] {
         let (world, warnings) = directory.square(statements);
         assert!(warnings.is_empty(), "{statements}: {warnings:?}");

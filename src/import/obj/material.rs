@@ -100,16 +100,15 @@ impl Loader {
     /// Clear or frosted glass.
     fn glass(&mut self, description: &Description) -> Result<Material, Error> {
         let relative_ior = self.ior(description)?;
-        let roughness = self.share("Pr", description.roughness.0.unwrap_or(0.0), description)?;
-        if description.roughness.1.is_some() {
-            let reason = "map_Pr is left out of a material that refracts light";
-            self.warnings.warn(description.location(), reason)?;
-        }
-        let alpha = roughness * roughness;
-        Ok(if alpha > 0.0 {
-            Material::RoughDielectric { relative_ior, alpha: DVec2::splat(alpha) }
-        } else {
+        let (roughness, map) = &description.roughness;
+        let without = if map.is_some() { 1.0 } else { 0.0 };
+        let roughness = self.share("Pr", roughness.unwrap_or(without), description)?;
+        let squared = |value: f64, _| Rgb::splat((roughness * value).powi(2));
+        let alpha = self.baked([map, &None], squared, description)?;
+        Ok(if alpha.range()[1].is_black() {
             Material::Dielectric { relative_ior }
+        } else {
+            rough(|alpha| Material::RoughDielectric { relative_ior, alpha }, alpha)
         })
     }
 
@@ -129,8 +128,8 @@ impl Loader {
         let metalness = description.metalness.0.unwrap_or(without);
         let metalness = self.share("Pm", metalness, description)?;
         let maps = [&description.roughness.1, &description.metalness.1];
-        let factor = Rgb::new(0.0, roughness, metalness);
-        let surface = self.roughness(maps, factor, |rough, metal| [rough, metal], description)?;
+        let values = |rough, metal| Rgb::new(0.0, roughness * rough, metalness * metal);
+        let surface = self.baked(maps, values, description)?;
         Ok(Material::MetallicRoughness {
             base_color,
             metallic_roughness: surface,
@@ -147,7 +146,7 @@ impl Loader {
         specular: Texture,
     ) -> Result<Material, Error> {
         let sum = (albedo.range()[1] + specular.range()[1]).max_component();
-        if sum > 1.0 {
+        if sum > 1.0 + 1e-6 {
             let reason =
                 format!("Kd + Ks reflect {sum:.3} times what arrives: both are divided by that");
             self.warnings.warn(description.location(), reason)?;
@@ -155,7 +154,9 @@ impl Loader {
         let greatest = |texture: &Texture| texture.range()[1].max_component();
         let weights = [greatest(&albedo), greatest(&specular)];
         let unit = |texture: Texture, weight: f64| {
-            self.scaled(texture, Rgb::splat(1.0 / weight), description)
+            // The product of a pixel and two factors may exceed 1 by rounding.
+            let room = if texture.as_constant().is_some() { 0.0 } else { 4.0 * f64::EPSILON };
+            self.scaled(texture, Rgb::splat((1.0 - room) / weight), description)
         };
         if weights[0] == 0.0 {
             return self.lobe(description, specular);
@@ -172,25 +173,18 @@ impl Loader {
     fn lobe(&mut self, description: &Description, reflectance: Texture) -> Result<Material, Error> {
         let (exponent, map) = &description.exponent;
         let is_traced = matches!(description.illum, Some(3 | 5 | 8));
-        let exponent = exponent.map(|exponent| exponent.max(0.0));
-        if map.is_some() {
-            let exponent = exponent.unwrap_or(1.0);
-            let root = |value: f64, _| [alpha(exponent * value.max(0.0)).sqrt(), 1.0];
-            return Ok(Material::MetallicRoughness {
-                base_color: reflectance,
-                metallic_roughness: self.roughness([map, &None], Rgb::WHITE, root, description)?,
-                relative_ior: DEFAULT_IOR,
-            });
+        let is_sharp = exponent.is_none_or(|exponent| exponent >= LARGEST_EXPONENT);
+        if is_traced && is_sharp && map.is_none() {
+            return Ok(coloured(|reflectance| Material::Mirror { reflectance }, reflectance));
         }
-        let lobe = |reflectance: Rgb| {
-            if is_traced && exponent.is_none_or(|exponent| exponent >= LARGEST_EXPONENT) {
-                Material::Mirror { reflectance }
-            } else {
-                let alpha = DVec2::splat(alpha(exponent.unwrap_or(0.0)));
-                Material::RoughMirror { reflectance, alpha }
-            }
+        let without = if map.is_some() { 1.0 } else { 0.0 };
+        let exponent = exponent.unwrap_or(without);
+        let alpha = |value: f64, _| Rgb::splat(alpha(exponent * value));
+        let alpha = self.baked([map, &None], alpha, description)?;
+        let mirror = |reflectance| {
+            rough(|alpha| Material::RoughMirror { reflectance, alpha }, alpha.clone())
         };
-        Ok(coloured(lobe, reflectance))
+        Ok(coloured(mirror, reflectance))
     }
 
     /// The opacity in every channel.
@@ -292,13 +286,12 @@ impl Loader {
         Ok(factor.into())
     }
 
-    /// A texture with roughness in green and metalness in blue: what `values` makes of the numbers
-    /// of two images, times a factor. Where an image is missing its number is 1.
-    fn roughness(
+    /// A texture of what `values` makes of the numbers of two images; a number is 1 where its image
+    /// is missing.
+    fn baked(
         &mut self,
         maps: [&Option<Map>; 2],
-        factor: Rgb,
-        values: impl Fn(f64, f64) -> [f64; 2],
+        values: impl Fn(f64, f64) -> Rgb,
         description: &Description,
     ) -> Result<Texture, Error> {
         let [rough, metal] = maps;
@@ -310,10 +303,7 @@ impl Loader {
         }
         let shown = match (&images, rough, metal) {
             ([Some(_), _], Some(map), _) | ([None, Some(_)], _, Some(map)) => map,
-            _ => {
-                let [rough, metal] = values(1.0, 1.0);
-                return Ok((factor * Rgb::new(0.0, rough, metal)).into());
-            }
+            _ => return Ok(values(1.0, 1.0).into()),
         };
         if let (Some(rough), Some(metal), [Some(_), Some(_)]) = (rough, metal, &images)
             && (rough.to_uv, rough.clamp) != (metal.to_uv, metal.clamp)
@@ -333,11 +323,10 @@ impl Loader {
             let uv = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / size;
             let [rough, metal] =
                 textures.each_ref().map(|texture| texture.as_ref().map_or(1.0, |t| t.at(uv).r()));
-            let [rough, metal] = values(rough, metal).map(|value| value.clamp(0.0, 1.0));
-            Rgb::new(0.0, rough, metal)
+            values(rough, metal)
         });
         let bitmap = Bitmap::new(image).map_err(|e| Error::caused(description.location(), e))?;
-        self.placed(bitmap, shown, factor, description)
+        self.placed(bitmap, shown, Rgb::WHITE, description)
     }
 
     /// An image times a factor; the factor alone if it cannot be read.
@@ -463,7 +452,18 @@ impl Description {
 /// The roughness of GGX whose lobe is about as wide as that of Phong's exponent (Walter et al.
 /// 2007, section 5.2, with the Blinn-Phong exponent).
 fn alpha(exponent: f64) -> f64 {
-    (2.0 / (exponent + 2.0)).sqrt()
+    (2.0 / (exponent.max(0.0) + 2.0)).sqrt()
+}
+
+/// A rough material of an α in all directions that may vary.
+fn rough(material: impl Fn(DVec2) -> Material, alpha: Texture) -> Material {
+    match alpha.as_constant() {
+        Some(alpha) => material(DVec2::splat(alpha.r())),
+        None => Material::VaryingRoughness {
+            rough: Box::new(material(DVec2::ONE)),
+            alpha: Box::new([alpha.clone(), alpha]),
+        },
+    }
 }
 
 fn diffuse(albedo: Texture) -> Material {

@@ -39,8 +39,7 @@
 //! - Otherwise `Ks` is the reflectance of a lobe of GGX, the same at all angles, of roughness
 //!   α = √(2/(Ns + 2)), beside the diffuse part. Where `Kd + Ks` is more than 1 in a channel, both
 //!   are divided by their largest sum, with a warning. In models 3, 5 and 8, which trace
-//!   reflections, it is a mirror if there is no `Ns` or one of at least 1000. With `map_Ns` the
-//!   lobe is that of a metal, which becomes white towards grazing angles (Schlick).
+//!   reflections, it is a mirror if there is no `Ns` or one of at least 1000.
 //! - With `Pr` or `Pm`, `Kd` is the base colour; `Ks` is left out. Roughness follows from `Ns` if
 //!   only metalness is given, and is 0.5 without either.
 //! - Models 6 and 7 are glass of the index `Ni` (1.5 if not given), frosted if `Pr` is; opacity
