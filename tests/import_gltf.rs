@@ -6,6 +6,8 @@
 mod compare;
 #[path = "import_gltf/damage.rs"]
 mod damage;
+#[path = "import_gltf/environment.rs"]
+mod environment;
 #[path = "import_gltf/files.rs"]
 mod files;
 #[path = "import_gltf/lights.rs"]
@@ -18,3 +20,5 @@ mod meshes;
 mod refusals;
 #[path = "import_gltf/room.rs"]
 mod room;
+#[path = "import_gltf/squares.rs"]
+mod squares;

@@ -17,5 +17,7 @@ mod hostile;
 mod images;
 #[path = "import_mitsuba/integrators.rs"]
 mod integrators;
+#[path = "import_mitsuba/leftovers.rs"]
+mod leftovers;
 #[path = "import_mitsuba/refusals.rs"]
 mod refusals;

@@ -83,7 +83,8 @@ impl<'a> Loader<'a> {
             }
         }
         let film = film.map_or_else(|| film_plan(element, 768, 576), Ok)?;
-        let FilmRegion { resolution, window_min, window_max } = film.region;
+        let region = self.size.map_or(film.region, |size| scaled(film.region, size));
+        let FilmRegion { resolution, window_min, window_max } = region;
         let size = resolution.as_dvec2();
         let planes = [object.float("near_clip")?, object.float("far_clip")?];
         let clip = Clip { location: element.location(), position, forward, planes };
@@ -257,6 +258,16 @@ impl<'a> Loader<'a> {
         object.finish(&mut self.warnings)?;
         Ok(filter)
     }
+}
+
+/// The largest film within a size that has the shape of another, and its window.
+fn scaled(region: FilmRegion, size: UVec2) -> FilmRegion {
+    let factor = (size.as_dvec2() / region.resolution.as_dvec2()).min_element();
+    let scaled = |pixels: UVec2| (pixels.as_dvec2() * factor).round().as_uvec2();
+    let resolution = scaled(region.resolution).clamp(UVec2::ONE, size);
+    let window_min = scaled(region.window_min).min(resolution - 1);
+    let window_max = scaled(region.window_max).clamp(window_min + 1, resolution);
+    FilmRegion { resolution, window_min, window_max }
 }
 
 /// A whole film with the filter that Mitsuba takes if none is named.
