@@ -6,10 +6,11 @@
 //! little from the right and above; a file without Ke is lit by a white environment.
 
 use super::scenes::{AnyCamera, NamedScene};
-use pathspace::endpoint::{ConstantEnvironment, PinholeCamera};
+use pathspace::endpoint::PinholeCamera;
 use pathspace::film::Filter;
 use pathspace::geometry::Bounds;
 use pathspace::glam::{DAffine3, DVec3, UVec2};
+use pathspace::import::Environment;
 use pathspace::math::Rgb;
 use pathspace::scene::{Emission, Material, Mesh, WorldBuilder};
 use std::cell::RefCell;
@@ -31,11 +32,20 @@ struct Look {
 }
 
 /// Loads a file; errors name it.
-pub fn load(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error>> {
-    load_file(path, resolution).map_err(|error| format!("{}: {error}", path.display()).into())
+pub fn load(
+    path: &Path,
+    resolution: UVec2,
+    environment: &Environment,
+) -> Result<NamedScene, Box<dyn Error>> {
+    load_file(path, resolution, environment)
+        .map_err(|error| format!("{}: {error}", path.display()).into())
 }
 
-fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error>> {
+fn load_file(
+    path: &Path,
+    resolution: UVec2,
+    environment: &Environment,
+) -> Result<NamedScene, Box<dyn Error>> {
     let (models, materials) = parse(path)?;
     let mut builder = WorldBuilder::new();
     let looks = materials.iter().map(look).collect::<Vec<_>>();
@@ -71,15 +81,20 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
     if triangles == 0 {
         return Err("no triangles".into());
     }
-    if !emits {
-        builder.set_environment("environment", ConstantEnvironment::new(Rgb::WHITE)?)?;
+    let light = match environment {
+        Environment::Automatic if !emits => Environment::Colour(Rgb::WHITE).light()?,
+        other => other.light()?,
+    };
+    let is_surrounded = light.is_some();
+    if let Some(light) = light {
+        builder.set_environment("environment", light)?;
     }
     let world = builder.build()?;
     let camera = AnyCamera(Box::new(framing(world.bounds(), resolution)?));
     let name = path
         .file_stem()
         .map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
-    let light = if emits { "its own lights" } else { "a white environment" };
+    let light = if is_surrounded { "an environment" } else { "its own lights" };
     Ok(NamedScene {
         name,
         description: format!("{} with {triangles} triangles under {light}.", path.display()),
@@ -88,6 +103,8 @@ fn load_file(path: &Path, resolution: UVec2) -> Result<NamedScene, Box<dyn Error
         max_bounces: None,
         claims: None,
         filter: Filter::Box,
+        views: vec!["whole scene".to_owned()],
+        messages: Vec::new(),
     })
 }
 
