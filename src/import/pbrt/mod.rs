@@ -22,7 +22,7 @@
 //! | filters | `box` and `triangle` of a pixel, `gaussian` | others, by a Gaussian | |
 //! | shapes | `trianglemesh`, `plymesh`, `bilinearmesh`, `sphere`, `disk` | `cylinder` and parts of spheres and disks as triangles, `loopsubdiv` as its control mesh | `curve`, displacement |
 //! | materials | `diffuse`, `coateddiffuse`, `conductor`, `dielectric`, `thindielectric`, `mix`, `interface` | `coatedconductor`, `diffusetransmission`, `subsurface`, `hair`, `measured`; those of version 3 | |
-//! | roughness | `remaproughness`, along u and v | a rough coat; textures, by their mean | |
+//! | roughness | `remaproughness`, along u and v, textures | of a coat, by its mean | |
 //! | textures | `constant`, `imagemap`, `checkerboard` of constants, `scale` and `mix` with constants | others, and mappings other than `uv`, by a mean | |
 //! | bump and normal maps | `displacement`, `normalmap` | | those of the parts of a `mix` |
 //! | opacity | `alpha` of shapes, but for their light | | |
