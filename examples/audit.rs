@@ -8,7 +8,7 @@ use clap::Parser;
 use common::{FileOptions, NamedScene, scene_list, scene_or_file};
 use pathspace::film::{Contribution, FilmSample, Sample, Technique};
 use pathspace::geometry::Place;
-use pathspace::glam::{DVec2, DVec3, UVec2};
+use pathspace::glam::{DVec2, DVec3};
 use pathspace::integrator::{
     Bidirectional, Caller, Depth, Integrator, Merging, Run, Stage, VertexConnectionMerging,
 };
@@ -108,7 +108,7 @@ fn run(options: &Options) -> Result<bool, Box<dyn Error>> {
             .into());
         }
     }
-    let scene = scene_or_file(&options.scene, UVec2::splat(256), &FileOptions::default())?;
+    let scene = scene_or_file(&options.scene, None, &FileOptions::default())?;
     let size = scene.camera.0.film().resolution;
     if let Some((x, y)) = options.pixel
         && (u32::from(x) >= size.x || u32::from(y) >= size.y)

@@ -4,6 +4,8 @@
 //! cargo run --release --example render -- --integrator bidirectional --out target/box.png
 //! cargo run --release --example render -- --scene model.obj --time 30s
 //! cargo run --release --example render -- --scene scene.xml -D resx=256 -D resy=256 --strict
+//! cargo run --release --example render -- --scene model.glb --environment sky.hdr --view left
+//! cargo run --release --example render -- --scene model.glb --info
 //! cargo run --release --example render -- --scene list
 //! ```
 
@@ -63,9 +65,13 @@ struct Arguments {
     /// Let walks end by absorption, escape and --max-bounces only
     #[arg(long)]
     no_roulette: bool,
-    /// Image size in pixels; Mitsuba files bring their own
-    #[arg(long, default_value = "256x256", value_parser = common::parse_size, value_name = "WxH")]
-    size: UVec2,
+    /// Image size in pixels, into which films of files fit with the shape that they have
+    /// [default: 256x256, or the file's own]
+    #[arg(long, value_parser = common::parse_size, value_name = "WxH")]
+    size: Option<UVec2>,
+    /// Print what the scene holds (cameras, lights, materials, warnings), and render nothing
+    #[arg(long)]
+    info: bool,
     /// Source of random numbers
     #[arg(long, value_enum, default_value_t)]
     sampler: SamplerName,
@@ -89,6 +95,13 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     if arguments.scene == "list" {
         print!("{}", common::scene_list());
+        return ExitCode::SUCCESS;
+    }
+    if arguments.info {
+        match common::scene_info(&arguments.scene, arguments.size, &arguments.file) {
+            Ok(text) => print!("{text}"),
+            Err(error) => refuse(&format!("--scene: {error}")),
+        }
         return ExitCode::SUCCESS;
     }
     let scene = match common::scene_or_file(&arguments.scene, arguments.size, &arguments.file) {

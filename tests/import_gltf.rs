@@ -6,6 +6,8 @@
 mod compare;
 #[path = "import_gltf/damage.rs"]
 mod damage;
+#[path = "import_gltf/environment.rs"]
+mod environment;
 #[path = "import_gltf/files.rs"]
 mod files;
 #[path = "import_gltf/lights.rs"]
@@ -22,5 +24,7 @@ mod refusals;
 mod reliefs;
 #[path = "import_gltf/room.rs"]
 mod room;
+#[path = "import_gltf/squares.rs"]
+mod squares;
 #[path = "import_gltf/volumes.rs"]
 mod volumes;

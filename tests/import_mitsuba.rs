@@ -17,6 +17,8 @@ mod hostile;
 mod images;
 #[path = "import_mitsuba/integrators.rs"]
 mod integrators;
+#[path = "import_mitsuba/leftovers.rs"]
+mod leftovers;
 #[path = "import_mitsuba/media.rs"]
 mod media;
 #[path = "import_mitsuba/plastics.rs"]

@@ -3,6 +3,8 @@
 use clap::ValueEnum;
 use pathspace::film::Filter;
 use pathspace::glam::UVec2;
+use pathspace::import::Environment;
+use pathspace::math::Rgb;
 use pathspace::sampler::SamplerKind;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -88,6 +90,35 @@ pub fn parse_image_path(text: &str) -> Result<PathBuf, String> {
     match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
         Some("png" | "exr" | "hdr") => Ok(path),
         _ => Err("the file must end in .png, .exr or .hdr".to_owned()),
+    }
+}
+
+/// An environment: `none`, a colour, or an image.
+pub fn parse_environment(text: &str) -> Result<Environment, String> {
+    if text == "none" {
+        return Ok(Environment::None);
+    }
+    if let Some(colour) = parse_colour(text) {
+        return Ok(Environment::Colour(colour));
+    }
+    parse_image_path(text).map(Environment::File).map_err(|_| {
+        "an environment is none, a colour such as white, 0.5 or 0.4,0.6,1, or an image that ends \
+         in .png, .hdr or .exr"
+            .to_owned()
+    })
+}
+
+/// A name, or one or three radiances.
+fn parse_colour(text: &str) -> Option<Rgb> {
+    if text == "white" {
+        return Some(Rgb::WHITE);
+    }
+    let radiance =
+        |text: &str| text.trim().parse::<f64>().ok().filter(|c| *c >= 0.0 && c.is_finite());
+    match text.split(',').map(radiance).collect::<Option<Vec<f64>>>()?[..] {
+        [grey] => Some(Rgb::splat(grey)),
+        [r, g, b] => Some(Rgb::new(r, g, b)),
+        _ => None,
     }
 }
 

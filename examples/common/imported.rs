@@ -2,20 +2,27 @@
 
 use super::scenes::{AnyCamera, FileOptions, NamedScene};
 use pathspace::glam::UVec2;
-use pathspace::import::{Import, Options, gltf, mitsuba, obj, pbrt};
+use pathspace::import::{Import, gltf, mitsuba, obj, pbrt};
 use std::error::Error;
 use std::path::Path;
 
 /// Loads a Mitsuba file, which brings its own film.
-pub fn load_mitsuba(path: &Path, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
-    let how = Options { strict: options.strict, ..Options::default() };
-    named(path, mitsuba::load(path, &how, options.define.iter().cloned())?)
+pub fn load_mitsuba(
+    path: &Path,
+    size: Option<UVec2>,
+    options: &FileOptions,
+) -> Result<NamedScene, Box<dyn Error>> {
+    let parameters = options.define.iter().cloned();
+    named(path, mitsuba::load(path, &options.options(size), parameters)?, options)
 }
 
 /// Loads a pbrt file, which brings its own film.
-pub fn load_pbrt(path: &Path, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
-    let how = Options { strict: options.strict, ..Options::default() };
-    named(path, pbrt::load(path, &how)?)
+pub fn load_pbrt(
+    path: &Path,
+    size: Option<UVec2>,
+    options: &FileOptions,
+) -> Result<NamedScene, Box<dyn Error>> {
+    named(path, pbrt::load(path, &options.options(size))?, options)
 }
 
 /// Loads a glTF file; its cameras bring their aspect ratio.
@@ -24,8 +31,7 @@ pub fn load_gltf(
     resolution: UVec2,
     options: &FileOptions,
 ) -> Result<NamedScene, Box<dyn Error>> {
-    let how = Options { strict: options.strict, ..Options::default() };
-    named(path, gltf::load(path, resolution, &how)?)
+    named(path, gltf::load(path, resolution, &options.options(None))?, options)
 }
 
 /// Loads a Wavefront OBJ file.
@@ -34,20 +40,29 @@ pub fn load_obj(
     resolution: UVec2,
     options: &FileOptions,
 ) -> Result<NamedScene, Box<dyn Error>> {
-    let how = Options { strict: options.strict, ..Options::default() };
-    named(path, obj::load(path, resolution, &how)?)
+    named(path, obj::load(path, resolution, &options.options(None))?, options)
 }
 
-/// Prints the warnings; of several cameras the first is taken.
-fn named(path: &Path, import: Import) -> Result<NamedScene, Box<dyn Error>> {
-    for warning in &import.warnings {
-        eprintln!("warning: {warning}");
+/// The scene with the camera that is wished for, or the first.
+fn named(path: &Path, import: Import, options: &FileOptions) -> Result<NamedScene, Box<dyn Error>> {
+    let warnings = import.warnings.iter().map(|warning| format!("warning: {warning}"));
+    let notes = import.notes.iter().map(|note| format!("note: {note}"));
+    let mut messages: Vec<String> = warnings.chain(notes).collect();
+    let names: Vec<String> = import.views.iter().map(|view| view.name.clone()).collect();
+    let chosen = match &options.view {
+        None => 0,
+        Some(wanted) => names
+            .iter()
+            .position(|name| name == wanted)
+            .or_else(|| wanted.parse().ok().and_then(|n: usize| n.checked_sub(1)))
+            .filter(|index| *index < names.len())
+            .ok_or_else(|| format!("there is no view {wanted}, only {}", names.join(", ")))?,
+    };
+    if options.view.is_none() && names.len() > 1 {
+        let (first, count) = (&names[0], names.len());
+        messages.push(format!("note: {first} is the first of {count} cameras; --view chooses"));
     }
-    let cameras = import.views.len();
-    let view = import.views.into_iter().next().ok_or("no camera")?;
-    if cameras > 1 {
-        eprintln!("note: {} is the first of {cameras} cameras", view.name);
-    }
+    let view = import.views.into_iter().nth(chosen).ok_or("no camera")?;
     let name = path
         .file_stem()
         .map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
@@ -69,5 +84,7 @@ fn named(path: &Path, import: Import) -> Result<NamedScene, Box<dyn Error>> {
         camera: AnyCamera(view.camera),
         max_bounces: import.hints.max_bounces,
         filter: view.filter,
+        views: names,
+        messages,
     })
 }

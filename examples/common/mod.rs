@@ -6,6 +6,7 @@
 
 mod arguments;
 mod imported;
+mod info;
 mod integrators;
 mod progress;
 mod scenes;
@@ -16,4 +17,4 @@ pub use arguments::{
 };
 pub use integrators::{AnyIntegrator, SharedWalks};
 pub use progress::{STEPS, progress_bar, show};
-pub use scenes::{AnyCamera, FileOptions, NamedScene, scene_list, scene_or_file};
+pub use scenes::{AnyCamera, FileOptions, NamedScene, scene_info, scene_list, scene_or_file};

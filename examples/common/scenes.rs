@@ -1,11 +1,13 @@
 //! A scene by its name in the gallery, or from a file.
 
-use super::{AnyIntegrator, imported};
+use super::arguments::parse_environment;
+use super::{AnyIntegrator, imported, info};
 use clap::Args;
 use pathspace::endpoint::Camera;
 use pathspace::film::Filter;
 use pathspace::gallery::{self, Claims, GalleryScene};
 use pathspace::glam::UVec2;
+use pathspace::import::{Environment, Options};
 use pathspace::path::{DrawnBy, MissingPaths};
 use pathspace::render::RenderError;
 use pathspace::report::Method;
@@ -30,6 +32,10 @@ pub struct NamedScene {
     pub claims: Option<Claims>,
     /// The pixel filter to render with unless the user wants another.
     pub filter: Filter,
+    /// The names of all cameras.
+    pub views: Vec<String>,
+    /// Warnings, and notes on decisions.
+    pub messages: Vec<String>,
 }
 
 impl NamedScene {
@@ -60,8 +66,37 @@ pub struct FileOptions {
     #[arg(long)]
     pub strict: bool,
     /// Set a parameter of a Mitsuba scene, such as spp=16; may be given several times
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_definition)]
+    #[arg(short = 'D', long, value_name = "NAME=VALUE", value_parser = parse_definition)]
     pub define: Vec<(String, String)>,
+    /// Let scene files name files outside of their directory
+    #[arg(long)]
+    pub outside_files: bool,
+    /// Show the backs of glTF surfaces that are not double-sided
+    #[arg(long)]
+    pub back_faces: bool,
+    /// Camera of a scene file, by its name or number [default: the first]
+    #[arg(long, value_name = "NAME|NUMBER")]
+    pub view: Option<String>,
+    /// Light from everywhere in place of the file's own: a colour such as white, 0.5 or 0.4,0.6,1,
+    /// an image of latitude and longitude, or none [default: the file's own; white for glTF files
+    /// that nothing lights]
+    #[arg(long, value_name = "FILE|COLOUR|none", value_parser = parse_environment)]
+    pub environment: Option<Environment>,
+}
+
+impl FileOptions {
+    /// The library's options.
+    pub fn options(&self, size: Option<UVec2>) -> Options {
+        let mut options = Options {
+            strict: self.strict,
+            environment: self.environment.clone().unwrap_or_default(),
+            size,
+            back_faces: self.back_faces,
+            ..Options::default()
+        };
+        options.limits.outside_files = self.outside_files;
+        options
+    }
 }
 
 fn parse_definition(text: &str) -> Result<(String, String), String> {
@@ -88,40 +123,67 @@ impl From<GalleryScene> for NamedScene {
             max_bounces: scene.max_bounces,
             claims: Some(scene.claims),
             filter: Filter::Box,
+            views: vec!["camera".to_owned()],
+            messages: Vec::new(),
         }
     }
 }
 
+/// Width and height of films unless the user or the file wants others.
+const SIZE: UVec2 = UVec2::splat(256);
+
 /// The scene of the gallery with this name, or the one in the file at this path: Wavefront OBJ,
-/// glTF, Mitsuba or pbrt, of which the last two bring their own film. Tells what building it warns
-/// of.
+/// glTF, Mitsuba or pbrt. Its film has the size or, in files, fits into it. Tells what reading and
+/// building it warns of.
 pub fn scene_or_file(
     name_or_path: &str,
-    resolution: UVec2,
+    size: Option<UVec2>,
     options: &FileOptions,
 ) -> Result<NamedScene, Box<dyn Error>> {
-    let scene = load(name_or_path, resolution, options)?;
-    scene.world.warnings().iter().for_each(|warning| eprintln!("warning: {warning}"));
+    let scene = load(name_or_path, size, options)?;
+    scene.messages.iter().for_each(|message| eprintln!("{message}"));
     Ok(scene)
+}
+
+/// The contents of a scene as text.
+pub fn scene_info(
+    name_or_path: &str,
+    size: Option<UVec2>,
+    options: &FileOptions,
+) -> Result<String, Box<dyn Error>> {
+    load(name_or_path, size, options).map(|scene| info::text(&scene))
 }
 
 fn load(
     name_or_path: &str,
-    resolution: UVec2,
+    size: Option<UVec2>,
     options: &FileOptions,
 ) -> Result<NamedScene, Box<dyn Error>> {
     let path = Path::new(name_or_path);
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
-    match extension.as_ref().and_then(|extension| extension.to_str()) {
-        Some("obj") => imported::load_obj(path, resolution, options),
-        Some("gltf" | "glb") => imported::load_gltf(path, resolution, options),
-        Some("xml") => imported::load_mitsuba(path, options),
-        Some("pbrt" | "gz") => imported::load_pbrt(path, options),
+    let scene = match extension.as_ref().and_then(|extension| extension.to_str()) {
+        Some("obj") => imported::load_obj(path, size.unwrap_or(SIZE), options),
+        Some("gltf" | "glb") => imported::load_gltf(path, size.unwrap_or(SIZE), options),
+        Some("xml") => imported::load_mitsuba(path, size, options),
+        Some("pbrt" | "gz") => imported::load_pbrt(path, size, options),
         _ if path.exists() && !gallery::NAMES.contains(&name_or_path) => {
             Err(format!("{name_or_path}: only Wavefront OBJ (.obj), glTF (.gltf, .glb), Mitsuba (.xml) and pbrt (.pbrt, .pbrt.gz) files can be read").into())
         }
-        _ => Ok(gallery::build(name_or_path, resolution)?.into()),
-    }
+        _ if options.environment.is_some() || options.view.is_some() => {
+            Err("only scenes from files have an --environment and a --view to choose".into())
+        }
+        _ => Ok(gallery::build(name_or_path, size.unwrap_or(SIZE))?.into()),
+    };
+    // The library knows no command line.
+    let mut scene = scene.map_err(|error: Box<dyn Error>| with_flag(&error.to_string()))?;
+    scene.messages = scene.messages.iter().map(|message| with_flag(message)).collect();
+    scene.messages.extend(info::grouped(scene.world.warnings()));
+    Ok(scene)
+}
+
+/// A message that names the flag in place of the option.
+fn with_flag(message: &str) -> String {
+    message.replace("set `outside_files` to allow it", "--outside-files allows it")
 }
 
 /// The gallery as text, a line for each scene.

@@ -72,9 +72,10 @@ struct Options {
     integrators: Vec<AnyIntegrator>,
     #[command(flatten)]
     shared: SharedWalks,
-    /// Width and height of the images in pixels; Mitsuba files bring their own
-    #[arg(long, default_value = "256x256", value_parser = parse_size)]
-    size: UVec2,
+    /// Width and height of the images in pixels, into which films of files fit with the shape that
+    /// they have [default: 256x256, or the file's own]
+    #[arg(long, value_parser = parse_size)]
+    size: Option<UVec2>,
     /// Largest number of scattering events; the default depends on the scene
     #[arg(long)]
     max_bounces: Option<u32>,

@@ -67,7 +67,7 @@ pub fn build(name: &str, size: UVec2) -> Result<NamedScene, Box<dyn Error>> {
             (claims.uniform_area, target) = (false, p(0.0, -0.4, -1.0));
             "A closed diffuse room with a narrow spot light."
         }
-        _ => return scene_or_file(name, size, &FileOptions::default()),
+        _ => return scene_or_file(name, Some(size), &FileOptions::default()),
     };
     let camera = PinholeCamera::new(eye, target, DVec3::Y, 60.0, size)?;
     Ok(NamedScene {
@@ -78,6 +78,8 @@ pub fn build(name: &str, size: UVec2) -> Result<NamedScene, Box<dyn Error>> {
         max_bounces,
         claims: Some(claims),
         filter: Filter::Box,
+        views: vec!["camera".to_owned()],
+        messages: Vec::new(),
     })
 }
 

@@ -21,6 +21,7 @@
 //! | rough | [`RoughConductor`], [`RoughDielectric`] with [`Ggx`] or [`Beckmann`] |
 //! | metallic-roughness of glTF | [`MetallicRoughness`] |
 //! | sum of models; any model | [`Mixture`]; [`Model`] |
+//! | without a back | [`Culled`] |
 //!
 //! Sources: Veach 1997, chapter 5, for [transport modes](TransportMode) and non-symmetric
 //! scattering; Walter et al. 2007 for rough surfaces; each model names its own.
@@ -33,6 +34,7 @@ use glam::{DVec2, DVec3};
 pub mod beckmann;
 pub mod check;
 pub mod conductor;
+pub mod culled;
 pub mod dielectric;
 pub mod error;
 pub mod fresnel;
@@ -53,6 +55,7 @@ pub mod thin_dielectric;
 
 pub use beckmann::Beckmann;
 pub use conductor::Conductor;
+pub use culled::Culled;
 pub use dielectric::Dielectric;
 pub use error::BsdfError;
 pub use fresnel::Reflectance;

@@ -8,6 +8,7 @@
 
 #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
 mod conductors;
+mod environment;
 #[cfg_attr(not(feature = "mitsuba"), allow(dead_code, reason = "one format uses all of it"))]
 mod files;
 #[cfg(any(feature = "gltf", feature = "obj"))]
@@ -28,8 +29,11 @@ mod ply;
 mod spectrum;
 
 use crate::endpoint::Camera;
-use crate::film::Filter;
+use crate::film::{FilmRegion, Filter};
+use crate::math::Rgb;
 use crate::scene::World;
+use glam::UVec2;
+use std::collections::HashMap;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -43,8 +47,11 @@ pub struct Import {
     pub views: Vec<ImportedView>,
     /// The file's settings of the rendering.
     pub hints: Hints,
-    /// Warnings of everything that was left out or replaced, in the order of discovery.
+    /// Warnings of everything that was left out or replaced, in the order of discovery; one for
+    /// all places with the same reason.
     pub warnings: Vec<Warning>,
+    /// Sentences on decisions by which nothing is lost.
+    pub notes: Vec<String>,
 }
 
 /// A camera of a file.
@@ -82,12 +89,63 @@ pub struct Hints {
 }
 
 /// Options of reading a file.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Makes every warning an error.
     pub strict: bool,
+    /// The environment.
+    pub environment: Environment,
+    /// The largest size of films, in pixels, which keep the shape that the file gives them; `None`
+    /// for the size that the file gives them, in formats that have one.
+    pub size: Option<UVec2>,
+    /// True if surfaces of glTF that are not double-sided are shown from both sides. Otherwise
+    /// their backs are [culled](crate::bsdf::Culled), as the format wants, unless they transmit
+    /// light.
+    pub back_faces: bool,
     /// Limits to the size of the scene.
     pub limits: Limits,
+}
+
+impl Options {
+    /// The film, or the largest one within the size that is wished for which has the shape of it,
+    /// and its window.
+    fn fitted(&self, region: FilmRegion) -> FilmRegion {
+        let Some(size) = self.size else { return region };
+        let factor = (size.as_dvec2() / region.resolution.as_dvec2()).min_element();
+        let scaled = |pixels: UVec2| (pixels.as_dvec2() * factor).round().as_uvec2();
+        let resolution = scaled(region.resolution).clamp(UVec2::ONE, size);
+        let window_min = scaled(region.window_min).min(resolution - 1);
+        let window_max = scaled(region.window_max).clamp(window_min + 1, resolution);
+        FilmRegion { resolution, window_min, window_max }
+    }
+
+    /// Refuses sizes of films without pixels or with more than the limit admits.
+    fn check_size(&self, file: &std::path::Path) -> Result<(), Error> {
+        let Some(size) = self.size else { return Ok(()) };
+        if (1..=self.limits.pixels).contains(&(u64::from(size.x) * u64::from(size.y))) {
+            return Ok(());
+        }
+        let reason = format!("{size} pixels must be at least 1 and at most {}", self.limits.pixels);
+        Err(Error::limit(Location { file: file.to_owned(), ..Location::default() }, reason))
+    }
+}
+
+/// The light that comes from everywhere around a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Environment {
+    /// The file's own. In a format that has none it is white, of radiance 1, unless something else
+    /// lights the scene: a light that is no surface, or emission that is worth the name. The
+    /// decision is a warning if the environment is white, a note otherwise.
+    #[default]
+    Automatic,
+    /// None, not even the file's own.
+    None,
+    /// The same radiance (W/(m² sr)) in all directions, in place of the file's own.
+    Colour(Rgb),
+    /// An image of latitude and longitude, of the formats that
+    /// [`ImageFile::load`](crate::film::ImageFile::load) reads, in place of the file's own.
+    File(PathBuf),
 }
 
 /// Limits to the size of a scene; a file that asks for more is refused.
@@ -163,11 +221,26 @@ pub struct Warning {
     pub location: Location,
     /// A sentence on what is missing, and what is done instead.
     pub reason: String,
+    /// The number of places that it is about; `location` is the first of them.
+    pub count: u64,
 }
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.location, self.reason)
+        write!(f, "{}: {}", self.location, self.reason)?;
+        if self.count > 1 { write!(f, " (× {})", Grouped(self.count)) } else { Ok(()) }
+    }
+}
+
+/// A number with spaces between thousands.
+struct Grouped(u64);
+
+impl fmt::Display for Grouped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0 < 1000 {
+            return write!(f, "{}", self.0);
+        }
+        write!(f, "{} {:03}", Self(self.0 / 1000), self.0 % 1000)
     }
 }
 
@@ -232,11 +305,14 @@ impl std::error::Error for Error {
     }
 }
 
-/// Collects warnings, or refuses the first one.
+/// Collects warnings, or refuses the first one; and notes.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     strict: bool,
     list: Vec<Warning>,
+    /// The place of each reason in the list.
+    reasons: HashMap<String, usize>,
+    notes: Vec<String>,
 }
 
 impl Warnings {
@@ -244,7 +320,7 @@ impl Warnings {
     const MOST: usize = 1000;
 
     pub fn new(strict: bool) -> Self {
-        Self { strict, list: Vec::new() }
+        Self { strict, ..Self::default() }
     }
 
     /// Warns, or fails in strict mode.
@@ -253,8 +329,13 @@ impl Warnings {
         if self.strict {
             return Err(Error::new(location, reason));
         }
-        if self.list.len() < Self::MOST {
-            self.list.push(Warning { location, reason });
+        match self.reasons.get(&reason) {
+            Some(index) => self.list[*index].count += 1,
+            None if self.list.len() < Self::MOST => {
+                self.reasons.insert(reason.clone(), self.list.len());
+                self.list.push(Warning { location, reason, count: 1 });
+            }
+            None => {}
         }
         Ok(())
     }
@@ -276,7 +357,12 @@ impl Warnings {
         }
     }
 
-    pub fn into_list(self) -> Vec<Warning> {
-        self.list
+    /// Says a decision by which nothing is lost.
+    pub fn note(&mut self, sentence: impl Into<String>) {
+        self.notes.push(sentence.into());
+    }
+
+    pub fn into_lists(self) -> (Vec<Warning>, Vec<String>) {
+        (self.list, self.notes)
     }
 }

@@ -25,6 +25,7 @@ impl Material {
     pub(crate) fn finish(&self) -> Result<Finish, BsdfError> {
         match self {
             Self::Custom(bsdf) => Ok(Finish::Custom(bsdf.clone())),
+            Self::Culled { front } => Ok(Finish::Culled(Box::new(front.finish()?))),
             _ => Ok(Finish::of_sides([self.side(true)?, self.side(false)?])),
         }
     }

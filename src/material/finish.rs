@@ -22,6 +22,8 @@ pub(crate) enum Finish {
     Layers(Box<Layers>),
     /// A BSDF of a user's own.
     Custom(CustomBsdf),
+    /// One that is not there for whoever looks at its back.
+    Culled(Box<Finish>),
 }
 
 /// The layers that are seen from the front and from the back. Both transmit the same, or nothing.
@@ -247,6 +249,7 @@ impl Finish {
             | Self::Mixtures { lobes, .. } => *lobes,
             Self::Layers(layers) => layers.lobes,
             Self::Custom(bsdf) => bsdf.lobes(),
+            Self::Culled(front) => front.lobes() | Lobes::DIRAC_TRANSMISSION,
         }
     }
 }

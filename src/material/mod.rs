@@ -160,6 +160,12 @@ pub enum Material {
         /// of the first.
         amount: Texture,
     },
+    /// A material that is not there for whoever looks at its back; see
+    /// [`Culled`](crate::bsdf::Culled). Not part of another.
+    Culled {
+        /// Seen from the side that the normal points to.
+        front: Box<Material>,
+    },
     /// A weighted sum of two of the others.
     Mixture {
         /// The two; neither of them a mixture.
@@ -184,6 +190,12 @@ impl Material {
     #[must_use]
     pub fn one_sided(self) -> Self {
         Self::Sided { front: Box::new(self), back: Box::new(Self::Black) }
+    }
+
+    /// Is not there for whoever looks at its back.
+    #[must_use]
+    pub fn culled(self) -> Self {
+        Self::Culled { front: Box::new(self) }
     }
 
     /// The same material in a colour.

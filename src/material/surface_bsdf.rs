@@ -4,7 +4,7 @@
 use super::CustomBsdf;
 use super::finish::{Finish, Layers, product};
 use crate::bsdf::{
-    Bsdf, BsdfSample, DiracValue, Lambert, LaneForm, Lobes, Mixture, Model, TransportMode,
+    Bsdf, BsdfSample, Culled, DiracValue, Lambert, LaneForm, Lobes, Mixture, Model, TransportMode,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -49,6 +49,10 @@ enum Seen<'a> {
         lobes: Lobes,
     },
     Custom(&'a CustomBsdf),
+    Culled {
+        front: &'a Finish,
+        uv: DVec2,
+    },
 }
 
 impl<'a> SurfaceBsdf<'a> {
@@ -79,11 +83,13 @@ impl<'a> SurfaceBsdf<'a> {
                 None => Seen::Layered { layers, uv, lobes: layers.lobes },
             },
             Finish::Custom(bsdf) => Seen::Custom(bsdf),
+            Finish::Culled(front) => Seen::Culled { front, uv },
         })
     }
 
     /// The models at this point, seen from the front or from the back, and how they are mixed (one
-    /// alone has the weight 1); `None` for a BSDF of a user's own.
+    /// alone has the weight 1); `None` for a BSDF of a user's own. Of what is culled, the models
+    /// that it would have.
     #[must_use]
     pub fn mixture(&self, front: bool) -> Option<Mixture<Model, 2>> {
         let side = usize::from(!front);
@@ -102,6 +108,7 @@ impl<'a> SurfaceBsdf<'a> {
                 Some(layers.mixture(side, |texture| texture.at(uv)))
             }
             Seen::Custom(_) => None,
+            Seen::Culled { front: finish, uv } => Self::new(finish, uv).mixture(front),
         }
     }
 }
@@ -175,6 +182,10 @@ macro_rules! ask {
                 $question
             }
             Seen::Custom($bsdf) => $question,
+            Seen::Culled { front, uv } => {
+                let $bsdf = Culled(SurfaceBsdf::new(front, *uv));
+                $question
+            }
             Seen::Coloured { .. } | Seen::Layered { .. } => {
                 match $self.mixture(of_side([true, false], $direction)) {
                     Some($bsdf) => $question,
@@ -196,6 +207,7 @@ impl Bsdf for SurfaceBsdf<'_> {
             | Seen::Coloured { lobes, .. }
             | Seen::Layered { lobes, .. } => lobes,
             Seen::Custom(bsdf) => bsdf.lobes(),
+            Seen::Culled { front, .. } => front.lobes() | Lobes::DIRAC_TRANSMISSION,
         }
     }
 
@@ -233,6 +245,7 @@ impl Bsdf for SurfaceBsdf<'_> {
     fn is_anisotropic(&self) -> bool {
         match self.0 {
             Seen::Custom(bsdf) => bsdf.is_anisotropic(),
+            Seen::Culled { front, uv } => Self::new(front, uv).is_anisotropic(),
             _ => self.lobes().intersects(Lobes::GLOSSY),
         }
     }
@@ -247,7 +260,10 @@ impl Bsdf for SurfaceBsdf<'_> {
             Seen::Custom(bsdf) => bsdf.lane_form(front),
             Seen::Tinted { sides, .. } if sides[side] == Model::Black => Some(LaneForm::Black),
             Seen::Tinted { .. } => None,
-            Seen::Mixtures { .. } | Seen::Coloured { .. } | Seen::Layered { .. } => None,
+            Seen::Mixtures { .. }
+            | Seen::Coloured { .. }
+            | Seen::Layered { .. }
+            | Seen::Culled { .. } => None,
         }
     }
 }

@@ -24,6 +24,7 @@ enum Pattern {
     Constant(Rgb),
     Checkerboard([Rgb; 2]),
     Bitmap { bitmap: Bitmap, interpolation: Interpolation, wrap: [Wrap; 2] },
+    Product(Arc<[Texture; 2]>),
 }
 
 /// An image that textures can show, with the range of its colours, which is found once for all of
@@ -72,6 +73,9 @@ pub enum TextureError {
     /// A texture that has been cut to black and white cannot be scaled.
     #[error("a texture that has been cut to black and white cannot be scaled")]
     Cut,
+    /// The colours of a product of textures cannot be clamped or changed.
+    #[error("the colours of a product of textures cannot be clamped or changed")]
+    Product,
 }
 
 impl From<Rgb> for Texture {
@@ -133,7 +137,7 @@ impl Texture {
     /// image is interpolated, which for an affine change is the same as after.
     ///
     /// # Errors
-    /// If a colour becomes infinite or not a number, or the texture has been cut.
+    /// If a colour becomes infinite or not a number, or the texture has been cut or is a product.
     pub fn recoloured(&self, change: impl Fn(Rgb) -> Rgb) -> Result<Self, TextureError> {
         if self.cutoff.is_some() {
             return Err(TextureError::Cut);
@@ -148,6 +152,7 @@ impl Texture {
                 let (interpolation, wrap) = (*interpolation, *wrap);
                 Pattern::Bitmap { bitmap: Bitmap::new(image)?, interpolation, wrap }
             }
+            Pattern::Product(_) => return Err(TextureError::Product),
         };
         let recoloured = Self { to_uv: self.to_uv, ..Self::of(pattern) };
         let [least, greatest] = recoloured.range();
@@ -170,11 +175,53 @@ impl Texture {
         Self { cutoff: Some(cutoff), ..self }
     }
 
+    /// The same texture with every channel of its colours clamped to a range.
+    ///
+    /// # Errors
+    /// If it is a product.
+    pub fn clamped(self, least: f64, greatest: f64) -> Result<Self, TextureError> {
+        let clamp = |colour: Rgb| colour.map(|c| c.clamp(least, greatest));
+        let factor = self.factor;
+        let pattern = match self.pattern {
+            Pattern::Constant(colour) => Pattern::Constant(clamp(colour * factor)),
+            Pattern::Checkerboard(colours) => {
+                Pattern::Checkerboard(colours.map(|colour| clamp(colour * factor)))
+            }
+            Pattern::Bitmap { bitmap, interpolation, wrap } => {
+                let image = bitmap.image;
+                let pixel = |x, y| clamp(image.get(x, y).unwrap_or_default() * factor);
+                let clamped = Image::from_fn(image.width(), image.height(), pixel);
+                Pattern::Bitmap { bitmap: Bitmap::new(clamped)?, interpolation, wrap }
+            }
+            Pattern::Product(_) => return Err(TextureError::Product),
+        };
+        Ok(Self { pattern, factor: Rgb::WHITE, ..self })
+    }
+
+    /// The product with another texture, channel by channel.
+    #[must_use]
+    pub fn times(self, other: Self) -> Self {
+        Self::of(Pattern::Product(Arc::new([self, other])))
+    }
+
+    /// True if it has been cut to black and white.
+    #[must_use]
+    pub fn is_cut(&self) -> bool {
+        self.cutoff.is_some()
+    }
+
     /// The colour, if it is the same everywhere.
     #[inline]
     #[must_use]
     pub fn as_constant(&self) -> Option<Rgb> {
-        if let Pattern::Constant(colour) = self.pattern { Some(self.finish(colour)) } else { None }
+        match &self.pattern {
+            Pattern::Constant(colour) => Some(self.finish(*colour)),
+            Pattern::Product(factors) => {
+                let [first, second] = factors.each_ref().map(Self::as_constant);
+                Some(self.finish(first? * second?))
+            }
+            Pattern::Checkerboard(_) | Pattern::Bitmap { .. } => None,
+        }
     }
 
     /// A colour of the pattern after the factor and the cutoff.
@@ -201,6 +248,7 @@ impl Texture {
         let uv = self.to_uv.transform_point2(uv);
         match &self.pattern {
             Pattern::Constant(colour) => *colour,
+            Pattern::Product(factors) => factors[0].at(uv) * factors[1].at(uv),
             Pattern::Checkerboard(colours) => {
                 let half = |x: f64| x - x.floor() >= 0.5;
                 colours[usize::from(half(uv.x) != half(uv.y))]
@@ -243,13 +291,19 @@ impl Texture {
     /// Every value is between two colours, channel by channel: these.
     #[must_use]
     pub fn range(&self) -> [Rgb; 2] {
-        if self.cutoff.is_some() {
-            return self.as_constant().map_or([Rgb::BLACK, Rgb::WHITE], |colour| [colour; 2]);
+        if let Some(cutoff) = self.cutoff {
+            let uncut = Self { cutoff: None, ..self.clone() };
+            let shown = |colour: Rgb| if colour.max_component() >= cutoff { 1.0 } else { 0.0 };
+            return uncut.range().map(|bound| Rgb::splat(shown(bound)));
         }
         let [least, greatest] = match &self.pattern {
             Pattern::Constant(colour) => [*colour; 2],
             Pattern::Checkerboard(colours) => hull(colours),
             Pattern::Bitmap { bitmap, .. } => bitmap.range,
+            Pattern::Product(factors) => {
+                let [a, b] = factors.each_ref().map(Self::range);
+                hull(&[a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]])
+            }
         };
         // A negative factor swaps them.
         hull(&[least * self.factor, greatest * self.factor])

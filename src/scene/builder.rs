@@ -246,6 +246,18 @@ impl WorldBuilder {
         Ok(())
     }
 
+    /// Cuts a surface out: where the texture is black there is nothing, and rays pass without an
+    /// event. Whatever the surface emits must be black there, too. The last call counts.
+    ///
+    /// # Errors
+    /// The surface is missing.
+    pub fn set_cutout(&mut self, surface: SurfaceId, there: Texture) -> Result<(), SceneError> {
+        let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
+        let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
+        surface.cutout = Some(there);
+        Ok(())
+    }
+
     /// Adds a light that is not a surface of the scene: a point light, a spot light, a directional
     /// light.
     ///
@@ -278,6 +290,18 @@ impl WorldBuilder {
         self.add_light(name, light)?;
         self.environment = Some(self.lights.len() - 1);
         Ok(())
+    }
+
+    /// True if a surface emits.
+    #[cfg(feature = "import")]
+    pub(crate) fn has_emission(&self) -> bool {
+        self.surfaces.iter().any(|surface| surface.emission.is_some())
+    }
+
+    /// True if a light that is no surface shines.
+    #[cfg(feature = "import")]
+    pub(crate) fn has_lights(&self) -> bool {
+        self.lights.iter().any(|(_, light)| !light.is_black())
     }
 
     /// Builds the acceleration structure and the tables.
@@ -324,10 +348,14 @@ impl WorldBuilder {
         let media = Media::of(&mut self.surfaces)?;
         let forest = Forest::new(self.shapes, &bounds);
         Warning::of_stretch(&self.surfaces, &forest, &mut self.warnings);
+        let mut material_names = vec![String::new(); self.materials.len()];
+        for (name, id) in self.material_ids {
+            material_names[id.0 as usize] = name;
+        }
         Ok(World::assemble(
             forest,
             bounds,
-            self.materials,
+            (self.materials, material_names),
             (self.surfaces, media),
             lights,
             environment,
@@ -367,6 +395,7 @@ impl WorldBuilder {
             material,
             emission: None,
             light: None,
+            cutout: None,
             first_primitive,
             primitives,
             attributes,

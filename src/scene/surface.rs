@@ -31,6 +31,8 @@ pub(crate) struct Surface {
     /// Radiance, and whether the back emits, too.
     pub emission: Option<(Texture, bool)>,
     pub light: Option<LightId>,
+    /// Black where there is nothing of the surface.
+    pub cutout: Option<Texture>,
     pub first_primitive: u32,
     pub primitives: u32,
     pub attributes: Option<Attributes>,

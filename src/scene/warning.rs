@@ -106,6 +106,7 @@ impl Warning {
                     warnings.push(Self::IndexMatched { material: name.to_owned(), relative_ior });
                 }
             }
+            Material::Culled { ref front } => Self::of_material(name, front, warnings),
             Material::Mixture { ref components, .. } => {
                 components.iter().for_each(|part| Self::of_material(name, part, warnings))
             }

@@ -97,7 +97,7 @@ fn box_by_hand() -> (World, PinholeCamera) {
         ),
     ];
     for (name, mesh, material, transform) in objects {
-        let material = builder.add_material(name, material).expect("valid");
+        let material = builder.add_material(name, material.culled()).expect("valid");
         let id = builder.add_mesh(name, &mesh, transform, material).expect("valid");
         if name == "lamp" {
             builder

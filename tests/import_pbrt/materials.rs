@@ -4,9 +4,20 @@ use crate::files::{Directory, PROBE, render, seen};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3};
 use pathspace::bsdf::{Bsdf, TransportMode};
+use pathspace::film::{Image, ImageFile};
 use pathspace::geometry::Sphere;
 use pathspace::math::Rgb;
 use pathspace::scene::{Material, Scene, World, WorldBuilder};
+
+fn rough_plastic(albedo: f64, alpha: f64) -> Material {
+    Material::RoughPlastic {
+        albedo: Rgb::splat(albedo).into(),
+        specular: Rgb::WHITE,
+        relative_ior: 1.5,
+        colour_shift: true,
+        alpha,
+    }
+}
 
 /// What a surface makes of light: values of smooth parts, and the images of Dirac lobes.
 fn scattered(world: &World) -> Vec<Rgb> {
@@ -85,6 +96,7 @@ fn materials_are_what_they_say() {
         ("Material \"diffuse\" \"rgb reflectance\" [1.8 0.2 -1]".to_owned(), Material::Lambert { albedo: Rgb::new(1.0, 0.2, 0.0) }),
         ("Material \"coateddiffuse\" \"rgb reflectance\" [0.8 0.2 0.1]".to_owned(), plastic(red, 1.5)),
         (format!("{} \"rgb reflectance\" [0.8 0.2 0.1] \"float thickness\" 0.1", rough("coateddiffuse")), plastic(red, 1.3)),
+        ("Material \"coateddiffuse\" \"float roughness\" 0.25".to_owned(), rough_plastic(0.5, 0.5)),
         ("Material \"dielectric\"".to_owned(), glass.clone()),
         ("Material \"dielectric\" \"float eta\" 1.3".to_owned(), Material::Dielectric { relative_ior: 1.3 }),
         // α is the root of the roughness.
@@ -134,7 +146,7 @@ fn other_materials_are_approximated() {
     let named = "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [0.1 0.1 0.1]\n\
         MakeNamedMaterial \"b\" \"string type\" \"mix\" \"string materials\" [\"a\" \"a\"]\n";
     let cases = [
-        ("Material \"coateddiffuse\" \"float roughness\" 0.25".to_owned(), "rough coat", metallic(Rgb::splat(0.5), 0.5f64.sqrt(), 0.0)),
+        ("Material \"coateddiffuse\" \"float uroughness\" 0.25 \"float vroughness\" 0.09".to_owned(), "the roughness of a coat", rough_plastic(0.5, 0.4)),
         ("Material \"coatedconductor\" \"float interface.roughness\" 0.1".to_owned(), "without its coat", copper),
         ("Material \"diffusetransmission\" \"rgb reflectance\" [0.6 0.6 0.6] \"float scale\" 0.5".to_owned(), "reflects", grey(0.3)),
         ("Material \"subsurface\" \"rgb reflectance\" [0.4 0.4 0.4]".to_owned(), "coated", smooth(0.4)),
@@ -231,5 +243,39 @@ fn materials_may_follow_shapes() {
             format!("{PROBE}AttributeBegin NamedMaterial \"m\" {shape} AttributeEnd\n{later}");
         let found = scattered(&directory.load(&text).world)[0].r() * std::f64::consts::PI;
         assert_relative_eq!(found, 0.3, max_relative = 1e-9);
+    }
+}
+
+/// α of a texture is the root of what it shows.
+#[test]
+fn roughness_may_vary() {
+    let directory = Directory::new("roughness");
+    let pixel = Image::new(1, 1, vec![Rgb::splat(0.09)]).expect("a pixel");
+    ImageFile::from(pixel).save(directory.0.join("parts/pixel.exr")).expect("saved");
+    let texture = "Texture \"r\" \"float\" \"imagemap\" \"string filename\" \"parts/pixel.exr\"\n";
+    let (eta, k) = (Rgb::new(1.0, 2.0, 3.0), Rgb::new(3.0, 2.0, 1.0));
+    let (relative_ior, u) = (1.5, DVec2::new(0.3, 0.5));
+    let cases = [
+        (
+            "\"conductor\" \"rgb eta\" [1 2 3] \"rgb k\" [3 2 1] \"texture roughness\" \"r\"",
+            Material::RoughConductor { eta, k, alpha: DVec2::splat(0.3) },
+        ),
+        (
+            "\"conductor\" \"rgb eta\" [1 2 3] \"rgb k\" [3 2 1] \"texture uroughness\" \"r\" \"float vroughness\" 0.25",
+            Material::RoughConductor { eta, k, alpha: u },
+        ),
+        (
+            "\"dielectric\" \"texture roughness\" \"r\"",
+            Material::RoughDielectric { relative_ior, alpha: DVec2::splat(0.3) },
+        ),
+    ];
+    for (text, material) in cases {
+        let text = format!("{PROBE}{texture}Material {text}\n{SPHERE}");
+        let found = scattered(&directory.load(&text).world);
+        for (a, b) in found.iter().zip(expected(material)) {
+            (0..3).for_each(|i| {
+                assert!((a[i] - b[i]).abs() <= 1e-5 * (1.0 + b[i]), "{text}: {a:?} {b:?}")
+            });
+        }
     }
 }

@@ -176,11 +176,11 @@ fn what_is_no_texture_here_has_its_mean() {
         let import = directory.left_out(&format!("{PROBE}{text}\n{SQUARE}"), "");
         near(albedo(&import, DVec2::new(0.3, 0.4)), [expected; 3], &text);
     }
-    // A roughness that varies has its mean.
+    // The roughness of a coat that varies has its mean.
     let rough = format!(
-        "{PROBE}Texture \"r\" \"float\" \"imagemap\" {image}\nMaterial \"conductor\" \"texture roughness\" \"r\"\nShape \"sphere\""
+        "{PROBE}Texture \"r\" \"float\" \"imagemap\" {image}\nMaterial \"coateddiffuse\" \"texture roughness\" \"r\"\nShape \"sphere\""
     );
-    directory.left_out(&rough, "the roughness varies");
+    directory.left_out(&rough, "the roughness of a coat");
     let bright = "Texture \"t\" \"spectrum\" \"scale\" \"texture tex\" \"b\" \"float scale\" 4\n";
     let import = directory.left_out(&format!("{PROBE}{board}{bright}{SQUARE}"), "scaled down to 1");
     near(albedo(&import, DVec2::new(0.05, 0.05)), [1.0; 3], "scaled down");

@@ -2,11 +2,12 @@
 //! checked.
 
 use super::instances;
+use super::repair;
 use crate::import::files::Files;
-use crate::import::{Error, Limits, Location, Options, Warnings};
+use crate::import::{Environment, Error, Limits, Location, Options, Warnings};
 use data_url::DataUrl;
 use gltf::json::validation::{Checked, Validate};
-use gltf::json::{Root, mesh::Semantic};
+use gltf::json::{Index, Node, Root, mesh::Semantic};
 use percent_encoding::percent_decode_str;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -33,6 +34,8 @@ pub(super) struct Document {
     pub buffers: Vec<Arc<[u8]>>,
     files: Files,
     pub limits: Limits,
+    pub environment: Environment,
+    pub back_faces: bool,
     pub warnings: Warnings,
 }
 
@@ -54,9 +57,15 @@ impl Document {
                 ),
             ));
         }
-        let mut root =
-            Root::from_slice(json).map_err(|error| Error::caused(whole.clone(), error))?;
+        let (mut root, repairs) =
+            repair::parse(json).map_err(|error| Error::caused(whole.clone(), error))?;
         let mut warnings = Warnings::new(options.strict);
+        for reason in repairs {
+            warnings.warn(whole.clone(), reason)?;
+        }
+        if root.scenes.is_empty() {
+            root.scene = None;
+        }
         check_extensions(&mut root, &mut warnings, &whole)?;
         check_indices(&root).map_err(|reason| Error::new(whole.clone(), reason))?;
         let elements = [
@@ -75,9 +84,25 @@ impl Document {
                 ),
             ));
         }
+        if root.nodes.is_empty() && !root.meshes.is_empty() {
+            warnings
+                .warn(whole.clone(), "it has no nodes: its meshes are shown as they are stored")?;
+            let meshes = 0..root.meshes.len() as u32;
+            root.nodes = meshes
+                .map(|mesh| Node { mesh: Some(Index::new(mesh)), ..Node::default() })
+                .collect();
+        }
         let binary = binary.map(Arc::from);
-        let mut document =
-            Self { path: path.to_owned(), root, buffers: Vec::new(), files, limits, warnings };
+        let mut document = Self {
+            path: path.to_owned(),
+            root,
+            buffers: Vec::new(),
+            files,
+            limits,
+            environment: options.environment.clone(),
+            back_faces: options.back_faces,
+            warnings,
+        };
         document.read_buffers(binary)?;
         if !document.root.animations.is_empty() {
             document.warnings.warn(

@@ -7,7 +7,7 @@ use crate::endpoint::{
 use crate::film::Filter;
 use crate::import::{Error, ImportedView, Location};
 use crate::math::Rgb;
-use glam::{DAffine3, DVec2, UVec2};
+use glam::{DAffine3, DMat3, DVec2, DVec3, UVec2};
 use gltf::json::camera::Type as CameraType;
 use gltf::json::extensions::scene::khr_lights_punctual::Type as LightType;
 use gltf::json::validation::Checked;
@@ -35,7 +35,15 @@ impl SceneReader<'_> {
         }
         let intensity = Rgb(light.color.map(f64::from)) * f64::from(light.intensity);
         let name = self.unique_name(location.id.as_deref().or(light.name.as_deref()), node, None);
-        let (position, forward) = (transform.translation, -transform.matrix3.z_axis);
+        let position = transform.translation;
+        let forward = match (light.type_, oriented(transform.matrix3)) {
+            (Checked::Valid(LightType::Directional | LightType::Spot), None) => {
+                let reason =
+                    format!("its transform leaves light {index} no direction: it is left out");
+                return self.document.warnings.warn(location.clone(), reason);
+            }
+            (_, axes) => -axes.unwrap_or_default().z_axis,
+        };
         let refuse = |error| Error::caused(location.clone(), error);
         let added = match light.type_ {
             Checked::Valid(LightType::Point) => {
@@ -61,7 +69,6 @@ impl SceneReader<'_> {
                 ));
             }
         };
-        self.emits |= !intensity.is_black();
         added.map_err(|error| Error::caused(location.clone(), error))
     }
 
@@ -79,7 +86,13 @@ impl SceneReader<'_> {
                 .warnings
                 .warn(location.clone(), "the mirroring of a camera is left out")?;
         }
-        let (target, up) = (position - matrix3.z_axis.normalize_or_zero(), matrix3.y_axis);
+        let Some(axes) = oriented(matrix3)
+            .filter(|axes| axes.y_axis.cross(axes.z_axis).try_normalize().is_some())
+        else {
+            let reason = "its transform leaves its camera no direction: it is left out";
+            return self.document.warnings.warn(location.clone(), reason);
+        };
+        let (target, up) = (position - axes.z_axis, axes.y_axis);
         let refuse = |error| Error::caused(location.clone(), error);
         let missing = || {
             Error::new(location.clone(), format!("camera {index} lacks the properties of its type"))
@@ -128,4 +141,17 @@ impl SceneReader<'_> {
         let film = DVec2::new((height * ratio).min(whole.x), height).round().max(DVec2::ONE);
         Ok(film.as_uvec2())
     }
+}
+
+/// The axes of a node without their lengths, which mean nothing to lights and cameras. One of length
+/// 0 is made of the two others; two stay 0, unless z, the direction, is one of them.
+fn oriented(axes: DMat3) -> Option<DMat3> {
+    let unit = |axis: DVec3, others: DVec3| {
+        // First to a length whose square is a number.
+        let scaled = axis / axis.abs().max_element();
+        if scaled.is_finite() { scaled.normalize() } else { others.normalize_or_zero() }
+    };
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = axes;
+    let [x, y, z] = [unit(x, y.cross(z)), unit(y, z.cross(x)), unit(z, x.cross(y))];
+    (z != DVec3::ZERO).then(|| DMat3::from_cols(x, y, z))
 }

@@ -24,24 +24,28 @@ pub(super) struct Look {
     /// The absorption coefficient of the body behind it.
     pub absorption: Rgb,
     pub double_sided: bool,
+    /// Black where there is nothing of the surface, if it is cut out.
+    pub cutout: Option<Texture>,
     /// The set of texture coordinates of its textures, if it has any.
     pub coordinates: Option<u32>,
 }
 
 impl Look {
     /// The look that the format wants where the file gives no material: white, rough metal.
-    pub fn default_look() -> Self {
+    pub fn default_look(back_faces: bool) -> Self {
         let material = Material::MetallicRoughness {
             base_color: Rgb::WHITE.into(),
             metallic_roughness: Rgb::WHITE.into(),
             relative_ior: DEFAULT_IOR,
         };
+        let material = if back_faces { material } else { material.culled() };
         Self {
             material,
             emission: None,
             relief: None,
             absorption: Rgb::BLACK,
             double_sided: false,
+            cutout: None,
             coordinates: None,
         }
     }
@@ -101,7 +105,8 @@ pub(super) fn look(
         ));
     }
     let transmitting = transmission * (1.0 - metalness);
-    let mut material = if transmission > 0.0 && transmitting > 0.0 {
+    let transmits = transmission > 0.0 && transmitting > 0.0;
+    let mut material = if transmits {
         let rest = metalness / (1.0 - transmitting);
         let opaque = Material::MetallicRoughness {
             base_color: base_color.clone(),
@@ -121,21 +126,28 @@ pub(super) fn look(
         Material::MetallicRoughness { base_color, metallic_roughness, relative_ior }
     };
 
-    let is_mixture = matches!(material, Material::Mixture { .. });
-    if let Some(visible) = visibility(document, textures, &source, opacity, &location)? {
-        if is_mixture {
+    let visible = visibility(document, textures, &source, opacity, &location)?;
+    let mut cutout = None;
+    if let Some(visible) = &visible {
+        if visible.as_constant() == Some(Rgb::BLACK) {
+            material = Material::Null;
+        } else if visible.is_cut() {
+            cutout = Some(visible.clone());
+        } else if matches!(material, Material::Mixture { .. }) {
             document.warnings.warn(
                 location.clone(),
                 "alpha is left out of a material that also transmits light in part",
             )?;
-        } else if visible.as_constant() == Some(Rgb::BLACK) {
-            material = Material::Null;
         } else {
-            material = Material::Blend {
-                components: Box::new([Material::Null, material]),
-                amount: visible,
-            };
+            let components = Box::new([Material::Null, material]);
+            material = Material::Blend { components, amount: visible.clone() };
+            // Rays pass without an event where there is nothing.
+            cutout = visible.range()[0].is_black().then(|| visible.clone());
         }
+    }
+    // The back of what transmits light is where it leaves.
+    if !(document.back_faces || source.double_sided || transmits || material == Material::Null) {
+        material = material.culled();
     }
 
     let strength = extensions
@@ -147,9 +159,11 @@ pub(super) fn look(
         Some(info) => Some(textures.texture(document, info, Meaning::Colour, factor, &location)?),
         None => Some(factor.into()),
     };
-    if emission.is_some() && matches!(material, Material::Null | Material::Blend { .. }) {
-        document.warnings.warn(location.clone(), "its emission is not reduced by its alpha")?;
-    }
+    // What is not there does not emit.
+    let emission = match (emission, visible) {
+        (Some(emission), Some(visible)) => Some(emission.times(visible)),
+        (emission, _) => emission,
+    };
     let relief = normal_map(document, textures, &source, normals.as_ref(), &location)?;
     let absorption = match extensions.volume {
         Some(volume) if transmitting > 0.0 && volume.thickness_factor.0 > 0.0 => {
@@ -158,7 +172,7 @@ pub(super) fn look(
         _ => Rgb::BLACK,
     };
     let double_sided = source.double_sided;
-    Ok(Look { material, emission, relief, absorption, double_sided, coordinates })
+    Ok(Look { material, emission, relief, absorption, double_sided, cutout, coordinates })
 }
 
 /// The normal map of a material, and the transform of its texture coordinates.

@@ -17,11 +17,14 @@
 //!   intensity, irradiance and radiance, so that the image is in cd/m². Luminance and radiance
 //!   differ by a constant of the light's spectrum (683 lm/W at 555 nm), which glTF does not know
 //!   and which would scale all lights alike.
-//! * **Materials** are [`MetallicRoughness`](crate::bsdf::MetallicRoughness). Light transport has
-//!   no back faces to cull: surfaces scatter on both sides whether they are double-sided or not.
-//!   They emit on the front, and on the back if double-sided.
-//! * **Alpha.** `BLEND` and `MASK` let light [straight through](crate::scene::Material::Null) in
-//!   proportion to 1 - alpha, which counts as a scattering event.
+//! * **Materials** are [`MetallicRoughness`](crate::bsdf::MetallicRoughness). Backs of surfaces
+//!   that are not double-sided are [culled](crate::bsdf::Culled) unless they transmit light or
+//!   [the options](Options::back_faces) want them; they do not emit.
+//! * **Alpha.** Where it says that there is nothing, rays pass without an event. Between 0 and 1
+//!   `BLEND` lets light [straight through](crate::scene::Material::Null) in proportion to 1 -
+//!   alpha, which counts as a scattering event. Emission is multiplied by alpha.
+//! * **Environment.** [The one of the options](Options::environment), or a white one if neither
+//!   punctual lights nor emission light the scene.
 //! * **Transmission** is glass where the file gives it a volume, a
 //!   [pane](crate::bsdf::ThinDielectric) where it does not, both with Fresnel's equations.
 //! * **Normal maps** change shading normals ([`Relief`](crate::material::Relief)). Where a mesh has
@@ -39,6 +42,7 @@ mod ends;
 mod instances;
 mod material;
 mod pose;
+mod repair;
 mod scene;
 mod tangents;
 mod texture;

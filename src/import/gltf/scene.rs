@@ -6,11 +6,9 @@ use super::instances;
 use super::material::{self, Look};
 use super::tangents::with_tangents;
 use super::texture::Textures;
-use crate::endpoint::ConstantEnvironment;
 use crate::film::Filter;
 use crate::import::framing::framing;
 use crate::import::{Error, Hints, Import, ImportedView, Location};
-use crate::math::Rgb;
 use crate::scene::{MaterialId, Mesh, SceneError, WorldBuilder};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, DVec4, UVec2};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -51,7 +49,6 @@ pub(super) struct SceneReader<'a> {
     triangles: u64,
     /// Instances that may still be added.
     pub instances: u64,
-    pub emits: bool,
     pub views: Vec<ImportedView>,
 }
 
@@ -77,32 +74,29 @@ impl<'a> SceneReader<'a> {
             budget: Budget::new(document),
             triangles: document.limits.triangles,
             instances: document.limits.elements,
-            emits: false,
             views: Vec::new(),
             document,
         })
     }
 
     /// The nodes of the scene with their transforms to world space, parents first.
-    fn placed_nodes(&self) -> Result<Vec<(usize, DAffine3)>, Error> {
+    fn placed_nodes(&mut self) -> Result<Vec<(usize, DAffine3)>, Error> {
         let root = &self.document.root;
-        let scene = root.scene.map(|index| index.value()).or(if root.scenes.is_empty() {
-            None
-        } else {
-            Some(0)
-        });
-        let roots: Vec<usize> = match scene {
-            Some(scene) => root.scenes[scene].nodes.iter().map(Index::value).collect(),
-            None => {
-                let children: HashSet<usize> = root
-                    .nodes
-                    .iter()
-                    .flat_map(|node| node.children.iter().flatten())
-                    .map(Index::value)
-                    .collect();
-                (0..root.nodes.len()).filter(|node| !children.contains(node)).collect()
+        let scene = root.scene.map_or(0, |index| index.value());
+        let mut roots: Vec<usize> =
+            root.scenes.get(scene).map_or_else(Vec::new, |scene| indices(&scene.nodes));
+        if roots.is_empty() {
+            let children = root.nodes.iter().filter_map(|node| node.children.as_deref());
+            let children: HashSet<usize> = children.flat_map(indices).collect();
+            roots = (0..root.nodes.len()).filter(|node| !children.contains(node)).collect();
+            if let Some(empty) = root.scenes.get(scene).filter(|_| !roots.is_empty()) {
+                let location =
+                    self.document.location(format!("scene {scene}"), empty.name.as_ref());
+                let reason = "it has no nodes: all of the file are shown";
+                self.document.warnings.warn(location, reason)?;
             }
-        };
+        }
+        let root = &self.document.root;
         let mut visited = vec![false; root.nodes.len()];
         let mut placed = Vec::new();
         let mut open: Vec<(usize, DAffine3)> =
@@ -224,7 +218,16 @@ impl<'a> SceneReader<'a> {
             };
             added = self.builder.add_mesh(name, &flat, DAffine3::IDENTITY, *id);
         }
-        let surface = added.map_err(caused)?;
+        let surface = match added {
+            Ok(surface) => surface,
+            Err(error) => {
+                let reason = format!("{error}: it is left out");
+                return self.document.warnings.warn(location.clone(), reason);
+            }
+        };
+        if let Some(there) = &look.cutout {
+            self.builder.set_cutout(surface, there.clone()).map_err(caused)?;
+        }
         self.builder.set_absorption(surface, look.absorption).map_err(caused)?;
         if let Some((relief, _)) = &look.relief {
             self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
@@ -233,7 +236,6 @@ impl<'a> SceneReader<'a> {
             self.builder
                 .set_textured_emission(surface, radiance.clone(), look.double_sided)
                 .map_err(caused)?;
-            self.emits = true;
         }
         Ok(())
     }
@@ -401,7 +403,7 @@ impl<'a> SceneReader<'a> {
         }
         let look = match index {
             Some(index) => material::look(self.document, &mut self.textures, index)?,
-            None => Look::default_look(),
+            None => Look::default_look(self.document.back_faces),
         };
         let element =
             index.map_or("the default material".to_owned(), |index| format!("material {index}"));
@@ -435,16 +437,13 @@ impl<'a> SceneReader<'a> {
     fn finish(mut self) -> Result<Import, Error> {
         let whole = self.document.location("", None);
         let caused = |error: &dyn std::error::Error| Error::new(whole.clone(), error.to_string());
-        if !self.emits {
-            self.document
-                .warnings
-                .warn(whole.clone(), "it has no light: it is shown in a white environment")?;
-            let environment =
-                ConstantEnvironment::new(Rgb::WHITE).map_err(|error| caused(&error))?;
-            let name = self.unique_name(Some("environment"), usize::MAX, None);
-            self.builder.set_environment(name, environment).map_err(|error| caused(&error))?;
-        }
-        let world = self.builder.build().map_err(|error| caused(&error))?;
+        let name = self.unique_name(Some("environment"), usize::MAX, None);
+        let world = self.document.environment.surround(
+            self.builder,
+            name,
+            &whole,
+            &mut self.document.warnings,
+        )?;
         if self.views.is_empty() {
             if world.bounds().is_empty() {
                 return Err(Error::new(whole, "it has neither cameras nor surfaces"));
@@ -457,9 +456,14 @@ impl<'a> SceneReader<'a> {
                 filter: Filter::default(),
             });
         }
-        let warnings = std::mem::take(&mut self.document.warnings).into_list();
-        Ok(Import { world, views: self.views, hints: Hints::default(), warnings })
+        let (warnings, notes) = std::mem::take(&mut self.document.warnings).into_lists();
+        Ok(Import { world, views: self.views, hints: Hints::default(), warnings, notes })
     }
+}
+
+/// Indices as numbers.
+fn indices<T>(list: &[Index<T>]) -> Vec<usize> {
+    list.iter().map(Index::value).collect()
 }
 
 /// A node's transform to its parent.

@@ -151,6 +151,8 @@ pub(super) struct Document {
     pub aliases: HashMap<String, String>,
     /// Parameters that the user has set and no file has asked for.
     pub unused_parameters: Vec<String>,
+    /// Errors of settings that are hints, for which some parameter has no value.
+    pub undefined: Vec<Error>,
 }
 
 /// Reads the files.
@@ -171,6 +173,7 @@ pub(super) fn read(
         elements_left: limits.elements,
         expansion_left: limits.expansion,
         aliases: HashMap::new(),
+        undefined: Vec::new(),
     };
     let location = Location { file: path.to_owned(), ..Location::default() };
     let bytes = reader.files.read_path(path, location)?;
@@ -181,7 +184,12 @@ pub(super) fn read(
         .filter(|(name, p)| !p.used && parameters.contains_key(name))
         .map(|(name, _)| name)
         .collect();
-    Ok(Document { scene, aliases: reader.aliases, unused_parameters: unused })
+    Ok(Document {
+        scene,
+        aliases: reader.aliases,
+        unused_parameters: unused,
+        undefined: reader.undefined,
+    })
 }
 
 struct Parameter {
@@ -196,6 +204,7 @@ struct Reader<'a> {
     elements_left: u64,
     expansion_left: u64,
     aliases: HashMap<String, String>,
+    undefined: Vec<Error>,
 }
 
 /// A file that is being read.
@@ -290,9 +299,20 @@ impl Reader<'_> {
             if nested >= MOST_NESTED {
                 return Err(element.error("elements are nested too deeply"));
             }
+            let mut undefined = None;
             for attribute in node.attributes() {
-                let value = self.expanded(attribute.value(), &element)?;
-                element.attributes.push((attribute.name().to_owned(), value));
+                match self.expanded(attribute.value(), &element)? {
+                    Ok(value) => element.attributes.push((attribute.name().to_owned(), value)),
+                    Err(error) => undefined = undefined.or(Some(error)),
+                }
+            }
+            if let Some(error) = undefined {
+                let is_hint = |tag: &str| matches!(tag, "integrator" | "sampler");
+                if !(is_hint(&element.tag) || is_hint(parent.tag_name().name())) {
+                    return Err(error);
+                }
+                self.undefined.push(error);
+                continue;
             }
             match element.tag.as_str() {
                 "default" => {
@@ -331,8 +351,9 @@ impl Reader<'_> {
         Ok(children)
     }
 
-    /// A value with its `$parameters` replaced, once: what is put in is taken as it is.
-    fn expanded(&mut self, value: &str, element: &Element) -> Result<String, Error> {
+    /// A value with its `$parameters` replaced, once: what is put in is taken as it is. The inner
+    /// error is that of one that has no value.
+    fn expanded(&mut self, value: &str, element: &Element) -> Result<Result<String, Error>, Error> {
         let mut result = String::new();
         let mut rest = value;
         while let Some(at) = rest.find('$') {
@@ -348,7 +369,12 @@ impl Reader<'_> {
                 .map(|length| &rest[..length])
                 .find(|name| self.parameters.contains_key(*name))
             else {
-                return Err(element.error(format!("the parameter ${} has no value", &rest[..end])));
+                let name = &rest[..end];
+                let reason = format!(
+                    "the parameter ${name} has no value; it gets one from the file or from whoever \
+                     reads it (-D {name}=VALUE)"
+                );
+                return Ok(Err(element.error(reason)));
             };
             let Some(parameter) = self.parameters.get_mut(name) else { continue };
             parameter.used = true;
@@ -360,6 +386,6 @@ impl Reader<'_> {
             })?;
         }
         result.push_str(rest);
-        Ok(result)
+        Ok(Ok(result))
     }
 }

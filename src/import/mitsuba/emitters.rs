@@ -1,6 +1,6 @@
 //! Lights that are not surfaces.
 
-use super::super::Error;
+use super::super::{Environment, Error};
 use super::Loader;
 use super::document::Element;
 use super::spectrum::Illuminant;
@@ -18,6 +18,13 @@ impl<'a> Loader<'a> {
     /// Adds an emitter of the scene. Area lights in their place are left to the shapes that refer
     /// to them.
     pub(super) fn emitter(&mut self, element: &'a Element) -> Result<(), Error> {
+        if self.options.environment != Environment::Automatic
+            && matches!(element.kind(), "constant" | "envmap" | "sky" | "sunsky")
+        {
+            let reason = "its environment gives way to the one that is wished for";
+            self.warnings.note(format!("{}: {reason}", element.location()));
+            return Ok(());
+        }
         let object = Object::new(element);
         let made = |error: EndpointError| element.caused(error);
         match element.kind() {

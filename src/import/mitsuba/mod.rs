@@ -30,6 +30,7 @@
 //! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials, |
 //! | | and as roughness of conductors and dielectrics |
 //! | colours | `rgb`, `float`, `spectrum` as a value, or a list or file of wavelengths and values |
+//! | colours of old versions | `srgb`, `blackbody` |
 //! | spectra | `uniform`, `d65`, `srgb`, `rawconstant`, `regular`, `irregular`, `blackbody` |
 //!
 //! An object that is malformed, degenerate or unknown, or that needs a file which is missing or
@@ -58,6 +59,10 @@
 //! - A Gaussian filter has the same standard deviation, but is the pixel's box blurred. Environment
 //!   maps have their pixels' centres in the middle of pixels.
 //! - `max_depth` counts the edges of a path there and the scattering events here, one less.
+//! - Reflectances, transmittances, opacities and weights are clamped to between 0 and 1, with a
+//!   warning.
+//! - Settings of integrators and samplers whose parameter has no value are left out, with a
+//!   warning; anything else without its value is an error.
 //! - The integrator and the sampler are [hints](super::Hints); of nested integrators the innermost
 //!   one is taken. `direct` has one scattering event. With a `max_depth` of 0 nothing is seen: no
 //!   emitter is read.
@@ -100,6 +105,7 @@ pub fn load(
     parameters: impl IntoIterator<Item = (String, String)>,
 ) -> Result<Import, Error> {
     let path = path.as_ref();
+    options.check_size(path)?;
     let parameters: BTreeMap<String, String> = parameters.into_iter().collect();
     let mut files = Files::new(path, &options.limits)?;
     let document = document::read(path, &mut files, &options.limits, &parameters)?;
@@ -107,6 +113,10 @@ pub fn load(
     for name in &document.unused_parameters {
         let location = Location { file: path.to_owned(), ..Location::default() };
         loader.warnings.warn(location, format!("no file asks for the parameter {name}"))?;
+    }
+    for error in &document.undefined {
+        let reason = format!("{}; without it its default holds", error.reason);
+        loader.warnings.warn(error.location.clone(), reason)?;
     }
     loader.scene(path)
 }
@@ -119,6 +129,8 @@ struct Loader<'a> {
     referenced: HashSet<*const Element>,
     files: Files,
     limits: Limits,
+    /// The environment and the size of films that are wished for.
+    options: Options,
     warnings: Warnings,
     builder: WorldBuilder,
     /// Names of objects, and how many have wanted each.
@@ -145,6 +157,7 @@ impl<'a> Loader<'a> {
             referenced: HashSet::new(),
             files,
             limits: options.limits,
+            options: options.clone(),
             warnings: Warnings::new(options.strict),
             builder: WorldBuilder::new(),
             names: HashMap::new(),
@@ -218,6 +231,10 @@ impl<'a> Loader<'a> {
             || format!("{} {} in line {}", element.kind(), element.tag, element.line()),
             str::to_owned,
         );
+        self.unique_name(base)
+    }
+
+    fn unique_name(&mut self, base: String) -> String {
         let mut number = self.names.get(&base).copied().unwrap_or(0);
         // Another object may have the name "base (2)" for its id.
         let name = loop {
@@ -275,11 +292,16 @@ impl<'a> Loader<'a> {
             }
         }
         if views.is_empty() {
-            let last = self.warnings.into_list().pop();
+            let last = self.warnings.into_lists().0.pop();
             let why = last.map_or_else(String::new, |warning| warning.to_string());
             return Err(Error::new(whole(), format!("no sensor can be used: {why}")));
         }
-        let builder = std::mem::take(&mut self.builder);
+        let mut builder = std::mem::take(&mut self.builder);
+        if let Some(environment) = self.options.environment.light()? {
+            let name = self.unique_name("environment".to_owned());
+            let added = builder.set_environment(name, environment);
+            added.map_err(|error| Error::caused(whole(), error))?;
+        }
         let world = builder.build().map_err(|error| Error::caused(whole(), error))?;
         for clip in clips {
             clip.check(world.bounds(), &mut self.warnings)?;
@@ -290,6 +312,10 @@ impl<'a> Loader<'a> {
                 format!("{} triangles without area are left out", world.dropped_triangles()),
             )?;
         }
-        Ok(Import { world, views, hints: self.hints, warnings: self.warnings.into_list() })
+        if world.light_count() == 0 {
+            self.warnings.note("it has no light: the image is black");
+        }
+        let (warnings, notes) = self.warnings.into_lists();
+        Ok(Import { world, views, hints: self.hints, warnings, notes })
     }
 }

@@ -83,7 +83,8 @@ impl<'a> Loader<'a> {
             }
         }
         let film = film.map_or_else(|| film_plan(element, 768, 576), Ok)?;
-        let FilmRegion { resolution, window_min, window_max } = film.region;
+        let region = self.options.fitted(film.region);
+        let FilmRegion { resolution, window_min, window_max } = region;
         let size = resolution.as_dvec2();
         let planes = [object.float("near_clip")?, object.float("far_clip")?];
         let clip = Clip { location: element.location(), position, forward, planes };

@@ -5,7 +5,7 @@ use super::super::images::{colours, decode};
 use super::Loader;
 use super::document::Element;
 use super::spectrum::{self, FIRST_VISIBLE, Illuminant, LAST_VISIBLE, planck};
-use super::values::{Object, colour, listed_colour, numbers, wavelengths};
+use super::values::{Object, colour, listed_colour, number, numbers, wavelengths};
 use crate::film::Image;
 use crate::material::{Interpolation, Texture, Wrap};
 use crate::math::Rgb;
@@ -21,7 +21,30 @@ impl<'a> Loader<'a> {
     ) -> Result<Option<Texture>, Error> {
         let Some(element) = object.get(name) else { return Ok(None) };
         let texture = self.texture_of(element, illuminant);
-        self.warnings.rescue(texture, &format!("the {name} is as if it were not given"))
+        let instead = format!("the {name} is as if it were not given");
+        let texture = self.warnings.rescue(texture, &instead)?;
+        if !is_share(name) {
+            return Ok(texture);
+        }
+        texture.map(|texture| self.share(object.element, name, texture)).transpose()
+    }
+
+    /// A texture whose colours are parts of a whole.
+    fn share(
+        &mut self,
+        element: &'a Element,
+        name: &str,
+        texture: Texture,
+    ) -> Result<Texture, Error> {
+        if texture.is_within(0.0, 1.0) {
+            return Ok(texture);
+        }
+        let [least, greatest] =
+            texture.range().map(|colour| colour.0.map(|c| c.to_string()).join(", "));
+        let is_above = texture.is_within(0.0, f64::INFINITY);
+        let shown = if is_above { greatest } else { least };
+        self.warn(element, format!("{name} must be in [0, 1], but is {shown}: it is clamped"))?;
+        texture.clamped(0.0, 1.0).map_err(|error| element.caused(error))
     }
 
     /// The colour of a name, which must not vary; `None` if there is none.
@@ -57,7 +80,8 @@ impl<'a> Loader<'a> {
         }
         let object = Object::new(element);
         let texture = match element.kind() {
-            "bitmap" => self.bitmap(&object)?,
+            // The latter in scene versions before 0.4.
+            "bitmap" | "ldrtexture" | "exrtexture" => self.bitmap(&object)?,
             "checkerboard" => {
                 let mut square = |name: &str, default: f64| -> Result<Rgb, Error> {
                     Ok(self.colour(&object, name, illuminant)?.unwrap_or(Rgb::splat(default)))
@@ -103,6 +127,13 @@ impl<'a> Loader<'a> {
         let element = self.resolved(element)?;
         if is_spectrum_plug_in(element) {
             return self.spectrum_plug_in(element);
+        }
+        if element.tag == "blackbody" {
+            let text = element.required("temperature")?.trim();
+            let temperature = number(element, text.trim_end_matches(['k', 'K']))?;
+            let scale = element.attribute("scale").map_or(Ok(1.0), |text| number(element, text))?;
+            let visible = [FIRST_VISIBLE, LAST_VISIBLE];
+            return black_body(element, temperature, scale, visible).map(Some);
         }
         if element.tag != "spectrum" {
             return Ok(None);
@@ -154,12 +185,7 @@ impl<'a> Loader<'a> {
                 wavelengths.into_iter().zip(values).collect()
             }
             "blackbody" => {
-                let temperature = object.float("temperature")?.filter(|kelvin| *kelvin > 0.0);
-                let temperature =
-                    temperature.ok_or_else(|| element.error("the temperature must be positive"))?;
-                let [first, last] = bounds()?;
-                let inside = spectrum::wavelengths().filter(|at| (first..=last).contains(at));
-                inside.map(|at| (at, planck(at, temperature))).collect()
+                black_body(element, object.float_or("temperature", 0.0)?, 1.0, bounds()?)?
             }
             _ => return Ok(None),
         };
@@ -209,6 +235,27 @@ impl<'a> Loader<'a> {
         Image::new(decoded.width(), decoded.height(), colours(decoded, raw))
             .ok_or_else(|| element.error("the image has another size than it says"))
     }
+}
+
+/// True for parameters whose colours are parts of a whole.
+fn is_share(name: &str) -> bool {
+    name.ends_with("reflectance")
+        || name.ends_with("transmittance")
+        || matches!(name, "opacity" | "weight" | "base_color")
+}
+
+/// The spectrum of a black body between two wavelengths, times a factor.
+fn black_body(
+    element: &Element,
+    temperature: f64,
+    scale: f64,
+    [first, last]: [f64; 2],
+) -> Result<Vec<(f64, f64)>, Error> {
+    if temperature <= 0.0 {
+        return Err(element.error("the temperature must be positive"));
+    }
+    let inside = spectrum::wavelengths().filter(|at| (first..=last).contains(at));
+    Ok(inside.map(|at| (at, scale * planck(at, temperature))).collect())
 }
 
 /// A `<spectrum>` with a type is the same as a `<texture>` with it.

@@ -4,6 +4,7 @@
 use super::super::{Error, Warnings};
 use super::document::Element;
 use super::spectrum::{self, Illuminant};
+use crate::film::linear_from_srgb;
 use crate::math::Rgb;
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 use std::cell::RefCell;
@@ -15,7 +16,7 @@ pub(super) struct Object<'a> {
 }
 
 /// Elements that are values, not objects of their own.
-const VALUES: [&str; 10] = [
+const VALUES: [&str; 12] = [
     "float",
     "integer",
     "boolean",
@@ -25,6 +26,8 @@ const VALUES: [&str; 10] = [
     "transform",
     "rgb",
     "spectrum",
+    "srgb",
+    "blackbody",
     "translate",
 ];
 
@@ -241,12 +244,24 @@ fn look_at(element: &Element) -> Result<DMat4, Error> {
     ))
 }
 
-/// The colour of an `<rgb>`, a `<float>`, or a `<spectrum>` that is the same everywhere.
+/// The colour of an `<rgb>`, an `<srgb>`, a `<float>`, or a `<spectrum>` that is the same
+/// everywhere.
 pub(super) fn colour(element: &Element, illuminant: Illuminant) -> Result<Rgb, Error> {
     let text = element.required("value")?;
     match element.tag.as_str() {
         "float" | "integer" => number(element, text).map(Rgb::splat),
         "rgb" => three(element, text).map(|v| Rgb(v.to_array())),
+        "srgb" => {
+            let encoded = match text.trim().strip_prefix('#').map(|text| (text.len(), text)) {
+                Some((6, text)) => {
+                    let code = u32::from_str_radix(text, 16).map_err(|e| element.caused(e))?;
+                    let [_, levels @ ..] = code.to_be_bytes();
+                    levels.map(|level| f64::from(level) / 255.0)
+                }
+                _ => three(element, text)?.to_array(),
+            };
+            Ok(Rgb(encoded.map(linear_from_srgb)))
+        }
         "spectrum" => {
             let value = number(element, text)?;
             let constant = [(360.0, value), (830.0, value)];

@@ -49,7 +49,8 @@
 //! # Camera and light
 //!
 //! The format has neither cameras nor lights. The camera sees the whole scene from the front, which
-//! is +z. If no material emits, light comes from a white environment.
+//! is +z. If no material emits, or too little, light comes from
+//! [the environment](super::Options::environment).
 
 mod geometry;
 mod library;
@@ -62,10 +63,8 @@ pub(crate) use geometry::Geometry;
 
 use super::files::Files;
 use super::framing::framing;
-use super::{Error, Hints, Import, ImportedView, Limits, Location, Options, Warnings};
-use crate::endpoint::ConstantEnvironment;
+use super::{Environment, Error, Hints, Import, ImportedView, Limits, Location, Options, Warnings};
 use crate::film::Filter;
-use crate::math::Rgb;
 use crate::scene::{MaterialId, Mesh, WorldBuilder};
 use geometry::Part;
 use glam::{DAffine3, DVec2, UVec2};
@@ -104,7 +103,7 @@ pub fn load(path: impl AsRef<Path>, resolution: UVec2, options: &Options) -> Res
         names: HashSet::new(),
         bitmaps: Bitmaps::default(),
         pixels_left: limits.pixels,
-        emits: false,
+        environment: options.environment.clone(),
     };
     std::mem::take(&mut geometry.faults).warn(path, &mut loader.warnings)?;
     let mut known = HashSet::new();
@@ -134,7 +133,7 @@ struct Loader {
     names: HashSet<String>,
     bitmaps: Bitmaps,
     pixels_left: u64,
-    emits: bool,
+    environment: Environment,
 }
 
 impl Loader {
@@ -225,8 +224,7 @@ impl Loader {
         }
         if let Some(radiance) = look.emission {
             let emits = self.builder.set_textured_emission(surface, radiance, true);
-            let emits = self.warnings.rescue(emits.map_err(caused), "it emits nothing")?;
-            self.emits |= emits.is_some();
+            self.warnings.rescue(emits.map_err(caused), "it emits nothing")?;
         }
         Ok(())
     }
@@ -281,13 +279,12 @@ impl Loader {
     fn finish(mut self, resolution: UVec2) -> Result<Import, Error> {
         let whole = self.location(None);
         let caused = |error: &dyn std::error::Error| Error::new(whole.clone(), error.to_string());
-        if !self.emits {
-            let environment =
-                ConstantEnvironment::new(Rgb::WHITE).map_err(|error| caused(&error))?;
-            let name = "white environment".to_owned();
-            self.builder.set_environment(name, environment).map_err(|error| caused(&error))?;
+        let mut name = "environment".to_owned();
+        while self.names.contains(&name) {
+            name.push('_');
         }
-        let world = self.builder.build().map_err(|error| caused(&error))?;
+        let warnings = &mut self.warnings;
+        let world = self.environment.surround(self.builder, name, &whole, warnings)?;
         if world.bounds().is_empty() {
             return Err(Error::new(whole, "it has no face that can be shown"));
         }
@@ -297,7 +294,7 @@ impl Loader {
             camera: Box::new(camera),
             filter: Filter::default(),
         };
-        let warnings = self.warnings.into_list();
-        Ok(Import { world, views: vec![view], hints: Hints::default(), warnings })
+        let (warnings, notes) = self.warnings.into_lists();
+        Ok(Import { world, views: vec![view], hints: Hints::default(), warnings, notes })
     }
 }

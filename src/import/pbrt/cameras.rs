@@ -68,6 +68,7 @@ impl Loader {
             }
         };
         let region = region.unwrap_or(FilmRegion::full(UVec2::new(1280, 720)));
+        let region = self.options.fitted(region);
         let diagonal =
             setup.film.as_ref().map_or(Ok(35.0), |film| film.number_or("diagonal", 35.0));
         let filter = match &setup.filter {

@@ -197,7 +197,14 @@ impl Loader {
 
     /// Adds what arrives from all sides.
     pub(super) fn surround(&mut self) -> Result<(), Error> {
+        if let Some(light) = self.options.environment.light()? {
+            let set = self.builder.set_environment("environment", light);
+            return set.map(|_| ()).map_err(|error| Error::caused(self.location(), error));
+        }
         let Environment { constant, image } = std::mem::take(&mut self.environment);
+        if self.options.environment == crate::import::Environment::None {
+            return Ok(());
+        }
         let name = "infinite light";
         let location = self.location();
         let made = |error: EndpointError| Error::caused(location.clone(), error);

@@ -281,11 +281,12 @@ impl Loader {
         prefix: &str,
         default: f64,
         to_uv: DAffine2,
-    ) -> Result<DVec2, Error> {
-        let of = |name: &str| format!("{prefix}{name}");
-        let both = self.scalar(object, &of("roughness"), to_uv)?.unwrap_or(default);
-        let u = self.scalar(object, &of("uroughness"), to_uv)?.unwrap_or(both);
-        let v = self.scalar(object, &of("vroughness"), to_uv)?.unwrap_or(both);
+    ) -> Result<[Texture; 2], Error> {
+        let mut roughness =
+            |name: &str| self.texture(object, &format!("{prefix}{name}"), Sort::Float, to_uv);
+        let both = roughness("roughness")?.unwrap_or(Rgb::splat(default).into());
+        let u = roughness("uroughness")?.unwrap_or(both.clone());
+        let v = roughness("vroughness")?.unwrap_or(both);
         let is_remapped = object.truth("remaproughness")?.unwrap_or(true);
         let is_new = counterpart(&object.kind).is_some_and(|(_, is_new)| is_new)
             || matches!(object.kind.as_str(), "coatedconductor" | "subsurface");
@@ -303,7 +304,8 @@ impl Loader {
             };
             alpha.clamp(0.0, 1.0)
         };
-        Ok(DVec2::new(alpha(u), alpha(v)))
+        let alpha = |roughness: Rgb| roughness.map(alpha);
+        Ok([self.recoloured(object, &u, alpha)?, self.recoloured(object, &v, alpha)?])
     }
 
     /// The index of refraction of the inside, of glass if nothing says.
@@ -322,7 +324,7 @@ impl Loader {
         &mut self,
         object: &Object,
         albedo: Texture,
-        alpha: DVec2,
+        alpha: [Texture; 2],
         to_uv: DAffine2,
     ) -> Result<Material, Error> {
         if object.get("albedo").is_some() || object.get("g").is_some() {
@@ -330,27 +332,31 @@ impl Loader {
             self.warnings.warn(object.location.clone(), reason)?;
         }
         let relative_ior = self.index(object, "eta", to_uv)?.max(1.0);
-        if alpha.max_element() < SMOOTH {
-            let specular = Rgb::WHITE;
+        let specular = Rgb::WHITE;
+        let along = means(&alpha);
+        if along.max_element() < SMOOTH {
             return Ok(Material::Plastic { albedo, specular, relative_ior, colour_shift: true });
         }
-        let reason = "a rough coat is approximated by that of a metallic-roughness material";
-        self.warnings.warn(object.location.clone(), reason)?;
-        Ok(metallic(albedo, mean_roughness(alpha), 0.0, relative_ior))
+        if along.x != along.y || alpha.iter().any(|alpha| alpha.as_constant().is_none()) {
+            let reason = "the roughness of a coat is a number here: its mean is taken";
+            self.warnings.warn(object.location.clone(), reason)?;
+        }
+        let alpha = 0.5 * (along.x + along.y);
+        Ok(Material::RoughPlastic { albedo, specular, relative_ior, colour_shift: true, alpha })
     }
 
     fn conductor(
         &mut self,
         object: &Object,
         prefix: &str,
-        alpha: DVec2,
+        alpha: [Texture; 2],
         to_uv: DAffine2,
     ) -> Result<Material, Error> {
         let of = |name: &str| format!("{prefix}{name}");
         let [eta, k] = if object.get("reflectance").is_some() {
             let reflectance = self.albedo(object, "reflectance", 1.0, to_uv)?;
             let Some(colour) = reflectance.as_constant() else {
-                return Ok(metallic(reflectance, mean_roughness(alpha), 1.0, 1.5));
+                return Ok(metallic(reflectance, mean_roughness(means(&alpha)), 1.0, 1.5));
             };
             // Of all pairs with this reflectance that with n = 1.
             let k = colour.map(|r| {
@@ -372,11 +378,8 @@ impl Loader {
             };
             colours::metal(&part("eta")?, &part("k")?)
         };
-        Ok(if alpha.max_element() < SMOOTH {
-            Material::Conductor { eta, k }
-        } else {
-            Material::RoughConductor { eta, k, alpha }
-        })
+        let smooth = Material::Conductor { eta, k };
+        Ok(rough(alpha, smooth, |alpha| Material::RoughConductor { eta, k, alpha }))
     }
 
     fn mix(&mut self, object: &Object, to_uv: DAffine2, depth: u32) -> Result<Material, Error> {
@@ -439,12 +442,26 @@ fn tinted(material: Material, tint: Texture) -> Material {
     if tint.as_constant() == Some(Rgb::WHITE) { material } else { material.tinted(tint) }
 }
 
-fn dielectric(relative_ior: f64, alpha: DVec2) -> Material {
-    if alpha.max_element() < SMOOTH {
-        Material::Dielectric { relative_ior }
+fn dielectric(relative_ior: f64, alpha: [Texture; 2]) -> Material {
+    let smooth = Material::Dielectric { relative_ior };
+    rough(alpha, smooth, |alpha| Material::RoughDielectric { relative_ior, alpha })
+}
+
+/// The rough material, which may vary, or the smooth one.
+fn rough(alpha: [Texture; 2], smooth: Material, rough: impl Fn(DVec2) -> Material) -> Material {
+    let along = means(&alpha);
+    if alpha.iter().any(|alpha| alpha.as_constant().is_none()) {
+        Material::VaryingRoughness { rough: Box::new(rough(along)), alpha: Box::new(alpha) }
+    } else if along.max_element() < SMOOTH {
+        smooth
     } else {
-        Material::RoughDielectric { relative_ior, alpha }
+        rough(along)
     }
+}
+
+/// The mean roughness along u and v.
+fn means([u, v]: &[Texture; 2]) -> DVec2 {
+    DVec2::new(mean(u).r(), mean(v).r())
 }
 
 fn metallic(base_color: Texture, roughness: f64, metalness: f64, relative_ior: f64) -> Material {

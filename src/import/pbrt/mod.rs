@@ -22,7 +22,7 @@
 //! | filters | `box` and `triangle` of a pixel, `gaussian` | others, by a Gaussian | |
 //! | shapes | `trianglemesh`, `plymesh`, `bilinearmesh`, `sphere`, `disk` | `cylinder` and parts of spheres and disks as triangles, `loopsubdiv` as its control mesh | `curve`, displacement |
 //! | materials | `diffuse`, `coateddiffuse`, `conductor`, `dielectric`, `thindielectric`, `mix`, `interface` | `coatedconductor`, `diffusetransmission`, `subsurface`, `hair`, `measured`; those of version 3 | |
-//! | roughness | `remaproughness`, along u and v | a rough coat; textures, by their mean | |
+//! | roughness | `remaproughness`, along u and v, textures | of a coat, by its mean | |
 //! | textures | `constant`, `imagemap`, `checkerboard` of constants, `scale` and `mix` with constants | others, and mappings other than `uv`, by a mean | |
 //! | bump and normal maps | `displacement`, `normalmap` | | those of the parts of a `mix` |
 //! | opacity | `alpha` of shapes, but for their light | | |
@@ -86,6 +86,7 @@ use textures::Sort;
 pub fn load(path: impl AsRef<Path>, options: &Options) -> Result<Import, Error> {
     let path = path.as_ref();
     let whole = Location { file: path.to_owned(), ..Location::default() };
+    options.check_size(path)?;
     let files = Files::new(path, &options.limits)?;
     let mut loader = Loader::new(path, files, options);
     let bytes = loader.files.read_path(path, whole.clone())?;
@@ -135,6 +136,8 @@ struct Loader {
     hints: Hints,
     builder: WorldBuilder,
     environment: Environment,
+    /// The environment and the size of films that are wished for.
+    options: Options,
     textures: HashMap<(Sort, String), Texture>,
     images: HashMap<String, Bitmap>,
     default_material: Rc<Object>,
@@ -184,6 +187,7 @@ impl Loader {
             hints: Hints { max_bounces: Some(5), ..Hints::default() },
             builder: WorldBuilder::new(),
             environment: Environment::default(),
+            options: options.clone(),
             textures: HashMap::new(),
             images: HashMap::new(),
             default_material,
@@ -252,7 +256,7 @@ impl Loader {
                 format!("{} triangles without area are left out", world.dropped_triangles());
             self.warnings.warn(whole, reason)?;
         }
-        let warnings = self.warnings.into_list();
-        Ok(Import { world, views: vec![view], hints: self.hints, warnings })
+        let (warnings, notes) = self.warnings.into_lists();
+        Ok(Import { world, views: vec![view], hints: self.hints, warnings, notes })
     }
 }

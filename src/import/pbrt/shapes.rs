@@ -56,7 +56,7 @@ enum Kind {
 }
 
 /// Quadrilaterals around and along a round shape that is made of triangles.
-const COLUMNS: u32 = 128;
+const COLUMNS: u32 = 256;
 const ROWS: u32 = 64;
 
 impl Loader {

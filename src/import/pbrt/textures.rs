@@ -180,7 +180,7 @@ impl Loader {
     }
 
     /// A texture in other colours.
-    fn recoloured(
+    pub(super) fn recoloured(
         &mut self,
         object: &Object,
         texture: &Texture,

@@ -120,3 +120,28 @@ fn textures_of_one_bitmap_share_its_range() {
         assert_eq!(scaled.range(), [Rgb::new(-2.0, 0.125, -3.0), Rgb::new(-0.25, 1.0, 0.0)]);
     }
 }
+
+#[test]
+fn products_clamped_channels_and_cutoffs_have_their_range() {
+    let row = |values: &[f64]| {
+        Texture::bitmap(grey(values), Interpolation::Nearest, [Wrap::Clamp; 2]).expect("valid")
+    };
+    let both = |texture: &Texture| [0.25, 0.75].map(|u| texture.at(DVec2::splat(u)).r());
+    let product = row(&[0.5, 2.0]).times(row(&[4.0, 0.25]));
+    assert_eq!(product.range().map(|bound| bound.r()), [0.125, 8.0]);
+    assert_eq!(both(&product.clone().scaled(Rgb::splat(3.0)).expect("finite")), [6.0, 1.5]);
+    let constant = Texture::from(Rgb::splat(0.5)).times(Rgb::splat(4.0).into());
+    assert_eq!((constant.as_constant(), product.as_constant()), (Some(Rgb::splat(2.0)), None));
+    assert_eq!(product.clamped(0.0, 1.0), Err(TextureError::Product));
+
+    let scaled = row(&[0.25, 2.0]).scaled(Rgb::splat(-2.0)).expect("finite");
+    let clamped = scaled.clamped(-1.0, 1.0).expect("an image");
+    assert_eq!((both(&clamped), clamped.range()), ([-0.5, -1.0], [-1.0, -0.5].map(Rgb::splat)));
+
+    for (cutoff, range) in [(0.25, [1.0; 2]), (0.3, [0.0, 1.0]), (2.0, [0.0, 1.0]), (2.1, [0.0; 2])]
+    {
+        let cut = row(&[0.25, 2.0]).cut(cutoff);
+        assert_eq!(cut.range(), range.map(Rgb::splat), "{cutoff}");
+        assert_eq!(both(&cut), range, "{cutoff}");
+    }
+}

@@ -17,6 +17,10 @@ pub(super) use self::media::Media;
 use super::lights::Choice;
 use super::surface::{MaterialId, Surface, SurfaceId};
 use super::{Needs, Warning};
+#[cfg(feature = "import")]
+use super::{SceneError, lights};
+#[cfg(feature = "import")]
+use crate::endpoint::SceneExtent;
 use crate::endpoint::{AnyLight, Light, LightId};
 use crate::geometry::{Bounds, Shape, SurfacePoint};
 use crate::light_tree::LightTree;
@@ -32,6 +36,7 @@ pub struct World {
     bounds: Bounds,
     materials: Vec<Finish>,
     media: Media,
+    material_names: Vec<String>,
     surfaces: Vec<Surface>,
     /// The surface of each primitive.
     surface_of: Vec<u32>,
@@ -39,6 +44,8 @@ pub struct World {
     flat: Vec<Option<Flat>>,
     /// True if all lights are flat.
     has_flat_lights: bool,
+    /// True if parts of surfaces are cut out.
+    has_cutouts: bool,
     lights: Vec<(String, AnyLight)>,
     environment: Option<LightId>,
     light_tree: LightTree,
@@ -53,7 +60,7 @@ impl World {
     pub(in crate::scene) fn assemble(
         forest: Forest,
         bounds: Bounds,
-        materials: Vec<Finish>,
+        (materials, material_names): (Vec<Finish>, Vec<String>),
         (surfaces, media): (Vec<Surface>, Media),
         lights: Vec<(String, AnyLight)>,
         environment: Option<LightId>,
@@ -67,6 +74,7 @@ impl World {
         }
         let flat = Flat::prepare(forest.shapes(), &surface_of, &surfaces, &materials);
         let has_flat_lights = lights.iter().all(|(_, light)| light.as_flat().is_some());
+        let has_cutouts = surfaces.iter().any(|surface| surface.cutout.is_some());
         let needs = needs::needs(&materials, &surfaces, &lights, environment, &forest, &bounds);
         let (area_choice, total_area) = (Choice::new(areas), areas.iter().sum());
         Self {
@@ -74,10 +82,12 @@ impl World {
             bounds,
             materials,
             media,
+            material_names,
             surfaces,
             surface_of,
             flat,
             has_flat_lights,
+            has_cutouts,
             lights,
             environment,
             light_tree,
@@ -86,6 +96,29 @@ impl World {
             needs,
             warnings,
         }
+    }
+
+    /// The same world, which had no environment, in one.
+    #[cfg(feature = "import")]
+    pub(crate) fn with_environment(
+        mut self,
+        name: String,
+        environment: impl Light + Send + 'static,
+    ) -> Result<Self, SceneError> {
+        self.environment = Some(LightId(self.lights.len() as u32));
+        self.lights.push((name, environment.into_any()));
+        let extent = SceneExtent::covering(self.forest.shapes().iter().map(Shape::bounds));
+        self.light_tree = lights::prepare(&mut self.lights, &extent)?;
+        self.has_flat_lights = false;
+        self.needs = needs::needs(
+            &self.materials,
+            &self.surfaces,
+            &self.lights,
+            self.environment,
+            &self.forest,
+            &self.bounds,
+        );
+        Ok(self)
     }
 
     /// The box around all surfaces; empty if there is none.
@@ -137,6 +170,12 @@ impl World {
     #[must_use]
     pub fn light_name(&self, id: LightId) -> Option<&str> {
         self.lights.get(id.0 as usize).map(|(name, _)| name.as_str())
+    }
+
+    /// The names of the materials, in their order.
+    #[must_use]
+    pub fn material_names(&self) -> &[String] {
+        &self.material_names
     }
 
     /// The surface of a name.

@@ -2,7 +2,7 @@
 
 use super::{FlatSurfaces, World};
 use crate::endpoint::{AnyLight, Light, LightId, LightKind};
-use crate::geometry::{Intersection, NormalOrigin, SurfacePoint, Triangle};
+use crate::geometry::{Intersection, NormalOrigin, Place, SurfacePoint, Triangle};
 use crate::light_tree::LightTree;
 use crate::material::{Ground, Relief, SurfaceBsdf};
 use crate::math::Rgb;
@@ -14,7 +14,8 @@ use glam::{DVec2, DVec3};
 impl World {
     /// The primitive that a ray meets first and its distance: [`Scene::intersect`] without the
     /// surface point, for whoever needs no more, from an origin that lies on no surface. A
-    /// direction that is not of unit length is made so; a ray that is none hits nothing.
+    /// direction that is not of unit length is made so; a ray that is none hits nothing. What is cut
+    /// out of surfaces is hit, too.
     #[must_use]
     pub fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(u32, f64)> {
         self.forest.closest(Query::free(origin, direction), primitive_and_distance)
@@ -33,7 +34,7 @@ impl World {
     }
 
     /// True if a ray meets nothing nearer than `length`: [`Scene::visible`] for an origin and an
-    /// end that lie on no surface.
+    /// end that lie on no surface. What is cut out of surfaces is met, too.
     #[must_use]
     pub fn is_clear(&self, origin: DVec3, direction: DVec3, length: f64) -> bool {
         self.forest.is_free(&Segment::free(origin, direction, length))
@@ -50,6 +51,51 @@ impl World {
             rays.map(|(origin, direction, length)| Ok(Segment::free(origin, direction, length))),
             answer,
         );
+    }
+
+    /// True if there is nothing of its surface at a point.
+    fn is_cut_out(&self, x: &SurfacePoint) -> bool {
+        let surface = self.surfaces.get(x.surface as usize);
+        let cutout = surface.and_then(|surface| surface.cutout.as_ref());
+        cutout.is_some_and(|there| there.at(x.uv).is_black())
+    }
+
+    /// The answer of [`Scene::intersect`] where parts of surfaces are cut out.
+    #[inline(never)]
+    fn intersect_beyond(&self, first: SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
+        let mut x = first;
+        while self.is_cut_out(&x) {
+            let ray = Query::leaving(&x, direction);
+            x = self.forest.closest(ray, |hit| hit).and_then(|hit| self.point_of(&ray, &hit))?;
+        }
+        Some(x)
+    }
+
+    /// The answer of [`Scene::visible`] where parts of surfaces are cut out.
+    #[inline(never)]
+    fn visible_beyond(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
+        let (mut x, end) = if a.place == Place::Infinite { (*b, a) } else { (*a, b) };
+        let direction = match end.place {
+            Place::Infinite => -end.geometric_normal,
+            Place::Area | Place::Dirac => (end.position - x.position).normalize_or_zero(),
+        };
+        loop {
+            match Segment::between(&x, end, self.forest.center()) {
+                Err(visible) => return visible,
+                Ok(segment) if self.forest.is_free(&segment) => return true,
+                Ok(_) => {}
+            }
+            let ray = Query::leaving(&x, direction);
+            match self.forest.closest(ray, |hit| hit).and_then(|hit| self.point_of(&ray, &hit)) {
+                Some(next)
+                    if self.is_cut_out(&next)
+                        && (end.position - next.position).dot(direction) > 0.0 =>
+                {
+                    x = next;
+                }
+                _ => return false,
+            }
+        }
     }
 
     /// The surface point of a ray's hit.
@@ -159,13 +205,17 @@ impl Scene for World {
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         // The point is made where it is needed.
         let ray = Query::leaving(from, direction);
-        self.forest.closest(ray, |hit| hit).and_then(|hit| self.point_of(&ray, &hit))
+        let x = self.forest.closest(ray, |hit| hit).and_then(|hit| self.point_of(&ray, &hit));
+        if self.has_cutouts { self.intersect_beyond(x?, direction) } else { x }
     }
 
     /// Coincident points, two points at infinity and points that are not finite do not see each
     /// other: they have no geometry term.
     #[inline]
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
+        if self.has_cutouts {
+            return self.visible_beyond(a, b);
+        }
         Segment::between(a, b, self.forest.center())
             .map_or_else(|visible| visible, |segment| self.forest.is_free(&segment))
     }
@@ -176,6 +226,11 @@ impl Scene for World {
         rays: impl Iterator<Item = (&'a SurfacePoint, DVec3)>,
         mut found: impl FnMut(usize, Option<SurfacePoint>),
     ) {
+        if self.has_cutouts {
+            return rays.enumerate().for_each(|(index, (from, direction))| {
+                found(index, self.intersect(from, direction))
+            });
+        }
         let queries = rays.map(|(from, direction)| Query::leaving(from, direction));
         self.forest.closest_many(queries, |index, ray, hit| {
             found(index, hit.and_then(|hit| self.point_of(ray, &hit)))
@@ -186,8 +241,13 @@ impl Scene for World {
     fn visible_many<'a>(
         &self,
         segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>,
-        answer: impl FnMut(usize, bool),
+        mut answer: impl FnMut(usize, bool),
     ) {
+        if self.has_cutouts {
+            return segments
+                .enumerate()
+                .for_each(|(index, (a, b))| answer(index, self.visible(a, b)));
+        }
         self.forest
             .are_free(segments.map(|(a, b)| Segment::between(a, b, self.forest.center())), answer);
     }
@@ -211,6 +271,7 @@ impl Scene for World {
     fn bsdf(&self, x: &SurfacePoint) -> SurfaceBsdf<'_> {
         let surface = self.surfaces.get(x.surface as usize);
         match surface.and_then(|surface| self.materials.get(surface.material.0 as usize)) {
+            Some(_) if self.has_cutouts && self.is_cut_out(x) => SurfaceBsdf::BLACK,
             Some(material) => SurfaceBsdf::new(material, x.uv),
             None => SurfaceBsdf::BLACK,
         }
@@ -266,7 +327,7 @@ impl Scene for World {
 
     #[inline]
     fn flat_surfaces(&self) -> Option<FlatSurfaces<'_>> {
-        self.media.is_empty().then_some(FlatSurfaces(self))
+        (self.media.is_empty() && !self.has_cutouts).then_some(FlatSurfaces(self))
     }
 
     #[inline]
