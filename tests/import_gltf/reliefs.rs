@@ -15,6 +15,7 @@ fn mapped(name: &str, material: usize, normals: Value, change: impl Fn(&mut Valu
     }
     let text = altered("textures.gltf", &format!("/materials/{material}/normalTexture"), normals);
     let mut document: Value = serde_json::from_str(&text).expect("valid");
+    document["materials"][material]["alphaMode"] = json!("OPAQUE");
     change(&mut document);
     let import = load_text(name, &document.to_string(), &Options::default()).expect("valid");
     let about_normals = |warning: &&pathspace::import::Warning| warning.reason.contains("normal");

@@ -438,12 +438,15 @@ impl<'a> SceneReader<'a> {
         let whole = self.document.location("", None);
         let caused = |error: &dyn std::error::Error| Error::new(whole.clone(), error.to_string());
         let name = self.unique_name(Some("environment"), usize::MAX, None);
-        let world = self.document.environment.surround(
+        let (world, why_white) = self.document.environment.surround(
             self.builder,
             name,
             &whole,
             &mut self.document.warnings,
         )?;
+        if let Some(reason) = why_white {
+            self.document.warnings.warn(whole.clone(), reason)?;
+        }
         if self.views.is_empty() {
             if world.bounds().is_empty() {
                 return Err(Error::new(whole, "it has neither cameras nor surfaces"));
