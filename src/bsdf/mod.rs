@@ -20,6 +20,7 @@
 //! | smooth, transmissive (Dirac lobes) | [`Dielectric`], [`ThinDielectric`], [`Null`] |
 //! | rough | [`RoughConductor`], [`RoughDielectric`] with [`Ggx`] or [`Beckmann`] |
 //! | metallic-roughness of glTF | [`MetallicRoughness`] |
+//! | principled | [`Principled`] |
 //! | sum of models; any model | [`Mixture`]; [`Model`] |
 //!
 //! Sources: Veach 1997, chapter 5, for [transport modes](TransportMode) and non-symmetric
@@ -45,6 +46,7 @@ pub mod mixture;
 pub mod model;
 pub mod null;
 pub mod plastic;
+pub mod principled;
 pub mod rough_conductor;
 pub mod rough_dielectric;
 pub mod rough_plastic;
@@ -66,6 +68,7 @@ pub use mixture::Mixture;
 pub use model::Model;
 pub use null::Null;
 pub use plastic::Plastic;
+pub use principled::{Principled, PrincipledLobes};
 pub use rough_conductor::RoughConductor;
 pub(crate) use rough_dielectric::INDEX_MATCHED;
 pub use rough_dielectric::RoughDielectric;
@@ -361,7 +364,7 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
     }
 }
 
-/// The sample of a direction on the same side that `bsdf` has chosen by its density; `None` where
+/// The sample of a direction that `bsdf` has chosen by its density, a reflection; `None` where
 /// rounding leaves no density.
 fn finite_sample(
     bsdf: &impl Bsdf,

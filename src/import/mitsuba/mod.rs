@@ -20,7 +20,7 @@
 //! | documents | `default`, `$parameters`, `include`, `ref`, `alias`, `path` |
 //! | shapes | `obj`, `ply`, `serialized`, `rectangle`, `sphere`, `disk`, `cube` |
 //! | settings of shapes | `to_world`, `flip_normals`, `face_normals`, `flip_tex_coords` |
-//! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic`, `roughplastic` |
+//! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic`, `roughplastic`, `principled` |
 //! | bsdfs that transmit light | `dielectric`, `thindielectric`, `roughdielectric`, `null` |
 //! | bsdfs made of others | `twosided`, `mask`, `blendbsdf` |
 //! | emitters | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |
