@@ -2,7 +2,8 @@
 
 use super::{
     Bsdf, BsdfSample, Conductor, Dielectric, Lambert, LaneForm, Lobes, MetallicRoughness, Mirror,
-    Null, Plastic, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric, TransportMode,
+    Null, Plastic, Principled, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
+    TransportMode,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -27,6 +28,8 @@ pub enum Model {
     ThinDielectric(ThinDielectric),
     /// A diffuse body under a clear coat.
     Plastic(Plastic),
+    /// Body, main reflection, refraction, clear coat and sheen.
+    Principled(Principled),
     /// Metal, or a diffuse body under a dielectric coat.
     MetallicRoughness(MetallicRoughness),
     /// Rough metal.
@@ -60,6 +63,7 @@ macro_rules! dispatch {
             Self::Dielectric($bsdf) => $scatters,
             Self::ThinDielectric($bsdf) => $scatters,
             Self::Plastic($bsdf) => $scatters,
+            Self::Principled($bsdf) => $scatters,
             Self::MetallicRoughness($bsdf) => $scatters,
             Self::RoughConductor($bsdf) => $scatters,
             Self::RoughDielectric($bsdf) => $scatters,
@@ -124,6 +128,7 @@ from_model!(
     Dielectric,
     ThinDielectric,
     Plastic,
+    Principled,
     MetallicRoughness,
     RoughConductor,
     RoughDielectric,

@@ -166,27 +166,27 @@ impl Scattering {
 
 /// Two directions on opposite sides with the normal that refracts one into the other, all with z
 /// seen from their own side.
-struct Refraction {
+pub(super) struct Refraction {
     /// The first direction, z > 0.
-    o: DVec3,
+    pub o: DVec3,
     /// The second direction, its z flipped to be positive.
     i: DVec3,
     /// The micro-normal up to the signs of its components, to which D is blind.
-    h: DVec3,
+    pub h: DVec3,
     /// o · h
-    cosine_o: f64,
+    pub cosine_o: f64,
     /// |i · h|
     cosine_i: f64,
     /// |m|² = |n_o o + n_i i|² with n_o = 1
     m_squared: f64,
     /// n_i / n_o
     eta: f64,
-    transmittance: f64,
+    pub transmittance: f64,
 }
 
 impl Refraction {
     #[inline]
-    fn new(fixed: DVec3, next: DVec3, eta: f64) -> Option<Self> {
+    pub fn new(fixed: DVec3, next: DVec3, eta: f64) -> Option<Self> {
         let (o, i) = (upwards(fixed, fixed), upwards(next, fixed));
         if !is_above(o) || !is_above(-i) {
             return None;
@@ -222,13 +222,25 @@ impl Refraction {
             * distribution.correlation_across(self.o, self.i)
     }
 
+    /// The same without T, if masking and shadowing are independent.
+    #[inline]
+    pub fn value_of_independent(&self, distribution: &Microfacets) -> f64 {
+        let jacobian = self.cosine_o * self.cosine_i / self.m_squared;
+        let [area_o, area_i] = [self.o, self.i].map(|w| distribution.projected_area(w));
+        jacobian * (distribution.density(self.h) / area_o) / area_i
+    }
+
     #[inline]
     fn pdf(&self, distribution: &Microfacets) -> PerProjected {
+        self.pdf_of_normal(distribution, self.transmittance)
+    }
+
+    /// The density if the normal refracts with the given probability.
+    #[inline]
+    pub fn pdf_of_normal(&self, distribution: &Microfacets, probability: f64) -> PerProjected {
         let jacobian = self.eta * self.eta * self.cosine_o * self.cosine_i / self.m_squared;
         PerProjected(
-            self.transmittance
-                * jacobian
-                * distribution.visible_density_over_cosine(self.o, self.h)
+            probability * jacobian * distribution.visible_density_over_cosine(self.o, self.h)
                 / self.i.z,
         )
     }

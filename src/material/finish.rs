@@ -42,7 +42,8 @@ pub(crate) struct Layer {
     pub model: Model,
     /// The textures in place of the model's own colours: the albedo of plastic's body; of
     /// metallic-roughness its base colour, and roughness in green with metalness in blue; of
-    /// rough metal and glass α along x and along y.
+    /// the principled BSDF its base colour, metalness and roughness; of rough metal and glass α
+    /// along x and along y.
     pub textures: Vec<Texture>,
     /// Factors of the BSDF.
     pub tints: Vec<Texture>,
@@ -99,6 +100,11 @@ impl Layer {
             (Model::RoughPlastic(plastic), [albedo]) => plastic.with_albedo(look_up(albedo)).into(),
             (Model::MetallicRoughness(model), [base_color, surface]) => {
                 let [_, roughness, metalness] = look_up(surface).0;
+                model.with(look_up(base_color), metalness, roughness).into()
+            }
+            (Model::Principled(model), [base_color, metalness, roughness]) => {
+                let [metalness, roughness] =
+                    [metalness, roughness].map(|texture| look_up(texture).luminance());
                 model.with(look_up(base_color), metalness, roughness).into()
             }
             (model, [x, y]) => {

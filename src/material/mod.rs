@@ -22,7 +22,7 @@ pub use relief::{GreenAxis, Relief};
 pub use surface_bsdf::SurfaceBsdf;
 pub use texture::{Bitmap, Interpolation, Texture, TextureError, Wrap};
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, PrincipledLobes};
 use crate::math::Rgb;
 use glam::DVec2;
 
@@ -97,6 +97,17 @@ pub enum Material {
         metallic_roughness: Texture,
         /// Index of refraction of the coat over that of the outside.
         relative_ior: f64,
+    },
+    /// The principled material of Burley; see [`Principled`](crate::bsdf::Principled).
+    Principled {
+        /// Colour of the body, and of metal at normal incidence, 0 to 1.
+        base_color: Texture,
+        /// Share of metal: the luminance of a texture, 0 to 1.
+        metalness: Texture,
+        /// Roughness, the root of α: the luminance of a texture, 0 to 1.
+        roughness: Texture,
+        /// The other parameters.
+        lobes: PrincipledLobes,
     },
     /// A rough mirror with the same reflectance at all angles: GGX.
     RoughMirror {
