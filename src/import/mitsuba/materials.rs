@@ -239,7 +239,7 @@ impl<'a> Loader<'a> {
     }
 
     /// A parameter in [0, 1] that must not vary.
-    fn share(&mut self, object: &Object<'a>, name: &str) -> Result<f64, Error> {
+    fn constant_share(&mut self, object: &Object<'a>, name: &str) -> Result<f64, Error> {
         let share = self.colour(object, name, Illuminant::D65)?.map_or(0.0, Rgb::luminance);
         if !(-1e-12..=1.0 + 1e-12).contains(&share) {
             self.warn(
@@ -262,7 +262,7 @@ impl<'a> Loader<'a> {
         };
         let (base_color, metalness, roughness) =
             (texture("base_color", 0.5)?, texture("metallic", 0.0)?, texture("roughness", 0.5)?);
-        let transmission = self.share(object, "spec_trans")?;
+        let transmission = self.constant_share(object, "spec_trans")?;
         let relative_ior = match object.float("eta")? {
             Some(eta) => eta,
             None => {
@@ -273,13 +273,13 @@ impl<'a> Loader<'a> {
         let lobes = PrincipledLobes {
             relative_ior,
             transmission,
-            anisotropy: self.share(object, "anisotropic")?,
-            specular_tint: self.share(object, "spec_tint")?,
-            sheen: self.share(object, "sheen")?,
-            sheen_tint: self.share(object, "sheen_tint")?,
-            flatness: self.share(object, "flatness")?,
-            clearcoat: self.share(object, "clearcoat")?,
-            clearcoat_gloss: self.share(object, "clearcoat_gloss")?,
+            anisotropy: self.constant_share(object, "anisotropic")?,
+            specular_tint: self.constant_share(object, "spec_tint")?,
+            sheen: self.constant_share(object, "sheen")?,
+            sheen_tint: self.constant_share(object, "sheen_tint")?,
+            flatness: self.constant_share(object, "flatness")?,
+            clearcoat: self.constant_share(object, "clearcoat")?,
+            clearcoat_gloss: self.constant_share(object, "clearcoat_gloss")?,
         };
         let material = Material::Principled { base_color, metalness, roughness, lobes };
         Ok(if transmission > 0.0 { material } else { material.one_sided() })
