@@ -19,8 +19,8 @@ fn what_is_not_supported_is_said() {
             "scene.xml:4: shape of type sdfgrid \"pipe\": shapes of type sdfgrid are not supported",
         ),
         (
-            "<shape type='cube'><bsdf type='principled' id='x'/></shape>",
-            "bsdf of type principled \"x\"",
+            "<shape type='cube'><bsdf type='hair' id='x'/></shape>",
+            "bsdf of type hair \"x\"",
         ),
         (
             "<shape type='cube'><bsdf type='conductor'><string name='material' value='Unobtainium'/></bsdf></shape>",
