@@ -7,7 +7,8 @@
 //! cameras; metallic-roughness materials with their textures; emission; alpha; sparse accessors;
 //! data URIs; and the extensions `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `_ior`,
 //! `_transmission`, `_volume` (without absorption), `KHR_texture_transform`,
-//! `KHR_mesh_quantization` and `EXT_mesh_gpu_instancing`. What else a file holds is a [`Warning`](super::Warning), what else it
+//! `KHR_mesh_quantization`, `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, with the feature
+//! `draco` `KHR_draco_mesh_compression`, and with `webp` `EXT_texture_webp`. What else a file holds is a [`Warning`](super::Warning), what else it
 //! *requires* an [`Error`].
 //!
 //! # Conventions
@@ -33,10 +34,12 @@
 
 mod accessor;
 mod document;
+mod draco;
 mod ends;
 mod framing;
 mod instances;
 mod material;
+mod meshopt;
 mod pose;
 mod scene;
 mod texture;
