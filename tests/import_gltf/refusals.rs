@@ -44,8 +44,8 @@ fn malformed_files_are_refused_for_their_reason() {
         ),
         (
             "/extensionsRequired",
-            json!(["KHR_draco_mesh_compression"]),
-            "KHR_draco_mesh_compression is required",
+            json!(["KHR_animation_pointer"]),
+            "KHR_animation_pointer is required",
         ),
     ];
     for (pointer, value, reason) in cases {

@@ -269,7 +269,13 @@ impl<'a> SceneReader<'a> {
         if let Some(known) = self.geometries.get(&key) {
             return Ok(known.clone());
         }
-        let read = self.read_primitive(mesh, primitive, weights)?.map(Arc::new);
+        let read = match self.read_primitive(mesh, primitive, weights) {
+            Err(error) if error.is_damage() => {
+                self.document.warnings.rescue(Err(error), "its mesh is left out")?.flatten()
+            }
+            read => read?,
+        };
+        let read = read.map(Arc::new);
         self.geometries.insert(key, read.clone());
         Ok(read)
     }
@@ -301,6 +307,16 @@ impl<'a> SceneReader<'a> {
             self.document.warnings.warn(location, "it has no positions: it is left out")?;
             return Ok(None);
         };
+        let unpacked = self.document.unpack_primitive(&primitive, self.triangles, &location);
+        match unpacked {
+            // What a file does not require of its readers is there without compression, too.
+            Err(error) if error.is_damage() => {
+                if self.document.root.accessors[positions].buffer_view.is_none() {
+                    return Err(error);
+                }
+            }
+            unpacked => unpacked?,
+        }
         if attribute(Semantic::Colors(0)).is_some() {
             self.document.warnings.warn(location.clone(), "colours of vertices are left out")?;
         }
