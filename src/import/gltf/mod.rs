@@ -44,6 +44,7 @@ mod material;
 mod pose;
 mod repair;
 mod scene;
+mod solid;
 mod tangents;
 mod texture;
 
