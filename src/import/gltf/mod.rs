@@ -47,6 +47,7 @@ mod meshopt;
 mod pose;
 mod repair;
 mod scene;
+mod solid;
 mod tangents;
 mod texture;
 
