@@ -185,10 +185,7 @@ fn light_is_that_of_the_file_or_white() {
     for dark in ["", "Ke 0 0 0"] {
         let (world, warnings) = directory.square(dark);
         assert!(warnings.is_empty() && world.light_count() == 1);
-        assert_eq!(
-            world.light_name(world.environment().expect("white")),
-            Some("white environment")
-        );
+        assert_eq!(world.light_name(world.environment().expect("white")), Some("environment"));
     }
 }
 
