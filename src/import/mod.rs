@@ -352,15 +352,25 @@ impl Warnings {
 
     /// Warns, or fails in strict mode.
     pub fn warn(&mut self, location: Location, reason: impl Into<String>) -> Result<(), Error> {
+        self.warn_times(location, reason, 1)
+    }
+
+    /// Warns of as many places, of which the first is given.
+    pub fn warn_times(
+        &mut self,
+        location: Location,
+        reason: impl Into<String>,
+        count: u64,
+    ) -> Result<(), Error> {
         let reason = reason.into();
         if self.strict {
             return Err(Error::new(location, reason));
         }
         match self.reasons.get(&reason) {
-            Some(index) => self.list[*index].count += 1,
+            Some(index) => self.list[*index].count += count,
             None if self.list.len() < Self::MOST => {
                 self.reasons.insert(reason.clone(), self.list.len());
-                self.list.push(Warning { location, reason, count: 1 });
+                self.list.push(Warning { location, reason, count });
             }
             None => {}
         }

@@ -46,7 +46,7 @@ fn one_bad_statement_does_not_cost_the_file() {
     directory.world(&format!("{square}v 0 0 0 1\nvt 0.5\nvt 0 0 0\ns\ng\no\n#\n\\\n"));
     let (_, warnings) = directory.load(&format!("{square}{}", "f 1 2\n".repeat(100_000)));
     assert_eq!(warnings.len(), 1);
-    assert!(warnings[0].ends_with("(× 100000)"), "{warnings:?}");
+    assert!(warnings[0].ends_with("(× 100 000)"), "{warnings:?}");
 }
 
 /// The files with these faults that were found first.

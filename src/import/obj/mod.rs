@@ -65,6 +65,7 @@ use super::files::Files;
 use super::framing::framing;
 use super::{Environment, Error, Hints, Import, ImportedView, Limits, Location, Options, Warnings};
 use crate::film::Filter;
+use crate::math::Rgb;
 use crate::scene::{MaterialId, Mesh, WorldBuilder};
 use geometry::Part;
 use glam::{DAffine3, DVec2, UVec2};
@@ -282,6 +283,11 @@ impl Loader {
         let mut name = "environment".to_owned();
         while self.names.contains(&name) {
             name.push('_');
+        }
+        if self.environment == Environment::Automatic && !self.builder.has_emission() {
+            // No file of this format could say something else.
+            self.warnings.note("nothing emits: it is shown in a white environment");
+            self.environment = Environment::Colour(Rgb::WHITE);
         }
         let warnings = &mut self.warnings;
         let (world, why_white) = self.environment.surround(self.builder, name, &whole, warnings)?;

@@ -69,8 +69,7 @@ impl Faults {
         for (reason, (line, count)) in faults {
             let location =
                 Location { file: file.to_owned(), line: Some(line), ..Location::default() };
-            let times = if count > 1 { format!(" (× {count})") } else { String::new() };
-            warnings.warn(location, reason + &times)?;
+            warnings.warn_times(location, reason, count)?;
         }
         Ok(())
     }
