@@ -47,7 +47,6 @@ impl Environment {
     /// Builds the scene of a file whose format has no environments, in the one that is wished for
     /// or, if nothing is and nothing else lights the scene, in a white one; then also returns a
     /// sentence on why.
-    #[cfg(any(feature = "gltf", feature = "obj"))]
     pub(super) fn surround(
         &self,
         mut builder: WorldBuilder,

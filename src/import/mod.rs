@@ -9,7 +9,6 @@
 #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
 mod conductors;
 mod environment;
-#[cfg_attr(not(feature = "mitsuba"), allow(dead_code, reason = "one format uses all of it"))]
 mod files;
 #[cfg(any(feature = "gltf", feature = "obj"))]
 mod framing;
