@@ -41,6 +41,17 @@ pub enum Model {
 }
 
 impl Model {
+    /// The same glass which lets through only a part, 0 to 1, of what it does not reflect; other
+    /// models are the same.
+    pub(crate) fn stained(self, share: Rgb) -> Self {
+        match self {
+            Self::Dielectric(glass) => glass.stained(share).into(),
+            Self::ThinDielectric(pane) => pane.stained(share).into(),
+            Self::RoughDielectric(glass) => glass.stained(share).into(),
+            other => other,
+        }
+    }
+
     /// The same model with other roughnesses, at most 10; `None` if it has none that can vary.
     pub(crate) fn with_roughness(&self, alpha_x: f64, alpha_y: f64) -> Option<Self> {
         match self {

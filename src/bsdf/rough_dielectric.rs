@@ -48,6 +48,11 @@ impl RoughDielectric {
         Self { interface, distribution, dirac: distribution.is_smooth() || is_matched }
     }
 
+    /// The same interface which lets through only a part, 0 to 1, of what is refracted.
+    pub(super) fn stained(self, share: Rgb) -> Self {
+        Self { interface: self.interface.stained(share), ..self }
+    }
+
     /// The same interface with other roughnesses, at most 10; never smooth.
     pub(super) fn with_roughness(self, alpha_x: f64, alpha_y: f64) -> Self {
         Self::of(self.interface, self.distribution.with_roughness(alpha_x, alpha_y))
@@ -77,8 +82,13 @@ impl Bsdf for RoughDielectric {
 
     #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
-        self.pair(to_camera, to_light)
-            .map_or(Rgb::BLACK, |scattering| Rgb::splat(scattering.value(&self.distribution)))
+        self.pair(to_camera, to_light).map_or(Rgb::BLACK, |scattering| {
+            let stain = match scattering {
+                Scattering::Reflection { .. } => Rgb::WHITE,
+                Scattering::Refraction(_) => self.interface.stain(),
+            };
+            stain * scattering.value(&self.distribution)
+        })
     }
 
     #[inline]
@@ -115,7 +125,8 @@ impl Bsdf for RoughDielectric {
         // met total reflection
         (pdf.value() > 0.0).then(|| BsdfSample {
             next,
-            weight: Rgb::splat(squeeze * shadowing),
+            weight: if reflects { Rgb::WHITE } else { self.interface.stain() }
+                * (squeeze * shadowing),
             pdf,
             pdf_reverse: scattering.swapped().pdf(&self.distribution),
             dirac: false,

@@ -40,6 +40,17 @@ impl Material {
                 layers.iter_mut().for_each(|layer| layer.tints.push(tint.clone()));
                 Ok(layers)
             }
+            Self::Stained { glass, stain } => {
+                checked_colours(stain)?;
+                let mut layers = glass.side(front)?;
+                for layer in &mut layers {
+                    match stain.as_constant() {
+                        Some(share) => layer.model = layer.model.stained(share),
+                        None => layer.stains.push(stain.clone()),
+                    }
+                }
+                Ok(layers)
+            }
             Self::Sided { front: outer, back: inner } => {
                 // Each shows its own front.
                 let sides = [outer.side(true)?, inner.side(true)?];

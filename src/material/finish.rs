@@ -47,6 +47,8 @@ pub(crate) struct Layer {
     pub textures: Vec<Texture>,
     /// Factors of the BSDF.
     pub tints: Vec<Texture>,
+    /// Shares of what glass lets through.
+    pub stains: Vec<Texture>,
     pub share: Share,
 }
 
@@ -85,6 +87,7 @@ impl Layer {
             model: model.into(),
             textures: Vec::new(),
             tints: Vec::new(),
+            stains: Vec::new(),
             share: Share::Constant(1.0),
         }
     }
@@ -95,6 +98,11 @@ impl Layer {
     }
 
     fn model(&self, look_up: impl Fn(&Texture) -> Rgb) -> Model {
+        let model = self.unstained(&look_up);
+        self.stains.iter().fold(model, |model, stain| model.stained(look_up(stain)))
+    }
+
+    fn unstained(&self, look_up: impl Fn(&Texture) -> Rgb) -> Model {
         match (&self.model, &self.textures[..]) {
             (Model::Plastic(plastic), [albedo]) => plastic.with_albedo(look_up(albedo)).into(),
             (Model::RoughPlastic(plastic), [albedo]) => plastic.with_albedo(look_up(albedo)).into(),
@@ -117,7 +125,8 @@ impl Layer {
 
     /// The textures that are not constant.
     fn varying(&self) -> impl Iterator<Item = &Texture> {
-        let all = self.textures.iter().chain(&self.tints).chain(self.share.texture());
+        let all =
+            self.textures.iter().chain(&self.tints).chain(&self.stains).chain(self.share.texture());
         all.filter(|texture| texture.as_constant().is_none())
     }
 
@@ -177,7 +186,9 @@ fn models(sides: &[[Layer; 2]; 2]) -> Option<([Model; 2], &[Texture])> {
     let models = sides.each_ref().map(|[layer, _]| layer.model);
     let shown = || sides.iter().zip(models).filter(|(_, model)| *model != Model::Black);
     let tints = shown().next().map_or(&[][..], |([layer, _], _)| &layer.tints);
-    let is_plain = |layer: &Layer| layer.textures.is_empty() && layer.tints == tints;
+    let is_plain = |layer: &Layer| {
+        layer.textures.is_empty() && layer.stains.is_empty() && layer.tints == tints
+    };
     (sides.iter().all(is_alone) && shown().all(|([layer, _], _)| is_plain(layer)))
         .then_some((models, tints))
 }

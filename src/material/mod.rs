@@ -155,6 +155,13 @@ pub enum Material {
         /// The factor, 0 to 1.
         tint: Texture,
     },
+    /// Glass, smooth, rough or a pane, that colours what it lets through and not what it reflects.
+    Stained {
+        /// The glass; what transmits otherwise is not stained.
+        glass: Box<Material>,
+        /// The share of light that passes, 0 to 1, each time that it goes through the surface.
+        stain: Texture,
+    },
     /// Two materials, one for the front and one for the back, each showing its own front. Neither
     /// transmits light.
     Sided {
@@ -207,6 +214,12 @@ impl Material {
     #[must_use]
     pub fn culled(self) -> Self {
         Self::Culled { front: Box::new(self) }
+    }
+
+    /// Glass that colours what it lets through; see [`Material::Stained`].
+    #[must_use]
+    pub fn stained(self, stain: impl Into<Texture>) -> Self {
+        Self::Stained { glass: Box::new(self), stain: stain.into() }
     }
 
     /// The same material in a colour.

@@ -42,7 +42,7 @@ fn what_is_not_supported_is_said() {
             "hide_emitters",
         ),
         (
-            "<shape type='cube'><bsdf type='dielectric'><float name='specular_transmittance' value='0.5'/></bsdf></shape>",
+            "<shape type='cube'><bsdf type='dielectric'><float name='specular_transmittance' value='0.5'/><float name='specular_reflectance' value='0.7'/></bsdf></shape>",
             "differ",
         ),
         (

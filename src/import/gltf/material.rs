@@ -271,8 +271,7 @@ fn glass(
     if base_color.as_constant() == Some(Rgb::WHITE) {
         return Ok(glass);
     }
-    warn("the base colour of a material that transmits light colours its reflections, too")?;
-    Ok(glass.tinted(base_color))
+    Ok(glass.stained(base_color))
 }
 
 /// The absorption coefficient of a volume, of which the attenuation colour is left after the

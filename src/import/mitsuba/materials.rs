@@ -318,13 +318,17 @@ impl<'a> Loader<'a> {
         })
     }
 
-    /// Multiplies by `specular_reflectance` and `specular_transmittance`, if they are the same.
+    /// Multiplies by `specular_reflectance` and `specular_transmittance`, if they are the same or
+    /// all is reflected that can be.
     fn transmissive(&mut self, object: &Object<'a>, material: Material) -> Result<Material, Error> {
         let white = || Texture::from(Rgb::WHITE);
         let reflectance =
             self.texture(object, "specular_reflectance", Illuminant::D65)?.unwrap_or_else(white);
         let transmittance =
             self.texture(object, "specular_transmittance", Illuminant::D65)?.unwrap_or_else(white);
+        if reflectance == white() && transmittance != white() {
+            return Ok(material.stained(transmittance));
+        }
         if reflectance != transmittance {
             self.warn(object.element, "specular_reflectance and specular_transmittance differ, which is not supported: both are 1")?;
             return Ok(material);
