@@ -263,7 +263,7 @@ impl Loader {
                 (self.builder.add_quad(name, quad, material).map_err(caused)?, area, 1)
             }
             (Form::Mesh(mesh, lights), _) => {
-                let area = area(mesh, &to_world);
+                let area = light.map_or(0.0, |_| area(mesh, &to_world));
                 (self.mesh(name, mesh, shape, &to_world, material, is_textured)?, area, *lights)
             }
             (Form::Round(round), None) => {
@@ -275,7 +275,7 @@ impl Loader {
                     mesh.indices.len()
                 );
                 self.warnings.warn(shape.location.clone(), reason)?;
-                let area = area(&mesh, &to_world);
+                let area = light.map_or(0.0, |_| area(&mesh, &to_world));
                 (self.mesh(name, &mesh, shape, &to_world, material, is_textured)?, area, 1)
             }
         };
