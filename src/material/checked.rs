@@ -163,7 +163,7 @@ impl Material {
                 let share = |colour: Rgb| colour.luminance().min(1.0);
                 let (metalness, roughness) =
                     (share(metalness.range()[0]), share(roughness.range()[1]));
-                Principled::new(base_color.range()[1], metalness, roughness, *lobes)
+                Principled::new(base_color.range()[1], metalness, roughness, **lobes)
                     .map(Model::Principled)
             }
             Self::Custom(_) => Err(BsdfError::NestedCustom),

@@ -107,7 +107,7 @@ pub enum Material {
         /// Roughness, the root of α: the luminance of a texture, 0 to 1.
         roughness: Texture,
         /// The other parameters.
-        lobes: PrincipledLobes,
+        lobes: Box<PrincipledLobes>,
     },
     /// A rough mirror with the same reflectance at all angles: GGX.
     RoughMirror {

@@ -153,7 +153,7 @@ fn attributes(stream: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, &'s
     let (before, kinds) = stream[stream.len() - tail..].split_at(stride);
     let mut before = before.as_chunks::<4>().0.to_vec();
     let mut stream = Stream(&stream[1..end]);
-    let block = (8192 / stride & !15).min(256);
+    let block = ((8192 / stride) & !15).min(256);
     let mut bytes = Vec::new();
     let mut left = count;
     while left > 0 {

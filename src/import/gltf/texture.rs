@@ -153,10 +153,9 @@ impl Encoded {
             (None, Some(view)) => document.view(view.value(), location)?.to_vec(),
             _ => return Err(refuse("it needs either a uri or a buffer view")),
         };
-        let format = image::guess_format(&bytes).ok().filter(|format| match format {
-            ImageFormat::Png | ImageFormat::Jpeg => true,
-            ImageFormat::WebP => cfg!(feature = "webp"),
-            _ => false,
+        let format = image::guess_format(&bytes).ok().filter(|format| {
+            matches!(format, ImageFormat::Png | ImageFormat::Jpeg)
+                || (cfg!(feature = "webp") && *format == ImageFormat::WebP)
         });
         let format = format.ok_or_else(|| refuse("it is neither PNG nor JPEG"))?;
         let (width, height) = ImageReader::with_format(Cursor::new(&bytes), format)

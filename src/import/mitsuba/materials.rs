@@ -281,7 +281,8 @@ impl<'a> Loader<'a> {
             clearcoat: self.constant_share(object, "clearcoat")?,
             clearcoat_gloss: self.constant_share(object, "clearcoat_gloss")?,
         };
-        let material = Material::Principled { base_color, metalness, roughness, lobes };
+        let material =
+            Material::Principled { base_color, metalness, roughness, lobes: Box::new(lobes) };
         Ok(if transmission > 0.0 { material } else { material.one_sided() })
     }
 
@@ -303,8 +304,8 @@ impl<'a> Loader<'a> {
             return Ok(sheet);
         };
         let (transmission, relative_ior) = (lobes.transmission, lobes.relative_ior);
-        let lobes = PrincipledLobes { transmission: 0.0, ..lobes };
-        let pane = Material::ThinDielectric { relative_ior }.tinted(base_color.clone());
+        let lobes = Box::new(PrincipledLobes { transmission: 0.0, ..*lobes });
+        let pane = Material::ThinDielectric { relative_ior }.stained(base_color.clone());
         let sheet = Material::Principled { base_color, metalness, roughness, lobes };
         let weights = [1.0 - transmission, transmission];
         Ok(Material::Mixture { components: Box::new([sheet, pane]), weights })
