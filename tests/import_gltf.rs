@@ -20,3 +20,5 @@ mod refusals;
 mod reliefs;
 #[path = "import_gltf/room.rs"]
 mod room;
+#[path = "import_gltf/vertices.rs"]
+mod vertices;

@@ -142,8 +142,8 @@ fn to_mesh(mesh: &tobj::Mesh) -> Mesh {
     Mesh {
         positions,
         normals: usable.then_some(normals),
-        uvs: None,
         indices: mesh.indices.as_chunks().0.to_vec(),
+        ..Mesh::default()
     }
 }
 

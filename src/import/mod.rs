@@ -10,6 +10,8 @@
 mod files;
 #[cfg(feature = "gltf")]
 pub mod gltf;
+#[cfg(any(feature = "gltf", feature = "mitsuba"))]
+mod images;
 #[cfg(feature = "mitsuba")]
 pub mod mitsuba;
 

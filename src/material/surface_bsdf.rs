@@ -1,8 +1,8 @@
 //! Materials as integrators meet them: at a point, with textures looked up there and with the side
 //! that is seen.
 
-use super::CustomBsdf;
 use super::finish::{Finish, Layers, product};
+use super::{CustomBsdf, VertexSite};
 use crate::bsdf::{
     Bsdf, BsdfSample, DiracValue, Lambert, LaneForm, Lobes, Mixture, Model, TransportMode,
 };
@@ -48,6 +48,12 @@ enum Seen<'a> {
         uv: DVec2,
         lobes: Lobes,
     },
+    /// The same of textures that ask for what a mesh has at its vertices.
+    OnMesh {
+        layers: &'a Layers,
+        site: VertexSite<'a>,
+        lobes: Lobes,
+    },
     Custom(&'a CustomBsdf),
 }
 
@@ -56,27 +62,37 @@ impl<'a> SurfaceBsdf<'a> {
     pub(crate) const BLACK: Self =
         Self(Seen::Models { sides: &[Model::Black; 2], lobes: Lobes::NONE });
 
+    /// The BSDF at a point with these texture coordinates; `site` finds its place on a mesh with
+    /// more of them, or with colours.
     #[inline]
-    pub(crate) fn new(finish: &'a Finish, uv: DVec2) -> Self {
+    pub(crate) fn new(
+        finish: &'a Finish,
+        uv: DVec2,
+        site: impl Fn() -> Option<VertexSite<'a>>,
+    ) -> Self {
         Self(match finish {
             Finish::Lambert { lambert, sides } => {
                 Seen::Lambert { lambert: *lambert, sides: *sides }
             }
             Finish::Models { sides, lobes } => Seen::Models { sides, lobes: *lobes },
             Finish::TexturedLambert { albedo, sides } => {
-                let albedo = product(albedo, |texture| texture.at(uv));
+                let albedo = product(albedo, |texture| texture.seen(uv, &site));
                 Seen::Lambert { lambert: Lambert::of_valid(albedo), sides: *sides }
             }
             Finish::Tinted { sides, tints, lobes } => {
-                let tint = product(tints, |texture| texture.at(uv));
+                let tint = product(tints, |texture| texture.seen(uv, &site));
                 Seen::Tinted { sides, tint, lobes: *lobes }
             }
             Finish::Mixtures { sides, lobes } => Seen::Mixtures { sides, lobes: *lobes },
             Finish::Layers(layers) => match &layers.only {
                 Some(texture) => {
-                    Seen::Coloured { layers, colour: texture.at(uv), lobes: layers.lobes }
+                    let colour = texture.seen(uv, &site);
+                    Seen::Coloured { layers, colour, lobes: layers.lobes }
                 }
-                None => Seen::Layered { layers, uv, lobes: layers.lobes },
+                None => match if layers.asks_vertices { site() } else { None } {
+                    Some(site) => Seen::OnMesh { layers, site, lobes: layers.lobes },
+                    None => Seen::Layered { layers, uv, lobes: layers.lobes },
+                },
             },
             Finish::Custom(bsdf) => Seen::Custom(bsdf),
         })
@@ -100,6 +116,9 @@ impl<'a> SurfaceBsdf<'a> {
             Seen::Coloured { layers, colour, .. } => Some(layers.coloured(side, colour)),
             Seen::Layered { layers, uv, .. } => {
                 Some(layers.mixture(side, |texture| texture.at(uv)))
+            }
+            Seen::OnMesh { layers, site, .. } => {
+                Some(layers.mixture(side, |texture| texture.on_mesh(&site)))
             }
             Seen::Custom(_) => None,
         }
@@ -175,7 +194,7 @@ macro_rules! ask {
                 $question
             }
             Seen::Custom($bsdf) => $question,
-            Seen::Coloured { .. } | Seen::Layered { .. } => {
+            Seen::Coloured { .. } | Seen::Layered { .. } | Seen::OnMesh { .. } => {
                 match $self.mixture(of_side([true, false], $direction)) {
                     Some($bsdf) => $question,
                     None => $absorbed,
@@ -194,7 +213,8 @@ impl Bsdf for SurfaceBsdf<'_> {
             | Seen::Tinted { lobes, .. }
             | Seen::Mixtures { lobes, .. }
             | Seen::Coloured { lobes, .. }
-            | Seen::Layered { lobes, .. } => lobes,
+            | Seen::Layered { lobes, .. }
+            | Seen::OnMesh { lobes, .. } => lobes,
             Seen::Custom(bsdf) => bsdf.lobes(),
         }
     }
@@ -248,6 +268,7 @@ impl Bsdf for SurfaceBsdf<'_> {
             Seen::Tinted { sides, .. } if sides[side] == Model::Black => Some(LaneForm::Black),
             Seen::Tinted { .. } => None,
             Seen::Mixtures { .. } | Seen::Coloured { .. } | Seen::Layered { .. } => None,
+            Seen::OnMesh { .. } => None,
         }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! # What is read
 //!
-//! The default scene, or the first: meshes of triangles, strips and fans with normals, tangents and
-//! one set of texture coordinates; perspective and orthographic cameras; metallic-roughness
+//! The default scene, or the first: meshes of triangles, strips and fans with normals, tangents,
+//! colours and two sets of texture coordinates; perspective and orthographic cameras; metallic-roughness
 //! materials with their textures; normal maps; emission; alpha; sparse accessors; data URIs; and the
 //! extensions
 //! `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume`

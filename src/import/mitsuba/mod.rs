@@ -27,6 +27,7 @@
 //! | sensors | `perspective`, `thinlens`, `orthographic` |
 //! | parts of sensors | film, crop window, reconstruction filter |
 //! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials |
+//! | textures of vertices | `mesh_attribute` of the `vertex_color` of PLY files, where reflected |
 //! | colours | `rgb`, `float`, `spectrum` as a value, or a list or file of wavelengths and values |
 //! | spectra | `uniform`, `d65`, `srgb`, `rawconstant`, `regular`, `irregular`, `blackbody` |
 //!
@@ -58,6 +59,7 @@
 mod conductors;
 mod document;
 mod emitters;
+mod images;
 mod integrators;
 mod materials;
 mod meshes;
@@ -121,6 +123,10 @@ struct Loader<'a> {
     /// Those of materials that have one.
     reliefs: HashMap<MaterialId, Relief>,
     textures: HashMap<(*const Element, bool), Texture>,
+    /// Images that have been decoded, by their names and whether they are raw.
+    ahead: HashMap<(String, bool), images::Ahead>,
+    /// True if a texture shows the colours of vertices.
+    asks_for_colors: bool,
     triangles_left: u64,
     pixels_left: u64,
 }
@@ -142,6 +148,8 @@ impl<'a> Loader<'a> {
             map: None,
             reliefs: HashMap::new(),
             textures: HashMap::new(),
+            ahead: HashMap::new(),
+            asks_for_colors: has_mesh_attributes(&document.scene),
             triangles_left: options.limits.triangles,
             pixels_left: options.limits.pixels,
         };
@@ -230,6 +238,7 @@ impl<'a> Loader<'a> {
             let read = self.integrator(element, 0);
             self.warnings.rescue(read, "all light is taken")?;
         }
+        self.decode_ahead();
         for element in &self.document.scene {
             match element.tag.as_str() {
                 "integrator" => {}
@@ -281,4 +290,10 @@ impl<'a> Loader<'a> {
         }
         Ok(Import { world, views, hints: self.hints, warnings: self.warnings.into_list() })
     }
+}
+
+fn has_mesh_attributes(elements: &[Element]) -> bool {
+    elements
+        .iter()
+        .any(|element| element.kind() == "mesh_attribute" || has_mesh_attributes(&element.children))
 }

@@ -5,12 +5,9 @@ use super::Loader;
 use super::document::Element;
 use super::spectrum::{self, FIRST_VISIBLE, Illuminant, LAST_VISIBLE, planck};
 use super::values::{Object, colour, listed_colour, numbers, wavelengths};
-use crate::film::{Image, linear_from_srgb};
-use crate::material::{Interpolation, Texture, Wrap};
+use crate::material::{Interpolation, Texture, VertexFactor, Wrap};
 use crate::math::Rgb;
 use glam::{DAffine2, DMat2, DVec2};
-use image::{DynamicImage, ImageReader};
-use std::io::Cursor;
 
 impl<'a> Loader<'a> {
     /// The colour or texture of a name; `None` if there is none.
@@ -64,6 +61,14 @@ impl<'a> Loader<'a> {
                     Ok(self.colour(&object, name, illuminant)?.unwrap_or(Rgb::splat(default)))
                 };
                 Texture::checkerboard(square("color0", 0.4)?, square("color1", 0.2)?)
+            }
+            "mesh_attribute" => {
+                let scale = object.float_or("scale", 1.0)?;
+                if object.string("name")? != Some("vertex_color") {
+                    self.warn(element, "of attributes only vertex_color is known; it is 0.5")?;
+                    return Ok(Rgb::splat(0.5).into());
+                }
+                Texture::from(Rgb::splat(scale)).with_vertex_factor(VertexFactor::Color)
             }
             // White is the colour of daylight.
             "d65" | "srgb_d65" => {
@@ -194,36 +199,7 @@ impl<'a> Loader<'a> {
         object.ignore(&["format", "accel"]);
         let name =
             object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
-        let image = self.image(name, element, raw)?;
-        Texture::bitmap(image, interpolation, [wrap; 2]).map_err(|error| element.caused(error))
-    }
-
-    /// Reads an image file as linear RGB, or, if `raw`, as the numbers that it holds.
-    pub(super) fn image(
-        &mut self,
-        name: &str,
-        element: &Element,
-        raw: bool,
-    ) -> Result<Image, Error> {
-        let (path, bytes) = self.files.read(name, element.location())?;
-        let fail = |error: image::ImageError| Error {
-            reason: format!("{}: {error}", path.display()),
-            ..element.caused(error)
-        };
-        let reader = || ImageReader::new(Cursor::new(&bytes)).with_guessed_format();
-        let (width, height) =
-            reader().map_err(|error| element.caused(error))?.into_dimensions().map_err(fail)?;
-        let pixels = u64::from(width) * u64::from(height);
-        let left = self.pixels_left.checked_sub(pixels);
-        self.pixels_left =
-            left.ok_or_else(|| element.limit("the images have more pixels than the limit admits"))?;
-        let mut decoder = reader().map_err(|error| element.caused(error))?;
-        let mut limits = image::Limits::default();
-        limits.max_alloc = Some(pixels.saturating_mul(32).saturating_add(1 << 20));
-        decoder.limits(limits);
-        let decoded = decoder.decode().map_err(fail)?;
-        Image::new(width, height, colours(decoded, raw))
-            .ok_or_else(|| element.error("the image has another size than it says"))
+        Ok(self.bitmap_of(name, element, raw)?.texture(interpolation, [wrap; 2]))
     }
 }
 
@@ -232,46 +208,9 @@ fn is_spectrum_plug_in(element: &Element) -> bool {
     matches!(element.tag.as_str(), "spectrum" | "texture") && element.attribute("type").is_some()
 }
 
-/// The colours of an image as linear RGB, or, if `raw`, the numbers that it holds.
-fn colours(decoded: DynamicImage, raw: bool) -> Vec<Rgb> {
-    let is_linear = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
-    let linear =
-        |c: f32| if raw || is_linear { f64::from(c) } else { linear_from_srgb(f64::from(c)) };
-    if matches!(decoded, DynamicImage::ImageRgb8(_) | DynamicImage::ImageRgba8(_)) {
-        let table: [f64; 256] = std::array::from_fn(|code| linear(code as f32 / 255.0));
-        let pixel = |codes: [u8; 3]| Rgb(codes.map(|code| table[usize::from(code)]));
-        return decoded.into_rgb8().pixels().map(|codes| pixel(codes.0)).collect();
-    }
-    decoded.into_rgb32f().pixels().map(|pixel| Rgb(pixel.0.map(linear))).collect()
-}
-
 /// The transform of texture coordinates: rows and columns x, y and translation of the one in space.
 fn to_uv(object: &Object<'_>) -> Result<DAffine2, Error> {
     let t = object.transform("to_uv")?;
     let linear = DMat2::from_cols(t.matrix3.x_axis.truncate(), t.matrix3.y_axis.truncate());
     Ok(DAffine2::from_mat2_translation(linear, DVec2::new(t.translation.x, t.translation.y)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use image::{RgbImage, RgbaImage};
-
-    #[test]
-    fn tables_hold_what_the_formula_gives() {
-        let codes = |channels: usize| (0..=255).flat_map(|code| vec![code; channels]).collect();
-        let images: [DynamicImage; 2] = [
-            RgbImage::from_raw(256, 1, codes(3)).expect("256 pixels").into(),
-            RgbaImage::from_raw(256, 1, codes(4)).expect("256 pixels").into(),
-        ];
-        for image in images {
-            let floats = image.to_rgb32f();
-            for (raw, linear) in
-                [(true, f64::from as fn(f32) -> f64), (false, |c| linear_from_srgb(f64::from(c)))]
-            {
-                let expected: Vec<Rgb> = floats.pixels().map(|c| Rgb(c.0.map(linear))).collect();
-                assert_eq!(colours(image.clone(), raw), expected, "raw: {raw}");
-            }
-        }
-    }
 }
