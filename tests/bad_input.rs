@@ -2,7 +2,7 @@
 //! panic.
 
 use pathspace::geometry::{Disk, Quad, Sphere, SurfacePoint};
-use pathspace::glam::{DAffine3, DMat3, DVec2, DVec3};
+use pathspace::glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
 use pathspace::math::Rgb;
 use pathspace::scene::{
     Emission, Material, MaterialId, Mesh, Scene, SceneError, SurfaceArea, SurfaceId, Warning,
@@ -468,6 +468,9 @@ fn mesh() -> impl Strategy<Value = Mesh> {
             positions,
             normals,
             uvs: uvs.map(|n| vec![DVec2::splat(n as f64); n]),
+            other_uvs: uvs.map(|n| vec![DVec2::splat(0.1 * n as f64); n]),
+            colors: uvs.map(|n| vec![DVec4::splat(n as f64); n]),
+            tangents: uvs.map(|n| vec![DVec4::splat(0.0); n]),
             indices,
             ..Mesh::default()
         },

@@ -28,5 +28,7 @@ mod reliefs;
 mod room;
 #[path = "import_gltf/squares.rs"]
 mod squares;
+#[path = "import_gltf/vertices.rs"]
+mod vertices;
 #[path = "import_gltf/volumes.rs"]
 mod volumes;

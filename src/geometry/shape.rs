@@ -95,6 +95,17 @@ pub(crate) fn spanned<L: Lane>([a, b, c]: [Vector<L>; 3], [s, t, u]: [L; 3]) -> 
 }
 
 impl Triangle {
+    /// The barycentric coordinates u and v of the point of its plane that is nearest to a position.
+    #[must_use]
+    pub(crate) fn barycentric(&self, position: DVec3) -> DVec2 {
+        let [a, b, c] = self.vertices;
+        let normal = (b - a).cross(c - a);
+        let offset = position - a;
+        let coordinates =
+            DVec2::new(offset.cross(c - a).dot(normal), (b - a).cross(offset).dot(normal));
+        coordinates / normal.length_squared()
+    }
+
     /// The rounding error of a point relative to its [reach](spanned).
     pub(crate) const ROUNDING: f64 = gamma(7);
 

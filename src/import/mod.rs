@@ -14,7 +14,7 @@ mod files;
 mod framing;
 #[cfg(feature = "gltf")]
 pub mod gltf;
-#[cfg(any(feature = "obj", feature = "pbrt"))]
+#[cfg(any(feature = "gltf", feature = "mitsuba", feature = "obj", feature = "pbrt"))]
 mod images;
 #[cfg(feature = "mitsuba")]
 pub mod mitsuba;

@@ -1,16 +1,17 @@
 //! Meshes in the PLY format.
 
 use crate::scene::Mesh;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, DVec4};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::io::Cursor;
 
-/// A vertex of a PLY file: x, y, z, nx, ny, nz, u, v, and which of them the file gives.
+/// A vertex of a PLY file: x, y, z, nx, ny, nz, u, v, red, green, blue, and which of them the file
+/// gives.
 #[derive(Default)]
 struct PlyVertex {
-    values: [f64; 8],
-    known: u8,
+    values: [f64; 11],
+    known: u16,
 }
 
 #[derive(Default)]
@@ -35,11 +36,16 @@ impl PropertyAccess for PlyVertex {
             "nz" => 5,
             "u" | "s" | "texture_u" | "texture_s" => 6,
             "v" | "t" | "texture_v" | "texture_t" => 7,
+            "r" | "red" | "color_0" => 8,
+            "g" | "green" | "color_1" => 9,
+            "b" | "blue" | "color_2" => 10,
             _ => return PropertyAccessResult::Ignored,
         };
         let value = match property {
             Property::Float(value) => f64::from(value),
             Property::Double(value) => value,
+            Property::UChar(value) if index >= 8 => f64::from(value) / 255.0,
+            _ if index >= 8 => return PropertyAccessResult::Ignored,
             _ => return PropertyAccessResult::UnsupportedType,
         };
         self.values[index] = value;
@@ -80,6 +86,7 @@ pub(super) fn mesh(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
     let mut mesh = Mesh::default();
     let (mut normals, mut uvs) = (Vec::new(), Vec::new());
     let (mut with_normals, mut with_uvs) = (true, true);
+    let mut colors = Vec::new();
     for (name, definition) in &header.elements {
         // Each element takes a byte at least; more of them, or elements of nothing, would never
         // end.
@@ -94,7 +101,7 @@ pub(super) fn mesh(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
                     .read_payload_for_element(&mut reader, definition, &header)
                     .map_err(|e| e.to_string())?
                 {
-                    let [x, y, z, nx, ny, nz, u, v] = vertex.values;
+                    let [x, y, z, nx, ny, nz, u, v, r, g, b] = vertex.values;
                     if vertex.known & 7 != 7 {
                         return Err("a vertex lacks x, y or z".to_owned());
                     }
@@ -103,6 +110,10 @@ pub(super) fn mesh(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
                     with_uvs &= vertex.known & 0b1100_0000 == 0b1100_0000;
                     normals.push(DVec3::new(nx, ny, nz));
                     uvs.push(DVec2::new(u, v));
+                    if vertex.known >> 8 == 0b111 && r.is_finite() && g.is_finite() && b.is_finite()
+                    {
+                        colors.push(DVec4::new(r, g, b, 1.0));
+                    }
                 }
             }
             "face" => {
@@ -127,7 +138,9 @@ pub(super) fn mesh(bytes: &[u8], most_triangles: u64) -> Result<Mesh, String> {
         }
     }
     let any = !mesh.positions.is_empty();
+    let with_colors = any && colors.len() == mesh.positions.len();
     Ok(Mesh {
+        colors: with_colors.then_some(colors),
         normals: (any && with_normals).then_some(normals),
         uvs: (any && with_uvs).then_some(uvs),
         ..mesh

@@ -18,7 +18,7 @@ impl Material {
     /// If a parameter is outside its range, a component of a mixture is a mixture or a BSDF of a
     /// user's own, or a material with two different sides transmits light.
     pub fn mixture(&self) -> Result<Option<Mixture<Model, 2>>, BsdfError> {
-        self.finish().map(|finish| SurfaceBsdf::new(&finish, DVec2::ZERO).mixture(true))
+        self.finish().map(|finish| SurfaceBsdf::new(&finish, DVec2::ZERO, || None).mixture(true))
     }
 
     /// Checks the parameters.

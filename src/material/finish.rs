@@ -32,6 +32,8 @@ pub(crate) struct Layers {
     sides: [[Layer; 2]; 2],
     /// The texture that varies, if there is only one.
     pub only: Option<Texture>,
+    /// True if a texture asks for what a mesh has at its vertices.
+    pub asks_vertices: bool,
     /// The lobes of both sides, anywhere.
     pub lobes: Lobes,
 }
@@ -232,7 +234,8 @@ impl Finish {
         let lobes = layers.iter().fold(Lobes::NONE, |all, layer| all | layer.lobes());
         let is_only = |first: &Texture| layers.iter().flat_map(Layer::varying).all(|t| t == first);
         let only = first.filter(is_only);
-        Self::Layers(Box::new(Layers { sides, only, lobes }))
+        let asks_vertices = layers.iter().flat_map(Layer::varying).any(Texture::asks_vertices);
+        Self::Layers(Box::new(Layers { sides, only, asks_vertices, lobes }))
     }
 
     fn of_models(models: [Model; 2], tints: &[Texture], is_uniform: bool) -> Self {

@@ -14,13 +14,15 @@ mod surface_bsdf;
 #[cfg(test)]
 mod tests;
 mod texture;
+mod vertices;
 
 pub use custom::CustomBsdf;
 pub(crate) use finish::Finish;
 pub(crate) use relief::Ground;
 pub use relief::{GreenAxis, Relief};
 pub use surface_bsdf::SurfaceBsdf;
-pub use texture::{Bitmap, Interpolation, Texture, TextureError, Wrap};
+pub use texture::{Bitmap, Interpolation, Texture, TextureError, VertexFactor, Wrap};
+pub(crate) use vertices::{VertexSite, VertexValues};
 
 use crate::bsdf::{Bsdf, PrincipledLobes};
 use crate::math::Rgb;

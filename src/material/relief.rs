@@ -58,6 +58,10 @@ impl Relief {
         Self { texture: heights, scale, kind: Kind::Heights }
     }
 
+    pub(crate) fn texture(&self) -> &Texture {
+        &self.texture
+    }
+
     /// The factor of the slopes.
     #[must_use]
     pub fn scale(&self) -> f64 {

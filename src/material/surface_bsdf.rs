@@ -1,8 +1,8 @@
 //! Materials as integrators meet them: at a point, with textures looked up there and with the side
 //! that is seen.
 
-use super::CustomBsdf;
 use super::finish::{Finish, Layers, product};
+use super::{CustomBsdf, VertexSite};
 use crate::bsdf::{
     Bsdf, BsdfSample, Culled, DiracValue, Lambert, LaneForm, Lobes, Mixture, Model, TransportMode,
 };
@@ -48,10 +48,20 @@ enum Seen<'a> {
         uv: DVec2,
         lobes: Lobes,
     },
+    /// The same of textures that ask for what a mesh has at its vertices.
+    OnMesh {
+        layers: &'a Layers,
+        site: VertexSite<'a>,
+        lobes: Lobes,
+    },
     Custom(&'a CustomBsdf),
     Culled {
         front: &'a Finish,
         uv: DVec2,
+    },
+    CulledOnMesh {
+        front: &'a Finish,
+        site: VertexSite<'a>,
     },
 }
 
@@ -60,31 +70,48 @@ impl<'a> SurfaceBsdf<'a> {
     pub(crate) const BLACK: Self =
         Self(Seen::Models { sides: &[Model::Black; 2], lobes: Lobes::NONE });
 
+    /// The BSDF at a point with these texture coordinates; `site` finds its place on a mesh with
+    /// more of them, or with colours.
     #[inline]
-    pub(crate) fn new(finish: &'a Finish, uv: DVec2) -> Self {
+    pub(crate) fn new(
+        finish: &'a Finish,
+        uv: DVec2,
+        site: impl Fn() -> Option<VertexSite<'a>>,
+    ) -> Self {
         Self(match finish {
             Finish::Lambert { lambert, sides } => {
                 Seen::Lambert { lambert: *lambert, sides: *sides }
             }
             Finish::Models { sides, lobes } => Seen::Models { sides, lobes: *lobes },
             Finish::TexturedLambert { albedo, sides } => {
-                let albedo = product(albedo, |texture| texture.at(uv));
+                let albedo = product(albedo, |texture| texture.seen(uv, &site));
                 Seen::Lambert { lambert: Lambert::of_valid(albedo), sides: *sides }
             }
             Finish::Tinted { sides, tints, lobes } => {
-                let tint = product(tints, |texture| texture.at(uv));
+                let tint = product(tints, |texture| texture.seen(uv, &site));
                 Seen::Tinted { sides, tint, lobes: *lobes }
             }
             Finish::Mixtures { sides, lobes } => Seen::Mixtures { sides, lobes: *lobes },
             Finish::Layers(layers) => match &layers.only {
                 Some(texture) => {
-                    Seen::Coloured { layers, colour: texture.at(uv), lobes: layers.lobes }
+                    let colour = texture.seen(uv, &site);
+                    Seen::Coloured { layers, colour, lobes: layers.lobes }
                 }
-                None => Seen::Layered { layers, uv, lobes: layers.lobes },
+                None => match if layers.asks_vertices { site() } else { None } {
+                    Some(site) => Seen::OnMesh { layers, site, lobes: layers.lobes },
+                    None => Seen::Layered { layers, uv, lobes: layers.lobes },
+                },
             },
             Finish::Custom(bsdf) => Seen::Custom(bsdf),
-            Finish::Culled(front) => Seen::Culled { front, uv },
+            Finish::Culled(front) => match site() {
+                Some(site) => Seen::CulledOnMesh { front, site },
+                None => Seen::Culled { front, uv },
+            },
         })
+    }
+
+    fn on_mesh(finish: &'a Finish, site: VertexSite<'a>) -> Self {
+        Self::new(finish, site.uv(false), || Some(site))
     }
 
     /// The models at this point, seen from the front or from the back, and how they are mixed (one
@@ -107,8 +134,14 @@ impl<'a> SurfaceBsdf<'a> {
             Seen::Layered { layers, uv, .. } => {
                 Some(layers.mixture(side, |texture| texture.at(uv)))
             }
+            Seen::OnMesh { layers, site, .. } => {
+                Some(layers.mixture(side, |texture| texture.on_mesh(&site)))
+            }
             Seen::Custom(_) => None,
-            Seen::Culled { front: finish, uv } => Self::new(finish, uv).mixture(front),
+            Seen::Culled { front: finish, uv } => Self::new(finish, uv, || None).mixture(front),
+            Seen::CulledOnMesh { front: finish, site } => {
+                Self::on_mesh(finish, site).mixture(front)
+            }
         }
     }
 }
@@ -183,10 +216,14 @@ macro_rules! ask {
             }
             Seen::Custom($bsdf) => $question,
             Seen::Culled { front, uv } => {
-                let $bsdf = Culled(SurfaceBsdf::new(front, *uv));
+                let $bsdf = Culled(SurfaceBsdf::new(front, *uv, || None));
                 $question
             }
-            Seen::Coloured { .. } | Seen::Layered { .. } => {
+            Seen::CulledOnMesh { front, site } => {
+                let $bsdf = Culled(SurfaceBsdf::on_mesh(front, *site));
+                $question
+            }
+            Seen::Coloured { .. } | Seen::Layered { .. } | Seen::OnMesh { .. } => {
                 match $self.mixture(of_side([true, false], $direction)) {
                     Some($bsdf) => $question,
                     None => $absorbed,
@@ -205,9 +242,12 @@ impl Bsdf for SurfaceBsdf<'_> {
             | Seen::Tinted { lobes, .. }
             | Seen::Mixtures { lobes, .. }
             | Seen::Coloured { lobes, .. }
-            | Seen::Layered { lobes, .. } => lobes,
+            | Seen::Layered { lobes, .. }
+            | Seen::OnMesh { lobes, .. } => lobes,
             Seen::Custom(bsdf) => bsdf.lobes(),
-            Seen::Culled { front, .. } => front.lobes() | Lobes::DIRAC_TRANSMISSION,
+            Seen::Culled { front, .. } | Seen::CulledOnMesh { front, .. } => {
+                front.lobes() | Lobes::DIRAC_TRANSMISSION
+            }
         }
     }
 
@@ -245,7 +285,8 @@ impl Bsdf for SurfaceBsdf<'_> {
     fn is_anisotropic(&self) -> bool {
         match self.0 {
             Seen::Custom(bsdf) => bsdf.is_anisotropic(),
-            Seen::Culled { front, uv } => Self::new(front, uv).is_anisotropic(),
+            Seen::Culled { front, uv } => Self::new(front, uv, || None).is_anisotropic(),
+            Seen::CulledOnMesh { front, site } => Self::on_mesh(front, site).is_anisotropic(),
             _ => self.lobes().intersects(Lobes::GLOSSY),
         }
     }
@@ -263,7 +304,9 @@ impl Bsdf for SurfaceBsdf<'_> {
             Seen::Mixtures { .. }
             | Seen::Coloured { .. }
             | Seen::Layered { .. }
-            | Seen::Culled { .. } => None,
+            | Seen::OnMesh { .. }
+            | Seen::Culled { .. }
+            | Seen::CulledOnMesh { .. } => None,
         }
     }
 }

@@ -74,8 +74,13 @@ fn textured_and_sided_materials_agree_with_themselves() {
                 .flat_map(|w| [(*w, TransportMode::Radiance), (*w, TransportMode::Importance)])
             {
                 let mut sampler = Independent { seed: index as u64 }.sampler(7, 0);
-                let report =
-                    check(&SurfaceBsdf::new(&finish, uv), fixed, walk, &mut sampler, 10_000);
+                let report = check(
+                    &SurfaceBsdf::new(&finish, uv, || None),
+                    fixed,
+                    walk,
+                    &mut sampler,
+                    10_000,
+                );
                 assert_eq!(
                     report.verdict(0.01, cases),
                     Ok(()),
@@ -90,7 +95,7 @@ fn textured_and_sided_materials_agree_with_themselves() {
 fn colours_are_those_of_the_place_and_the_side() {
     let f = |material: &Material, uv: DVec2, z: f64| {
         let finish = material.finish().expect("valid");
-        SurfaceBsdf::new(&finish, uv).eval(DVec3::Z * z, DVec3::Z * z) * PI
+        SurfaceBsdf::new(&finish, uv, || None).eval(DVec3::Z * z, DVec3::Z * z) * PI
     };
     let near = |a: Rgb, b: Rgb| {
         (0..3).for_each(|c| approx::assert_relative_eq!(a[c], b[c], max_relative = 1e-14))
@@ -193,7 +198,7 @@ fn sides_answer_as_what_they_show() {
     let mut sampler = Independent { seed: 3 }.sampler(0, 0);
     for ((material, lanes), uv) in materials.iter().flat_map(|m| PLACES.map(|uv| (m, uv))) {
         let finish = material.finish().expect("valid");
-        let bsdf = SurfaceBsdf::new(&finish, uv);
+        let bsdf = SurfaceBsdf::new(&finish, uv, || None);
         for (front, has_lanes) in [(true, lanes[0]), (false, lanes[1])] {
             let form = bsdf.lane_form(front).map(|form| match form {
                 LaneForm::Black => Model::Black,
@@ -223,7 +228,7 @@ fn sides_answer_as_what_they_show() {
     let finish = white().finish().expect("valid");
     for uv in PLACES {
         let albedo = Lambert::new(board().at(uv)).expect("valid");
-        let form = SurfaceBsdf::new(&finish, uv).lane_form(true);
+        let form = SurfaceBsdf::new(&finish, uv, || None).lane_form(true);
         assert_eq!(form, Some(LaneForm::Lambert(albedo)));
     }
 }
@@ -238,7 +243,7 @@ fn a_material_mixed_with_black_keeps_its_weight() {
     assert!(matches!(mixture([1.0, 0.0]).finish(), Ok(Finish::Lambert { .. })));
     for (weights, albedo) in [([0.5, 0.0], 0.4), ([0.5, 0.5], 0.4), ([1.0, 0.0], 0.8)] {
         let finish = mixture(weights).finish().expect("valid");
-        let value = SurfaceBsdf::new(&finish, DVec2::ZERO).eval(DVec3::Z, DVec3::Z) * PI;
+        let value = SurfaceBsdf::new(&finish, DVec2::ZERO, || None).eval(DVec3::Z, DVec3::Z) * PI;
         approx::assert_relative_eq!(value.mean(), albedo, max_relative = 1e-14);
     }
 }
@@ -257,7 +262,7 @@ fn roughness_varies_with_its_texture() {
     let beckmann = |rough| Material::Beckmann { rough: Box::new(rough) };
     let (o, i) = (DVec3::new(0.48, 0.36, 0.8), DVec3::new(-0.6, 0.0, 0.8));
     let f = |material: &Material, uv: DVec2| {
-        SurfaceBsdf::new(&material.finish().expect("valid"), uv).eval(i, o).mean()
+        SurfaceBsdf::new(&material.finish().expect("valid"), uv, || None).eval(i, o).mean()
     };
     for (uv, alpha_u) in PLACES.into_iter().zip([0.1, 0.4]) {
         let there = rough(DVec2::new(alpha_u, 0.2));
@@ -287,7 +292,8 @@ fn stains_colour_what_passes() {
     for glass in [rough, smooth, pane] {
         let (clear, stained) = (glass.finish().unwrap(), glass.stained(board()).finish().unwrap());
         for uv in PLACES {
-            let [clear, stained] = [&clear, &stained].map(|finish| SurfaceBsdf::new(finish, uv));
+            let [clear, stained] =
+                [&clear, &stained].map(|finish| SurfaceBsdf::new(finish, uv, || None));
             let stain = board().at(uv);
             let ways = [(front, front, Rgb::WHITE), (back, front, stain), (front, back, stain)];
             for (to_light, to_camera, share) in ways {

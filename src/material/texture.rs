@@ -4,6 +4,7 @@
 //! upper left corner is at (0, 0) and whose lower right corner is at (1, 1). Values are linear RGB;
 //! what they mean (a reflectance, a radiance, a weight) is up to the user.
 
+use super::VertexSite;
 use crate::film::Image;
 use crate::math::Rgb;
 use glam::{DAffine2, DVec2};
@@ -17,6 +18,19 @@ pub struct Texture {
     factor: Rgb,
     /// The threshold of a texture in black and white: black where no channel reaches it.
     cutoff: Option<f64>,
+    /// True if it is looked up at the other texture coordinates of a mesh.
+    other_coordinates: bool,
+    vertex_factor: Option<VertexFactor>,
+}
+
+/// A factor of a texture that a mesh has at its vertices ([`Mesh::colors`](crate::scene::Mesh)), 1
+/// where it has none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VertexFactor {
+    /// The colour.
+    Color,
+    /// The alpha, as grey.
+    Alpha,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -86,7 +100,14 @@ impl From<Rgb> for Texture {
 
 impl Texture {
     const fn of(pattern: Pattern) -> Self {
-        Self { pattern, to_uv: DAffine2::IDENTITY, factor: Rgb::WHITE, cutoff: None }
+        Self {
+            pattern,
+            to_uv: DAffine2::IDENTITY,
+            factor: Rgb::WHITE,
+            cutoff: None,
+            other_coordinates: false,
+            vertex_factor: None,
+        }
     }
 
     /// Two colours in the squares of a board, four squares per unit square: the first where u and v
@@ -113,6 +134,10 @@ impl Texture {
     /// # Errors
     /// If the transform is not finite.
     pub fn with_transform(mut self, to_uv: DAffine2) -> Result<Self, TextureError> {
+        if let Pattern::Product(factors) = &self.pattern {
+            let [first, second] = factors.each_ref().map(|f| f.clone().with_transform(to_uv));
+            return Ok(Self { pattern: Pattern::Product(Arc::new([first?, second?])), ..self });
+        }
         self.to_uv *= to_uv;
         if self.to_uv.is_finite() { Ok(self) } else { Err(TextureError::Transform) }
     }
@@ -210,11 +235,45 @@ impl Texture {
         self.cutoff.is_some()
     }
 
+    /// The same texture, looked up at the other set of texture coordinates on a
+    /// [mesh](crate::scene::Mesh) that has two. Emission has the first one.
+    #[must_use]
+    pub fn with_other_coordinates(self) -> Self {
+        if let Pattern::Product(factors) = &self.pattern {
+            let factors = factors.each_ref().map(|factor| factor.clone().with_other_coordinates());
+            return Self { pattern: Pattern::Product(Arc::new(factors)), ..self };
+        }
+        Self { other_coordinates: true, ..self }
+    }
+
+    /// The same texture, multiplied by what a [mesh](crate::scene::Mesh) has at its vertices
+    /// before it is cut. Emission, maps and lights see no vertices.
+    #[must_use]
+    pub fn with_vertex_factor(self, factor: VertexFactor) -> Self {
+        Self { vertex_factor: Some(factor), ..self }
+    }
+
+    /// True if it is looked up at the other set of texture coordinates.
+    pub(crate) fn has_other_coordinates(&self) -> bool {
+        self.other_coordinates
+    }
+
+    /// True if a mesh may have more to say about it than one pair of texture coordinates.
+    #[inline]
+    pub(crate) fn asks_vertices(&self) -> bool {
+        let is_product_of_such = match &self.pattern {
+            Pattern::Product(factors) => factors.iter().any(Self::asks_vertices),
+            _ => false,
+        };
+        self.other_coordinates || self.vertex_factor.is_some() || is_product_of_such
+    }
+
     /// The colour, if it is the same everywhere.
     #[inline]
     #[must_use]
     pub fn as_constant(&self) -> Option<Rgb> {
         match &self.pattern {
+            _ if self.vertex_factor.is_some() => None,
             Pattern::Constant(colour) => Some(self.finish(*colour)),
             Pattern::Product(factors) => {
                 let [first, second] = factors.each_ref().map(Self::as_constant);
@@ -239,6 +298,36 @@ impl Texture {
     #[must_use]
     pub fn at(&self, uv: DVec2) -> Rgb {
         self.finish(self.look_up(uv))
+    }
+
+    /// The colour at a point of a surface with these texture coordinates, perhaps on a mesh.
+    #[inline]
+    pub(crate) fn seen<'a>(&self, uv: DVec2, site: &impl Fn() -> Option<VertexSite<'a>>) -> Rgb {
+        if self.asks_vertices() { self.on_vertices(uv, site()) } else { self.at(uv) }
+    }
+
+    #[inline(never)]
+    fn on_vertices(&self, uv: DVec2, site: Option<VertexSite<'_>>) -> Rgb {
+        match site {
+            Some(site) => self.on_mesh(&site),
+            None => self.at(uv),
+        }
+    }
+
+    /// The colour at a point of a mesh.
+    pub(crate) fn on_mesh(&self, site: &VertexSite<'_>) -> Rgb {
+        let colour = match &self.pattern {
+            Pattern::Product(factors) => factors[0].on_mesh(site) * factors[1].on_mesh(site),
+            _ => self.look_up(site.uv(self.other_coordinates)),
+        };
+        self.finish(match self.vertex_factor {
+            None => colour,
+            Some(VertexFactor::Color) => {
+                let [r, g, b, _] = site.color().to_array();
+                colour * Rgb::new(r, g, b)
+            }
+            Some(VertexFactor::Alpha) => colour * site.color().w,
+        })
     }
 
     fn look_up(&self, uv: DVec2) -> Rgb {
@@ -305,8 +394,12 @@ impl Texture {
                 hull(&[a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]])
             }
         };
-        // A negative factor swaps them.
-        hull(&[least * self.factor, greatest * self.factor])
+        // A negative factor swaps them, and vertices may make them black.
+        let [least, greatest] = [least * self.factor, greatest * self.factor];
+        match self.vertex_factor {
+            None => hull(&[least, greatest]),
+            Some(_) => hull(&[least, greatest, Rgb::BLACK]),
+        }
     }
 
     /// True if all colours are finite and in a range, channel by channel.
@@ -315,7 +408,7 @@ impl Texture {
         let valid =
             |colour: &Rgb| colour.0.iter().all(|c| c.is_finite() && (least..=greatest).contains(c));
         match &self.pattern {
-            Pattern::Checkerboard(colours) => {
+            Pattern::Checkerboard(colours) if self.vertex_factor.is_none() => {
                 colours.iter().all(|colour| valid(&self.finish(*colour)))
             }
             _ => self.range().iter().all(valid),

@@ -2,6 +2,7 @@
 
 use super::error::SceneError;
 use crate::geometry::{Shape, SurfacePoint, Triangle, interpolated};
+use crate::material::VertexValues;
 use glam::{DAffine3, DVec2, DVec3, DVec4};
 use std::collections::HashMap;
 
@@ -15,6 +16,13 @@ pub struct Mesh {
     pub normals: Option<Vec<DVec3>>,
     /// Texture coordinates, one for each vertex. `None`: barycentric coordinates take their place.
     pub uvs: Option<Vec<DVec2>>,
+    /// A second set of texture coordinates, for textures that are
+    /// [made for it](crate::material::Texture::with_other_coordinates). `None`: the first one.
+    pub other_uvs: Option<Vec<DVec2>>,
+    /// Colours, one for each vertex, for textures that
+    /// [take them](crate::material::Texture::with_vertex_factor): linear RGB and alpha, of which
+    /// what is not between 0 and 1 is cut off. `None`: white.
+    pub colors: Option<Vec<DVec4>>,
     /// Directions of growing u, one for each vertex, in x, y and z, of any length; in w the sign
     /// of the bitangent `w · normal × tangent` of normal maps. `None`: those of the texture
     /// coordinates in each triangle.
@@ -36,9 +44,8 @@ pub(crate) struct PlacedMesh {
 #[derive(Debug)]
 pub(crate) struct Attributes {
     normals: Option<Vec<DVec3>>,
-    uvs: Option<Vec<DVec2>>,
     tangents: Option<Vec<DVec4>>,
-    indices: Vec<[u32; 3]>,
+    values: VertexValues,
 }
 
 impl Mesh {
@@ -115,9 +122,15 @@ impl Mesh {
             })?),
             None => None,
         };
-        if let Some(uvs) = &self.uvs {
+        for uvs in [&self.uvs, &self.other_uvs].into_iter().flatten() {
             self.map_vertices(name, "texture coordinate", uvs, |uv| uv.is_finite().then_some(uv))?;
         }
+        let colors = match &self.colors {
+            Some(colors) => Some(self.map_vertices(name, "colour", colors, |color| {
+                color.is_finite().then(|| color.clamp(DVec4::ZERO, DVec4::ONE))
+            })?),
+            None => None,
+        };
         let mirrored = determinant < 0.0;
         let tangents = match &self.tangents {
             Some(tangents) => Some(self.map_vertices(name, "tangent", tangents, |t| {
@@ -144,13 +157,11 @@ impl Mesh {
         }
         let dropped = self.indices.len() - triangles.len();
         let normals = normals.filter(|normals| !are_flat(normals, &triangles, &indices));
-        let has_attributes = normals.is_some() || self.uvs.is_some() || tangents.is_some();
-        let attributes = has_attributes.then(|| Attributes {
-            normals,
-            uvs: self.uvs.clone(),
-            tangents,
-            indices,
-        });
+        let (uvs, other_uvs) = (self.uvs.clone(), self.other_uvs.clone());
+        let values = VertexValues { uvs, other_uvs, colors, indices };
+        let has_attributes =
+            normals.is_some() || tangents.is_some() || values.uvs.is_some() || values.has_more();
+        let attributes = has_attributes.then(|| Attributes { normals, tangents, values });
         Ok(PlacedMesh { triangles, attributes, dropped })
     }
 
@@ -159,6 +170,8 @@ impl Mesh {
         let counts = [
             ("normal", self.normals.as_ref().map(Vec::len)),
             ("texture coordinate", self.uvs.as_ref().map(Vec::len)),
+            ("texture coordinate", self.other_uvs.as_ref().map(Vec::len)),
+            ("colour", self.colors.as_ref().map(Vec::len)),
             ("tangent", self.tangents.as_ref().map(Vec::len)),
         ];
         for (attribute, found) in counts {
@@ -244,8 +257,8 @@ impl Attributes {
 
     /// The texture coordinates of each triangle's corners, if there are any.
     pub fn corner_uvs(&self) -> Option<Vec<[DVec2; 3]>> {
-        let uvs = self.uvs.as_ref()?;
-        Some(self.indices.iter().map(|corners| corners.map(|i| uvs[i as usize])).collect())
+        let uvs = self.values.uvs.as_ref()?;
+        Some(self.values.indices.iter().map(|corners| corners.map(|i| uvs[i as usize])).collect())
     }
 
     /// The shading of a point of a triangle of this surface by the attributes; without them it is
@@ -254,7 +267,7 @@ impl Attributes {
     /// A shading normal on the back of its triangle is negated, so that both normals always agree
     /// about the side.
     pub fn at(&self, index: usize, triangle: Triangle, flat: Shading) -> Shading {
-        let Some(&indices) = self.indices.get(index) else { return flat };
+        let Some(&indices) = self.values.indices.get(index) else { return flat };
         let [a, b, c] = indices.map(|i| i as usize);
         let mut x = flat;
         if let Some(n) = &self.normals {
@@ -263,7 +276,7 @@ impl Attributes {
             let normal = sum.try_normalize().unwrap_or(flat.normal);
             x.normal = if normal.dot(flat.normal) < 0.0 { -normal } else { normal };
         }
-        if let Some(uv) = &self.uvs {
+        if let Some(uv) = &self.values.uvs {
             x.uv = interpolated([uv[a], uv[b], uv[c]], flat.uv);
             let [p, q, r] = triangle.vertices;
             let (d1, d2) = (uv[b] - uv[a], uv[c] - uv[a]);
@@ -280,22 +293,24 @@ impl Attributes {
         x
     }
 
-    /// The derivatives of the position by u and v on a triangle of this surface; not finite where
-    /// its texture coordinates are on a line.
-    pub fn partials(&self, index: usize, triangle: Triangle) -> [DVec3; 2] {
+    /// What textures take from the vertices.
+    pub fn values(&self) -> &VertexValues {
+        &self.values
+    }
+
+    /// The derivatives of the position by u and v, those of the other set if wanted, on a triangle
+    /// of this surface; not finite where its texture coordinates are on a line.
+    pub fn partials(&self, index: usize, triangle: Triangle, other: bool) -> [DVec3; 2] {
         let [p, q, r] = triangle.vertices;
         let (e1, e2) = (q - p, r - p);
-        let (Some(uvs), Some(corners)) = (&self.uvs, self.indices.get(index)) else {
-            return [e1, e2];
-        };
-        let [a, b, c] = corners.map(|i| uvs[i as usize]);
+        let Some([a, b, c]) = self.values.corner_uvs(index, other) else { return [e1, e2] };
         let (d1, d2) = (b - a, c - a);
         [e1 * d2.y - e2 * d1.y, e2 * d1.x - e1 * d2.x].map(|edge| edge / d1.perp_dot(d2))
     }
 
     /// The sign of the bitangent on a triangle of this surface, if tangents tell it.
     pub fn handedness(&self, index: usize) -> Option<f64> {
-        let [corner, _, _] = *self.indices.get(index)?;
+        let [corner, _, _] = *self.values.indices.get(index)?;
         let side = self.tangents.as_ref()?[corner as usize].w;
         (side != 0.0).then(|| side.signum())
     }

@@ -201,7 +201,7 @@ fn what_is_left_out_is_named_and_strict_readers_refuse_it() {
         ("box.gltf", "/nodes/1/scale", json!([1, 0, 0]), "node 1 \"back\": its transform leaves"),
         ("box.gltf", "/nodes/9/scale", json!([-1, 1, 1]), "mirroring of a camera"),
         ("box.gltf", "/meshes/0/primitives/0/mode", json!(1), "points and lines"),
-        ("box.gltf", "/meshes/0/primitives/0/attributes/COLOR_0", json!(0), "colours of vertices"),
+        ("box.gltf", "/meshes/0/primitives/0/attributes/COLOR_0", json!(1), "colours of vertices"),
         ("box.gltf", "/materials/3/emissiveFactor", json!([0, 0, 0]), "no light"),
         (
             "lights.gltf",

@@ -233,3 +233,30 @@ fn negative_indices_are_zero() {
     assert!(rough.is_finite() && rough[0] > rough[2] && rough[2] > rough[1], "{rough:?}");
     assert_eq!(warnings.len(), 2, "{warnings:?}");
 }
+
+/// Corners of a triangle in red, green and blue, as floats and as bytes, times a scale.
+#[test]
+fn colours_of_vertices_are_interpolated() {
+    let directory = crate::files::Directory::new("vertex colours");
+    for (kind, names, one) in [
+        ("float", ["color_0", "color_1", "color_2"], "1"),
+        ("uchar", ["red", "green", "blue"], "255"),
+    ] {
+        let header: String = names.iter().map(|name| format!("property {kind} {name}\n")).collect();
+        let ply = format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{header}element face 1\nproperty list uchar int vertex_indices\nend_header\n-1 -1 0 {one} 0 0\n1 -1 0 0 {one} 0\n0 1 0 0 0 {one}\n3 0 1 2\n"
+        );
+        directory.write("triangle.ply", ply);
+        let texture = "<texture name='reflectance' type='mesh_attribute'><string name='name' value='vertex_color'/><float name='scale' value='0.5'/></texture>";
+        let import = directory
+            .load(&format!("{}<shape type='ply'><string name='filename' value='triangle.ply'/><bsdf type='diffuse'>{texture}</bsdf></shape>", crate::files::SENSOR))
+            .expect("valid");
+        assert!(import.warnings.is_empty(), "{:?}", import.warnings);
+        let from = SurfacePoint::dirac(DVec3::new(-0.25, 0.0, 1.0));
+        let point = import.world.intersect(&from, -DVec3::Z).expect("the triangle");
+        let value = import.world.bsdf(&point).eval(DVec3::Z, DVec3::Z) * std::f64::consts::PI;
+        for (channel, share) in [0.375, 0.125, 0.5].into_iter().enumerate() {
+            assert_relative_eq!(value[channel], 0.5 * share, max_relative = 1e-12);
+        }
+    }
+}

@@ -3,13 +3,15 @@
 use super::document::Document;
 use super::texture::{Meaning, Textures, coordinate_set, transform};
 use crate::import::{Error, Location};
-use crate::material::{GreenAxis, Relief, Texture};
+use crate::material::{GreenAxis, Relief, Texture, VertexFactor};
 use crate::math::Rgb;
 use crate::scene::Material;
 use glam::DAffine2;
 use gltf::json;
+use gltf::json::accessor::Type;
 use gltf::json::extensions::material::Volume;
 use gltf::json::material::AlphaMode;
+use gltf::json::mesh::Semantic;
 use gltf::json::texture::Info;
 use gltf::json::validation::Checked;
 
@@ -30,15 +32,16 @@ pub(super) struct Look {
     pub is_opaque: bool,
     /// Black where there is nothing of the surface, if it is cut out.
     pub cutout: Option<Texture>,
-    /// The set of texture coordinates of its textures, if it has any.
-    pub coordinates: Option<u32>,
+    /// The sets of texture coordinates of its textures, if it has any: that of its emission, and
+    /// another one.
+    pub coordinates: [Option<u32>; 2],
 }
 
 impl Look {
     /// The look that the format wants where the file gives no material: white, rough metal.
-    pub fn default_look(back_faces: bool) -> Self {
+    pub fn default_look(document: &Document) -> Self {
         let material = Material::MetallicRoughness {
-            base_color: Rgb::WHITE.into(),
+            base_color: VertexColors::of(document, None).on_color(Rgb::WHITE.into()),
             metallic_roughness: Rgb::WHITE.into(),
             relative_ior: DEFAULT_IOR,
         };
@@ -48,11 +51,39 @@ impl Look {
             relief: None,
             absorption: Rgb::BLACK,
             double_sided: false,
-            is_culled: !back_faces,
+            is_culled: !document.back_faces,
             is_opaque: true,
             cutout: None,
-            coordinates: None,
+            coordinates: [None; 2],
         }
+    }
+}
+
+/// The colours that meshes of a material have at their vertices.
+#[derive(Clone, Copy)]
+struct VertexColors {
+    exist: bool,
+    have_alpha: bool,
+}
+
+impl VertexColors {
+    fn of(document: &Document, material: Option<usize>) -> Self {
+        let root = &document.root;
+        let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+        let colors: Vec<bool> = primitives
+            .filter(|primitive| primitive.material.map(|index| index.value()) == material)
+            .filter_map(|primitive| primitive.attributes.get(&Checked::Valid(Semantic::Colors(0))))
+            .map(|index| root.accessors[index.value()].type_ == Checked::Valid(Type::Vec4))
+            .collect();
+        Self { exist: !colors.is_empty(), have_alpha: colors.contains(&true) }
+    }
+
+    fn on_color(self, color: Texture) -> Texture {
+        if self.exist { color.with_vertex_factor(VertexFactor::Color) } else { color }
+    }
+
+    fn on_alpha(self, alpha: Texture) -> Texture {
+        if self.have_alpha { alpha.with_vertex_factor(VertexFactor::Alpha) } else { alpha }
     }
 }
 
@@ -78,7 +109,9 @@ pub(super) fn look(
     let location = document.location(format!("material {index}"), source.name.as_ref());
     warn_about_the_rest(document, &source, &location)?;
     let normals = normal_info(&source, &location)?;
-    let coordinates = common_coordinates(document, &source, normals.as_ref(), &location)?;
+    let coordinates = coordinate_sets(document, &source, normals.as_ref(), &location)?;
+    textures.other_set = coordinates[1];
+    let vertex_colors = VertexColors::of(document, Some(index));
 
     let pbr = &source.pbr_metallic_roughness;
     let [r, g, b, opacity] = pbr.base_color_factor.0.map(share);
@@ -87,6 +120,7 @@ pub(super) fn look(
         Some(info) => textures.texture(document, info, Meaning::Colour, factor, &location)?,
         None => factor.into(),
     };
+    let base_color = vertex_colors.on_color(base_color);
     let (roughness, metalness) = (share(pbr.roughness_factor.0), share(pbr.metallic_factor.0));
     let surface = Rgb::new(0.0, roughness, metalness);
     let metallic_roughness = match &pbr.metallic_roughness_texture {
@@ -131,7 +165,7 @@ pub(super) fn look(
         Material::MetallicRoughness { base_color, metallic_roughness, relative_ior }
     };
 
-    let visible = visibility(document, textures, &source, opacity, &location)?;
+    let visible = visibility(document, textures, &source, opacity, vertex_colors, &location)?;
     let mut cutout = None;
     if let Some(visible) = &visible {
         if visible.as_constant() == Some(Rgb::BLACK) {
@@ -295,6 +329,7 @@ fn visibility(
     textures: &mut Textures,
     source: &json::Material,
     opacity: f64,
+    vertex_colors: VertexColors,
     location: &Location,
 ) -> Result<Option<Texture>, Error> {
     let mode = match source.alpha_mode {
@@ -310,6 +345,7 @@ fn visibility(
         }
         None => Rgb::splat(opacity).into(),
     };
+    let alpha = vertex_colors.on_alpha(alpha);
     let alpha = if mode == AlphaMode::Mask {
         let cutoff = source.alpha_cutoff.map_or(0.5, |cutoff| f64::from(cutoff.0));
         alpha.cut(cutoff)
@@ -319,25 +355,26 @@ fn visibility(
     Ok(Some(alpha).filter(|alpha| alpha.range()[0] != Rgb::WHITE))
 }
 
-/// The set of texture coordinates that all textures of a material share.
-fn common_coordinates(
+/// The sets of texture coordinates of a material's textures, that of its emission first.
+fn coordinate_sets(
     document: &mut Document,
     source: &json::Material,
     normals: Option<&Info>,
     location: &Location,
-) -> Result<Option<u32>, Error> {
+) -> Result<[Option<u32>; 2], Error> {
     let pbr = &source.pbr_metallic_roughness;
     let infos: [&Option<Info>; 3] =
-        [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &source.emissive_texture];
-    let mut sets = infos.into_iter().flatten().chain(normals).map(coordinate_set);
-    let first = sets.next();
-    if sets.any(|set| Some(set) != first) {
+        [&source.emissive_texture, &pbr.base_color_texture, &pbr.metallic_roughness_texture];
+    let sets: Vec<u32> = infos.into_iter().flatten().chain(normals).map(coordinate_set).collect();
+    let first = sets.first().copied();
+    let other = sets.iter().copied().find(|set| Some(*set) != first);
+    if sets.iter().any(|set| ![first, other].contains(&Some(*set))) {
         document.warnings.warn(
             location.clone(),
-            "its textures use several sets of texture coordinates: the first one's is used for all",
+            "its textures use more than two sets of texture coordinates: the first one's is used for the rest",
         )?;
     }
-    Ok(first)
+    Ok([first, other])
 }
 
 /// Adds warnings of everything that a material asks for in vain.

@@ -2,9 +2,9 @@
 //!
 //! # What is read
 //!
-//! The default scene, or the first: meshes of triangles, strips and fans with normals, tangents and
-//! one set of texture coordinates, morphed and skinned as they are at rest; perspective and
-//! orthographic cameras; metallic-roughness materials with their textures; normal maps; emission;
+//! The default scene, or the first: meshes of triangles, strips and fans with normals, tangents,
+//! colours and two sets of texture coordinates, morphed and skinned as they are at rest; perspective
+//! and orthographic cameras; metallic-roughness materials with their textures; normal maps; emission;
 //! alpha; sparse accessors; data URIs; and the extensions `KHR_lights_punctual`,
 //! `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume`, `KHR_texture_transform`,
 //! `KHR_mesh_quantization`, `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, with the feature

@@ -13,6 +13,7 @@ use crate::import::framing::framing;
 use crate::import::{Error, Hints, Import, ImportedView, Location};
 use crate::scene::{MaterialId, Mesh, SceneError, WorldBuilder};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, DVec4, UVec2};
+use gltf::json::accessor::Type;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Node};
@@ -26,6 +27,7 @@ const STORED: &str = "its mesh is shown as it is stored";
 pub(super) fn build(document: &mut Document, resolution: UVec2) -> Result<Import, Error> {
     let mut scene = SceneReader::new(document, resolution)?;
     let placed = scene.placed_nodes()?;
+    scene.decode_images(&placed);
     for &(node, transform) in &placed {
         scene.transforms[node] = Some(transform);
         if scene.document.root.nodes[node].camera.is_some() {
@@ -129,6 +131,19 @@ impl<'a> SceneReader<'a> {
             );
         }
         Ok(placed)
+    }
+
+    /// Decodes the images of the materials of these nodes.
+    fn decode_images(&mut self, nodes: &[(usize, DAffine3)]) {
+        let root = &self.document.root;
+        let meshes = nodes.iter().filter_map(|(node, _)| root.nodes[*node].mesh);
+        let primitives = meshes.flat_map(|mesh| &root.meshes[mesh.value()].primitives);
+        let mut known = HashSet::new();
+        let materials: Vec<usize> = primitives
+            .filter_map(|primitive| primitive.material.map(|material| material.value()))
+            .filter(|material| known.insert(*material))
+            .collect();
+        self.textures.decode_ahead(self.document, &materials);
     }
 
     fn add_node(&mut self, index: usize, transform: DAffine3) -> Result<(), Error> {
@@ -341,12 +356,9 @@ impl<'a> SceneReader<'a> {
             }
             unpacked => unpacked?,
         }
-        if attribute(Semantic::Colors(0)).is_some() {
-            self.document.warnings.warn(location.clone(), "colours of vertices are left out")?;
-        }
         let material = primitive.material.map(|material| material.value());
         let look = self.material(material)?.1;
-        let set = look.coordinates;
+        let [set, other_set] = look.coordinates;
         let vectors =
             |values: Vec<[f64; 3]>| values.into_iter().map(DVec3::from_array).collect::<Vec<_>>();
         let mut positions = vectors(self.document.vectors(positions, &mut self.budget)?);
@@ -370,21 +382,21 @@ impl<'a> SceneReader<'a> {
             )?;
             normals = None;
         }
-        let uvs = match attribute(Semantic::TexCoords(set.unwrap_or(0))) {
-            Some(uvs) => Some(
-                self.document
-                    .vectors(uvs, &mut self.budget)?
-                    .into_iter()
-                    .map(DVec2::from_array)
-                    .collect(),
-            ),
-            None if set.is_some() => {
-                self.document.warnings.warn(
-                    location.clone(),
-                    "its material has textures, but it lacks their coordinates: they are 0",
-                )?;
-                Some(vec![DVec2::ZERO; positions.len()])
-            }
+        let coordinates = |set: u32| attribute(Semantic::TexCoords(set));
+        let count = positions.len();
+        let uvs = match set {
+            Some(set) => Some(self.coordinates(coordinates(set), count, &location)?),
+            None => match coordinates(0) {
+                Some(uvs) => Some(self.coordinates(Some(uvs), count, &location)?),
+                None => None,
+            },
+        };
+        let other_uvs = match other_set {
+            Some(set) => Some(self.coordinates(coordinates(set), count, &location)?),
+            None => None,
+        };
+        let colors = match attribute(Semantic::Colors(0)) {
+            Some(colors) => self.colors(colors, count, &location)?,
             None => None,
         };
         let corners = match primitive.indices {
@@ -402,16 +414,62 @@ impl<'a> SceneReader<'a> {
             return Ok(None);
         }
         let tangents = attribute(Semantic::Tangents).filter(|_| normals.is_some());
-        let mesh = Mesh { positions, normals, uvs, indices, ..Mesh::default() };
-        let Some((_, to_uv)) = look.relief else { return Ok(Some(mesh)) };
+        let mesh = Mesh { positions, normals, uvs, other_uvs, colors, indices, ..Mesh::default() };
+        let Some((relief, to_uv)) = look.relief else { return Ok(Some(mesh)) };
         let tangents = match tangents {
             Some(tangents) => self.tangents(tangents, &mesh, location)?,
             None => None,
         };
         Ok(Some(match tangents {
             Some(_) => Mesh { tangents, ..mesh },
-            None => with_tangents(mesh, to_uv),
+            None => with_tangents(mesh, relief.texture().has_other_coordinates(), to_uv),
         }))
+    }
+
+    /// A set of texture coordinates that a material asks for; zeros if the mesh lacks it.
+    fn coordinates(
+        &mut self,
+        accessor: Option<usize>,
+        count: usize,
+        location: &Location,
+    ) -> Result<Vec<DVec2>, Error> {
+        let Some(accessor) = accessor else {
+            self.document.warnings.warn(
+                location.clone(),
+                "its material has textures, but it lacks their coordinates: they are 0",
+            )?;
+            return Ok(vec![DVec2::ZERO; count]);
+        };
+        let uvs = self.document.vectors(accessor, &mut self.budget)?;
+        Ok(uvs.into_iter().map(DVec2::from_array).collect())
+    }
+
+    /// The colours of vertices; `None` if they cannot be used.
+    fn colors(
+        &mut self,
+        accessor: usize,
+        count: usize,
+        location: &Location,
+    ) -> Result<Option<Vec<DVec4>>, Error> {
+        let has_alpha = self.document.root.accessors[accessor].type_ == Checked::Valid(Type::Vec4);
+        let colors: Result<Vec<DVec4>, Error> = if has_alpha {
+            let colors = self.document.vectors(accessor, &mut self.budget);
+            colors.map(|colors| colors.into_iter().map(DVec4::from_array).collect())
+        } else {
+            let colors = self.document.vectors(accessor, &mut self.budget);
+            let opaque = |[r, g, b]: [f64; 3]| DVec4::new(r, g, b, 1.0);
+            colors.map(|colors| colors.into_iter().map(opaque).collect())
+        };
+        let reason = match colors {
+            Ok(colors) if colors.len() == count && colors.iter().all(|c| c.is_finite()) => {
+                return Ok(Some(colors));
+            }
+            Ok(_) => "too few, too many or not finite".to_owned(),
+            Err(error) => error.reason,
+        };
+        let reason = format!("colours of vertices are left out: {reason}");
+        self.document.warnings.warn(location.clone(), reason)?;
+        Ok(None)
     }
 
     /// The tangents that a file gives; `None` if they cannot be used.
@@ -443,7 +501,7 @@ impl<'a> SceneReader<'a> {
         }
         let look = match index {
             Some(index) => material::look(self.document, &mut self.textures, index)?,
-            None => Look::default_look(self.document.back_faces),
+            None => Look::default_look(self.document),
         };
         let element =
             index.map_or("the default material".to_owned(), |index| format!("material {index}"));

@@ -5,15 +5,20 @@ use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::{DAffine2, DVec2, DVec3, DVec4};
 use std::collections::HashMap;
 
-/// The mesh with tangents for textures that are looked up at `to_uv` of its coordinates. Vertices
-/// whose triangles disagree become several.
-pub(super) fn with_tangents(mesh: Mesh, to_uv: DAffine2) -> Mesh {
+/// The mesh with tangents for textures that are looked up at `to_uv` of its texture coordinates, or
+/// of the `other` ones. Vertices whose triangles disagree become several.
+pub(super) fn with_tangents(mesh: Mesh, other: bool, to_uv: DAffine2) -> Mesh {
+    let uvs = if other { &mesh.other_uvs } else { &mesh.uvs };
     let count = mesh.positions.len();
     let fits = |corners: &[u32; 3]| corners.iter().all(|&i| (i as usize) < count);
-    let are_complete = [mesh.normals.as_ref().map(Vec::len), mesh.uvs.as_ref().map(Vec::len)]
-        .into_iter()
-        .flatten()
-        .all(|n| n == count);
+    let are_complete = [
+        mesh.normals.as_ref().map(Vec::len),
+        mesh.uvs.as_ref().map(Vec::len),
+        mesh.other_uvs.as_ref().map(Vec::len),
+    ]
+    .into_iter()
+    .flatten()
+    .all(|n| n == count);
     if !(mesh.indices.iter().all(fits) && are_complete) {
         // It will be refused.
         return mesh;
@@ -21,6 +26,7 @@ pub(super) fn with_tangents(mesh: Mesh, to_uv: DAffine2) -> Mesh {
     let scale = mesh.positions.iter().fold(0.0f64, |scale, p| scale.max(p.abs().max_element()));
     let mut corners = Corners {
         mesh: &mesh,
+        uvs: uvs.as_deref(),
         to_uv,
         scale: if scale > 0.0 { 1.0 / scale } else { 1.0 },
         tangents: vec![[DVec4::ZERO; 3]; mesh.indices.len()],
@@ -53,6 +59,8 @@ fn split(mesh: Mesh, tangents: &[[DVec4; 3]]) -> Mesh {
         positions: sources.iter().map(|&i| mesh.positions[i]).collect(),
         normals: mesh.normals.map(|normals| sources.iter().map(|&i| normals[i]).collect()),
         uvs: mesh.uvs.map(|uvs| sources.iter().map(|&i| uvs[i]).collect()),
+        other_uvs: mesh.other_uvs.map(|uvs| sources.iter().map(|&i| uvs[i]).collect()),
+        colors: mesh.colors.map(|colors| sources.iter().map(|&i| colors[i]).collect()),
         tangents: Some(of_vertices),
         indices,
     }
@@ -61,6 +69,7 @@ fn split(mesh: Mesh, tangents: &[[DVec4; 3]]) -> Mesh {
 /// The corners of triangles, with what is found out about them.
 struct Corners<'a> {
     mesh: &'a Mesh,
+    uvs: Option<&'a [DVec2]>,
     to_uv: DAffine2,
     /// Brings positions into the range of f32.
     scale: f64,
@@ -104,7 +113,7 @@ impl Geometry for Corners<'_> {
     }
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        let uv = self.mesh.uvs.as_ref().map_or(DVec2::ZERO, |uvs| uvs[self.index(face, corner)]);
+        let uv = self.uvs.map_or(DVec2::ZERO, |uvs| uvs[self.index(face, corner)]);
         // The convention has v upwards, and files have it downwards.
         let DVec2 { x, y } = self.to_uv.transform_point2(uv);
         single([x, 1.0 - y])

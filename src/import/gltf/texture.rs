@@ -2,15 +2,17 @@
 
 use super::document::Document;
 use crate::film::{Image, linear_from_srgb};
+use crate::import::images::{self, Encoded, Sample, on_all_threads};
 use crate::import::{Error, Location};
 use crate::material::{Bitmap, Interpolation, Texture, Wrap};
 use crate::math::Rgb;
 use glam::{DAffine2, DVec2};
+use gltf::json::Root;
+use gltf::json::material::AlphaMode;
 use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
-use image::{DynamicImage, ImageFormat, ImageReader};
+use image::{DynamicImage, ImageFormat};
 use std::collections::{HashMap, HashSet};
-use std::io::Cursor;
 
 /// The meaning of the numbers of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -26,28 +28,65 @@ pub(super) enum Meaning {
 /// Images that have been decoded, each once for every meaning.
 pub(super) struct Textures {
     images: HashMap<(usize, Meaning), Bitmap>,
+    /// Those of which nobody has asked yet, and their sizes.
+    ahead: HashMap<(usize, Meaning), ([u32; 2], Bitmap)>,
     /// Images that cannot be read.
     unreadable: HashSet<usize>,
     /// Textures without an image.
     empty: HashSet<usize>,
     pixels: u64,
-}
-
-/// An image before its pixels are decoded: a small file may stand for a huge image.
-struct Encoded {
-    bytes: Vec<u8>,
-    format: ImageFormat,
-    size: [u32; 2],
+    /// The second set of texture coordinates of the material that is being read, if it has one.
+    pub other_set: Option<u32>,
 }
 
 impl Textures {
     pub fn new(document: &Document) -> Self {
         Self {
             images: HashMap::new(),
+            ahead: HashMap::new(),
             unreadable: HashSet::new(),
             empty: HashSet::new(),
             pixels: document.limits.pixels,
+            other_set: None,
         }
+    }
+
+    /// Decodes what materials will ask for, on all threads. Who asks gets it, or the warning that
+    /// it cannot be read, as if it were decoded then.
+    pub fn decode_ahead(&mut self, document: &mut Document, materials: &[usize]) {
+        let mut wanted: Vec<(usize, Vec<Meaning>)> = Vec::new();
+        let mut places = HashMap::new();
+        for (image, meaning) in materials.iter().flat_map(|&index| uses(&document.root, index)) {
+            let place = *places.entry(image).or_insert(wanted.len());
+            if place == wanted.len() {
+                wanted.push((image, Vec::new()));
+            }
+            let (_, meanings) = &mut wanted[place];
+            if !meanings.contains(&meaning) {
+                meanings.push(meaning);
+            }
+        }
+        let mut left = self.pixels;
+        let mut jobs = Vec::new();
+        for (index, meanings) in wanted {
+            let location = document.location(format!("image {index}"), None);
+            // What cannot be read is tried again when it is asked for.
+            let Ok(encoded) = open(document, index, &location) else { continue };
+            match left.checked_sub(encoded.pixels().saturating_mul(meanings.len() as u64)) {
+                Some(rest) => left = rest,
+                None => break,
+            }
+            jobs.push((index, meanings, encoded, location));
+        }
+        let decoded = on_all_threads(jobs, |(index, meanings, encoded, location)| {
+            let Ok(decoded) = encoded.decode() else { return Vec::new() };
+            let bitmap = |meaning| {
+                let bitmap = meant(&decoded, meaning, &location).ok()?;
+                Some(((index, meaning), (encoded.size, bitmap)))
+            };
+            meanings.into_iter().filter_map(bitmap).collect()
+        });
+        self.ahead.extend(decoded.into_iter().flatten());
     }
 
     /// A texture of a material, times a factor; the factor alone if there is no image to read.
@@ -86,11 +125,13 @@ impl Textures {
         let interpolation = if nearest { Interpolation::Nearest } else { Interpolation::Bilinear };
         let wraps = sampler
             .map_or([Wrap::Repeat; 2], |sampler| [wrap(&sampler.wrap_s), wrap(&sampler.wrap_t)]);
-        bitmap
+        let texture = bitmap
             .texture(interpolation, wraps)
             .with_transform(transform(info))
             .and_then(|texture| texture.scaled(factor))
-            .map_err(|error| Error::caused(at.clone(), error))
+            .map_err(|error| Error::caused(at.clone(), error))?;
+        let is_other = self.other_set == Some(coordinate_set(info));
+        Ok(if is_other { texture.with_other_coordinates() } else { texture })
     }
 
     /// An image of the file; `None` if it cannot be read.
@@ -108,12 +149,21 @@ impl Textures {
         }
         let name = document.root.images[index].name.as_ref();
         let location = document.location(format!("image {index}"), name);
-        let bitmap = match Encoded::open(document, index, &location) {
-            Ok(encoded) => {
-                self.spend(encoded.size, &location)?;
-                encoded.decode(meaning, &location)
+        let bitmap = match self.ahead.remove(&(index, meaning)) {
+            Some((size, bitmap)) => {
+                self.spend(size, &location)?;
+                Ok(bitmap)
             }
-            Err(error) => Err(error),
+            None => match open(document, index, &location) {
+                Ok(encoded) => {
+                    self.spend(encoded.size, &location)?;
+                    encoded
+                        .decode()
+                        .map_err(|error| Error::caused(location.clone(), error))
+                        .and_then(|decoded| meant(&decoded, meaning, &location))
+                }
+                Err(error) => Err(error),
+            },
         };
         match bitmap {
             Ok(bitmap) => {
@@ -144,40 +194,31 @@ impl Textures {
     }
 }
 
-impl Encoded {
-    fn open(document: &mut Document, index: usize, location: &Location) -> Result<Self, Error> {
-        let refuse = |reason: &str| Error::new(location.clone(), reason);
-        let source = &document.root.images[index];
-        let bytes = match (source.uri.clone(), source.buffer_view) {
-            (Some(uri), None) => document.fetch(&uri, location)?,
-            (None, Some(view)) => document.view(view.value(), location)?.to_vec(),
-            _ => return Err(refuse("it needs either a uri or a buffer view")),
-        };
-        let format = image::guess_format(&bytes).ok().filter(|format| {
-            matches!(format, ImageFormat::Png | ImageFormat::Jpeg)
-                || (cfg!(feature = "webp") && *format == ImageFormat::WebP)
-        });
-        let format = format.ok_or_else(|| refuse("it is neither PNG nor JPEG"))?;
-        let (width, height) = ImageReader::with_format(Cursor::new(&bytes), format)
-            .into_dimensions()
-            .map_err(|error| Error::caused(location.clone(), error))?;
-        Ok(Self { bytes, format, size: [width, height] })
-    }
+/// An image of the file.
+fn open(document: &mut Document, index: usize, location: &Location) -> Result<Encoded, Error> {
+    let refuse = |reason: &str| Error::new(location.clone(), reason);
+    let source = &document.root.images[index];
+    let bytes = match (source.uri.clone(), source.buffer_view) {
+        (Some(uri), None) => document.fetch(&uri, location)?,
+        (None, Some(view)) => document.view(view.value(), location)?.to_vec(),
+        _ => return Err(refuse("it needs either a uri or a buffer view")),
+    };
+    let format = image::guess_format(&bytes).ok().filter(|format| {
+        matches!(format, ImageFormat::Png | ImageFormat::Jpeg)
+            || (cfg!(feature = "webp") && *format == ImageFormat::WebP)
+    });
+    let format = format.ok_or_else(|| refuse("it is neither PNG nor JPEG"))?;
+    Encoded::new(bytes, format).map_err(|error| Error::caused(location.clone(), error))
+}
 
-    fn decode(&self, meaning: Meaning, location: &Location) -> Result<Bitmap, Error> {
-        let [width, height] = self.size;
-        let mut reader = ImageReader::with_format(Cursor::new(&self.bytes), self.format);
-        let mut limits = image::Limits::no_limits();
-        let pixels = u64::from(width) * u64::from(height);
-        limits.max_alloc = Some(pixels.saturating_mul(32).saturating_add(1 << 20));
-        reader.limits(limits);
-        let decoded = reader.decode().map_err(|error| Error::caused(location.clone(), error))?;
-        let image = Image::new(width, height, colours(decoded, meaning)).ok_or_else(|| {
-            let reason = "the number of pixels does not match the size";
-            Error::new(location.clone(), reason)
-        })?;
-        Bitmap::new(image).map_err(|error| Error::caused(location.clone(), error))
-    }
+/// A decoded image as what its numbers mean.
+fn meant(decoded: &DynamicImage, meaning: Meaning, location: &Location) -> Result<Bitmap, Error> {
+    let colours = colours(decoded, meaning);
+    let image = Image::new(decoded.width(), decoded.height(), colours).ok_or_else(|| {
+        let reason = "the number of pixels does not match the size";
+        Error::new(location.clone(), reason)
+    })?;
+    Bitmap::new(image).map_err(|error| Error::caused(location.clone(), error))
 }
 
 /// The image of a texture: in WebP where that can be read.
@@ -192,24 +233,43 @@ fn extension(texture: &gltf::json::Texture, name: &str) -> Option<usize> {
     extension.get("source")?.as_u64().map(|source| source as usize)
 }
 
+/// The images that a material asks for.
+fn uses(root: &Root, material: usize) -> Vec<(usize, Meaning)> {
+    let material = &root.materials[material];
+    let pbr = &material.pbr_metallic_roughness;
+    let base = pbr.base_color_texture.as_ref().map(|info| info.index);
+    let surface = pbr.metallic_roughness_texture.as_ref().map(|info| info.index);
+    let emission = material.emissive_texture.as_ref().map(|info| info.index);
+    let emits = material.emissive_factor.0 != [0.0; 3];
+    let is_opaque = material.alpha_mode == Checked::Valid(AlphaMode::Opaque);
+    [
+        (base, Meaning::Colour),
+        (base.filter(|_| !is_opaque), Meaning::Alpha),
+        (surface, Meaning::Data),
+        (emission.filter(|_| emits), Meaning::Colour),
+        (material.normal_texture.as_ref().map(|normals| normals.index), Meaning::Data),
+    ]
+    .into_iter()
+    .filter_map(|(texture, meaning)| Some((texture?.value(), meaning)))
+    .map(|(texture, meaning)| (source(&root.textures[texture]), meaning))
+    .filter(|(image, _)| *image < root.images.len())
+    .collect()
+}
+
 /// The colours of an image whose channels have 8 or 16 bits.
-fn colours(decoded: DynamicImage, meaning: Meaning) -> Vec<Rgb> {
-    let value = |share: f64| match meaning {
-        Meaning::Colour => linear_from_srgb(share),
-        Meaning::Alpha | Meaning::Data => share,
+fn colours(decoded: &DynamicImage, meaning: Meaning) -> Vec<Rgb> {
+    let value = |sample: Sample| {
+        let share = match sample {
+            Sample::Byte(code) => f64::from(code) / 255.0,
+            Sample::Short(code) => f64::from(code) / 65535.0,
+            Sample::Float(number) => f64::from(number),
+        };
+        if meaning == Meaning::Colour { linear_from_srgb(share) } else { share }
     };
-    let colour = |[r, g, b, a]: [f64; 4]| match meaning {
+    images::colours(decoded, value, |[r, g, b, a]| match meaning {
         Meaning::Colour | Meaning::Data => Rgb::new(r, g, b),
         Meaning::Alpha => Rgb::splat(a),
-    };
-    let format = decoded.color();
-    if format.bytes_per_pixel() == format.channel_count() {
-        let table: [f64; 256] = std::array::from_fn(|code| value(code as f64 / 255.0));
-        let pixel = |codes: [u8; 4]| colour(codes.map(|code| table[usize::from(code)]));
-        return decoded.into_rgba8().pixels().map(|codes| pixel(codes.0)).collect();
-    }
-    let pixel = |codes: [u16; 4]| colour(codes.map(|code| value(f64::from(code) / 65535.0)));
-    decoded.into_rgba16().pixels().map(|codes| pixel(codes.0)).collect()
+    })
 }
 
 /// The set of texture coordinates that a texture is looked up with.
@@ -259,8 +319,8 @@ mod tests {
             for meaning in [Meaning::Colour, Meaning::Alpha, Meaning::Data] {
                 // All images of 16 bits are converted without a table.
                 let precise = DynamicImage::from(image.to_rgba16());
-                let expected = colours(precise, meaning);
-                for (code, pixel) in colours(image.clone(), meaning).into_iter().enumerate() {
+                let expected = colours(&precise, meaning);
+                for (code, pixel) in colours(&image, meaning).into_iter().enumerate() {
                     let share = code as f64 / 255.0;
                     let formula = match meaning {
                         Meaning::Colour => linear_from_srgb(share),

@@ -54,6 +54,9 @@ impl<'a> Loader<'a> {
         if face_normals {
             mesh.normals = None;
         }
+        if !self.asks_for_colors {
+            mesh.colors = None;
+        }
         if flip_uvs {
             mesh.uvs.iter_mut().flatten().for_each(|uv| uv.y = 1.0 - uv.y);
         }

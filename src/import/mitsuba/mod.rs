@@ -29,6 +29,7 @@
 //! | parts of sensors | film, crop window, reconstruction filter |
 //! | textures | `bitmap`, `checkerboard` where a colour is reflected, emitted, or mixes materials, |
 //! | | and as roughness of conductors and dielectrics |
+//! | textures of vertices | `mesh_attribute` of the `vertex_color` of PLY files, where reflected |
 //! | colours | `rgb`, `float`, `spectrum` as a value, or a list or file of wavelengths and values |
 //! | colours of old versions | `srgb`, `blackbody` |
 //! | spectra | `uniform`, `d65`, `srgb`, `rawconstant`, `regular`, `irregular`, `blackbody` |
@@ -70,6 +71,7 @@
 mod document;
 mod emitters;
 mod groups;
+mod images;
 mod integrators;
 mod materials;
 mod media;
@@ -145,6 +147,10 @@ struct Loader<'a> {
     reliefs: HashMap<MaterialId, Relief>,
     textures: HashMap<(*const Element, bool), Texture>,
     groups: HashMap<*const Element, Rc<[Part<'a>]>>,
+    /// Images that have been decoded, by their names and whether they are raw.
+    ahead: HashMap<(String, bool), images::Ahead>,
+    /// True if a texture shows the colours of vertices.
+    asks_for_colors: bool,
     triangles_left: u64,
     pixels_left: u64,
 }
@@ -168,6 +174,8 @@ impl<'a> Loader<'a> {
             reliefs: HashMap::new(),
             textures: HashMap::new(),
             groups: HashMap::new(),
+            ahead: HashMap::new(),
+            asks_for_colors: has_mesh_attributes(&document.scene),
             triangles_left: options.limits.triangles,
             pixels_left: options.limits.pixels,
         };
@@ -260,6 +268,7 @@ impl<'a> Loader<'a> {
             let read = self.integrator(element, 0);
             self.warnings.rescue(read, "all light is taken")?;
         }
+        self.decode_ahead();
         for element in &self.document.scene {
             match element.tag.as_str() {
                 "integrator" => {}
@@ -318,4 +327,10 @@ impl<'a> Loader<'a> {
         let (warnings, notes) = self.warnings.into_lists();
         Ok(Import { world, views, hints: self.hints, warnings, notes })
     }
+}
+
+fn has_mesh_attributes(elements: &[Element]) -> bool {
+    elements
+        .iter()
+        .any(|element| element.kind() == "mesh_attribute" || has_mesh_attributes(&element.children))
 }

@@ -1,13 +1,11 @@
 //! Textures, and colours in their place.
 
 use super::super::Error;
-use super::super::images::{colours, decode};
 use super::Loader;
 use super::document::Element;
 use super::spectrum::{self, FIRST_VISIBLE, Illuminant, LAST_VISIBLE, planck};
 use super::values::{Object, colour, listed_colour, number, numbers, wavelengths};
-use crate::film::Image;
-use crate::material::{Interpolation, Texture, Wrap};
+use crate::material::{Interpolation, Texture, VertexFactor, Wrap};
 use crate::math::Rgb;
 use glam::{DAffine2, DMat2, DVec2};
 
@@ -87,6 +85,14 @@ impl<'a> Loader<'a> {
                     Ok(self.colour(&object, name, illuminant)?.unwrap_or(Rgb::splat(default)))
                 };
                 Texture::checkerboard(square("color0", 0.4)?, square("color1", 0.2)?)
+            }
+            "mesh_attribute" => {
+                let scale = object.float_or("scale", 1.0)?;
+                if object.string("name")? != Some("vertex_color") {
+                    self.warn(element, "of attributes only vertex_color is known; it is 0.5")?;
+                    return Ok(Rgb::splat(0.5).into());
+                }
+                Texture::from(Rgb::splat(scale)).with_vertex_factor(VertexFactor::Color)
             }
             // White is the colour of daylight.
             "d65" | "srgb_d65" => {
@@ -219,21 +225,7 @@ impl<'a> Loader<'a> {
         object.ignore(&["format", "accel"]);
         let name =
             object.string("filename")?.ok_or_else(|| element.error("the filename is missing"))?;
-        let image = self.image(name, element, raw)?;
-        Texture::bitmap(image, interpolation, [wrap; 2]).map_err(|error| element.caused(error))
-    }
-
-    /// Reads an image file as linear RGB, or, if `raw`, as the numbers that it holds.
-    pub(super) fn image(
-        &mut self,
-        name: &str,
-        element: &Element,
-        raw: bool,
-    ) -> Result<Image, Error> {
-        let (path, bytes) = self.files.read(name, element.location())?;
-        let decoded = decode(&path, &bytes, &mut self.pixels_left, &element.location())?;
-        Image::new(decoded.width(), decoded.height(), colours(decoded, raw))
-            .ok_or_else(|| element.error("the image has another size than it says"))
+        Ok(self.bitmap_of(name, element, raw)?.texture(interpolation, [wrap; 2]))
     }
 }
 

@@ -3,7 +3,7 @@
 use super::Loader;
 use super::library::{Channel, Coloured, Description, Map, Valued};
 use crate::film::Image;
-use crate::import::images::{colours, decode};
+use crate::import::images::{decode, linear_colours};
 use crate::import::{Error, Location};
 use crate::material::{Bitmap, GreenAxis, Interpolation, Material, Relief, Texture, Wrap};
 use crate::math::Rgb;
@@ -398,11 +398,11 @@ impl Loader {
     ) -> Result<Bitmap, Error> {
         let location = description.location_of(map);
         let (path, bytes) = self.fetch(&description.directory, &map.name, &location)?;
-        let decoded = decode(&path, &bytes, &mut self.pixels_left, &location)?;
+        let decoded = decode(&path, bytes, &mut self.pixels_left, &location)?;
         let (width, height) = (decoded.width(), decoded.height());
         let pixels = match meaning {
-            Meaning::Colour => colours(decoded, false),
-            Meaning::Numbers => colours(decoded, true),
+            Meaning::Colour => linear_colours(&decoded, false),
+            Meaning::Numbers => linear_colours(&decoded, true),
             Meaning::Number(None | Some(Channel::Matte)) if decoded.color().has_alpha() => {
                 decoded.into_rgba32f().pixels().map(|p| Rgb::splat(f64::from(p[3]))).collect()
             }
@@ -415,7 +415,7 @@ impl Loader {
                     Some(Channel::Blue) => colour.b(),
                     _ => colour.luminance(),
                 };
-                let mut pixels = colours(decoded, true);
+                let mut pixels = linear_colours(&decoded, true);
                 pixels.iter_mut().for_each(|p| *p = Rgb::splat(number(*p).clamp(0.0, 1.0)));
                 pixels
             }

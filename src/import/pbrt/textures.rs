@@ -1,7 +1,7 @@
 //! Textures, and numbers and colours in their place.
 
 use super::super::Error;
-use super::super::images::{colours, decode};
+use super::super::images::{decode, linear_colours};
 use super::Loader;
 use super::object::{Object, Parameter, Values};
 use crate::film::Image;
@@ -309,9 +309,9 @@ impl Loader {
     /// An image as linear RGB.
     fn image(&mut self, object: &Object, name: &str, encoding: Encoding) -> Result<Image, Error> {
         let (path, bytes) = self.files.read(name, object.location.clone())?;
-        let decoded = decode(&path, &bytes, &mut self.pixels_left, &object.location)?;
+        let decoded = decode(&path, bytes, &mut self.pixels_left, &object.location)?;
         let (width, height) = (decoded.width(), decoded.height());
-        let mut colours = colours(decoded, encoding != Encoding::Srgb);
+        let mut colours = linear_colours(&decoded, encoding != Encoding::Srgb);
         if let Encoding::Gamma(gamma) = encoding
             && gamma != 1.0
         {

@@ -195,7 +195,9 @@ impl World {
     #[must_use]
     pub fn material_at(&self, x: &SurfacePoint) -> Option<(MaterialId, SurfaceBsdf<'_>)> {
         let id = self.surfaces.get(x.surface as usize)?.material;
-        self.materials.get(id.0 as usize).map(|material| (id, SurfaceBsdf::new(material, x.uv)))
+        self.materials
+            .get(id.0 as usize)
+            .map(|material| (id, SurfaceBsdf::new(material, x.uv, || self.vertex_site(x))))
     }
 
     /// The shape of a primitive.

@@ -4,7 +4,7 @@ use super::{FlatSurfaces, World};
 use crate::endpoint::{AnyLight, Light, LightId, LightKind};
 use crate::geometry::{Intersection, NormalOrigin, Place, SurfacePoint, Triangle};
 use crate::light_tree::LightTree;
-use crate::material::{Ground, Relief, SurfaceBsdf};
+use crate::material::{Ground, Relief, SurfaceBsdf, VertexSite};
 use crate::math::Rgb;
 use crate::scene::mesh::Shading;
 use crate::scene::{Needs, Scene, SurfaceArea};
@@ -57,7 +57,7 @@ impl World {
     fn is_cut_out(&self, x: &SurfacePoint) -> bool {
         let surface = self.surfaces.get(x.surface as usize);
         let cutout = surface.and_then(|surface| surface.cutout.as_ref());
-        cutout.is_some_and(|there| there.at(x.uv).is_black())
+        cutout.is_some_and(|there| there.seen(x.uv, &|| self.vertex_site(x)).is_black())
     }
 
     /// The answer of [`Scene::intersect`] where parts of surfaces are cut out.
@@ -152,16 +152,21 @@ impl World {
         let surface = &self.surfaces[point.surface as usize];
         let index = (primitive - surface.first_primitive) as usize;
         let attributes = surface.attributes.as_ref();
+        let other = relief.texture().has_other_coordinates();
         let partials = match (attributes, triangle) {
-            (Some(attributes), Some(triangle)) => attributes.partials(index, triangle),
+            (Some(attributes), Some(triangle)) => attributes.partials(index, triangle, other),
             _ => self.forest.shape(primitive).map_or([DVec3::ZERO; 2], |shape| shape.partials(&x)),
+        };
+        let uv = match self.vertex_site(&point) {
+            Some(site) if other => site.uv(true),
+            _ => point.uv,
         };
         let ground = Ground {
             normal: point.shading_normal,
             geometric_normal: point.geometric_normal,
             tangent: point.tangent,
             handedness: attributes.and_then(|attributes| attributes.handedness(index)),
-            uv: point.uv,
+            uv,
             partials,
         };
         SurfacePoint {
@@ -169,6 +174,20 @@ impl World {
             normal_origin: NormalOrigin::Map,
             ..point
         }
+    }
+
+    /// The place of a point on a mesh that has colours or two sets of texture coordinates.
+    #[inline(never)]
+    pub(super) fn vertex_site(&self, x: &SurfacePoint) -> Option<VertexSite<'_>> {
+        let surface = self.surfaces.get(x.surface as usize)?;
+        let values =
+            Some(surface.attributes.as_ref()?.values()).filter(|values| values.has_more())?;
+        let triangle = self.forest.shape(x.primitive)?.as_triangle()?;
+        Some(VertexSite {
+            values,
+            index: x.primitive - surface.first_primitive,
+            barycentric: triangle.barycentric(x.position),
+        })
     }
 
     #[inline(always)]
@@ -272,7 +291,7 @@ impl Scene for World {
         let surface = self.surfaces.get(x.surface as usize);
         match surface.and_then(|surface| self.materials.get(surface.material.0 as usize)) {
             Some(_) if self.has_cutouts && self.is_cut_out(x) => SurfaceBsdf::BLACK,
-            Some(material) => SurfaceBsdf::new(material, x.uv),
+            Some(material) => SurfaceBsdf::new(material, x.uv, || self.vertex_site(x)),
             None => SurfaceBsdf::BLACK,
         }
     }
