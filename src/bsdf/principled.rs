@@ -20,7 +20,7 @@
 //! Every term is reciprocal. Energy is not conserved in general, here as in the sources: the body
 //! does not know what the main reflection takes from it. Under an index of 1.5 a white surface
 //! reflects 1.02 to 1.05 of the light at normal incidence, and up to 1.5 at a cosine of 0.05; one of
-//! base colour 0.8 stays below 1 but for cosines under 0.2.
+//! base colour 0.8 stays below 1 for cosines above 0.3.
 
 use super::error::checked_reflectance;
 use super::fresnel::{self, checked_relative_ior};

@@ -6,7 +6,8 @@ use super::conductors;
 use super::document::Element;
 use super::spectrum::Illuminant;
 use super::values::{Object, number};
-use crate::bsdf::{Beckmann, Ggx, Microfacets, PrincipledLobes, RoughPlastic};
+use crate::bsdf::rough_plastic::reflectances_inside;
+use crate::bsdf::{Beckmann, Ggx, Microfacets, PrincipledLobes};
 use crate::material::{GreenAxis, Relief, Texture};
 use crate::math::Rgb;
 use crate::scene::{Material, MaterialId};
@@ -480,12 +481,10 @@ fn body_of_mitsuba(
     } else {
         Ggx::isotropic(alpha).map(Microfacets::from)
     };
-    let plastic = distribution
-        .and_then(|d| RoughPlastic::new(Rgb::WHITE, Rgb::WHITE, relative_ior, colour_shift, d));
-    // What is wrong with them is said of the material.
-    let Ok(plastic) = plastic else { return Rgb::WHITE };
-    let inside = plastic.mean_reflectance_inside();
-    let missing = (inside - ((relative_ior - 1.0) / (relative_ior + 1.0)).powi(2)) / 64.0;
+    // What is wrong with it is said of the material.
+    let Ok(distribution) = distribution else { return Rgb::WHITE };
+    let [inside, normal] = reflectances_inside(&distribution, relative_ior);
+    let missing = (inside - normal) / 64.0;
     let [least, greatest] = albedo.range();
     ((least + greatest) * 0.5).map(|a| {
         if colour_shift {
