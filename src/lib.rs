@@ -101,6 +101,10 @@ pub mod film;
 pub mod gallery;
 pub mod geometry;
 #[cfg(feature = "import")]
+#[cfg_attr(
+    not(all(feature = "gltf", feature = "mitsuba", feature = "pbrt")),
+    allow(dead_code, reason = "each format uses a part of what they share")
+)]
 pub mod import;
 pub mod integrator;
 mod lanes;

@@ -16,6 +16,8 @@ mod lights;
 mod materials;
 #[path = "import_gltf/meshes.rs"]
 mod meshes;
+#[path = "import_gltf/packed.rs"]
+mod packed;
 #[path = "import_gltf/poses.rs"]
 mod poses;
 #[path = "import_gltf/refusals.rs"]

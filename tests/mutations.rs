@@ -65,7 +65,7 @@ fn render(import: &Import, seed: u64) {
             budget: Budget::Samples(1),
             seed,
             threads: Some(1),
-            filter: view.filter.clone(),
+            filter: view.filter,
             ..Settings::default()
         };
         let rendering = tracer

@@ -60,7 +60,7 @@ impl Beckmann {
         Self::new(alpha, alpha)
     }
 
-    /// True if both roughnesses are below [`LEAST_ALPHA`](super::ggx::LEAST_ALPHA), so that models
+    /// True if both roughnesses are below [`LEAST_ALPHA`], so that models
     /// are to behave as their smooth counterparts.
     #[inline]
     #[must_use]

@@ -11,6 +11,7 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric {
     relative_ior: f64,
+    stain: Rgb,
 }
 
 impl Dielectric {
@@ -19,7 +20,20 @@ impl Dielectric {
     /// # Errors
     /// If `relative_ior` is not in [1e-6, 1e6].
     pub fn new(relative_ior: f64) -> Result<Self, BsdfError> {
-        checked_relative_ior(relative_ior).map(|relative_ior| Self { relative_ior })
+        checked_relative_ior(relative_ior)
+            .map(|relative_ior| Self { relative_ior, stain: Rgb::WHITE })
+    }
+
+    /// The same interface which lets through only a part, 0 to 1, of what is refracted.
+    #[must_use]
+    pub(crate) fn stained(self, share: Rgb) -> Self {
+        Self { stain: self.stain * share, ..self }
+    }
+
+    /// The share of refracted light that passes; white unless the interface is stained.
+    #[inline]
+    pub(super) const fn stain(&self) -> Rgb {
+        self.stain
     }
 
     /// n_inside / n_outside.
@@ -70,6 +84,7 @@ impl Bsdf for Dielectric {
             TransportMode::Radiance => (Rgb::splat(squeeze), probability, probability * squeeze),
             TransportMode::Importance => (Rgb::WHITE, probability * squeeze, probability),
         };
+        let weight = weight * self.stain;
         image(BsdfSample { next, weight, pdf, pdf_reverse, dirac: true, relative_ior: eta });
     }
 }

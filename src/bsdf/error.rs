@@ -26,6 +26,9 @@ pub enum BsdfError {
     /// A metalness or roughness of the metallic-roughness model is not in [0, 1].
     #[error("metalness and roughness must be in [0, 1], but are {0} and {1}")]
     MetallicRoughness(f64, f64),
+    /// A parameter of the principled BSDF is not in [0, 1].
+    #[error("parameters of the principled BSDF must be in [0, 1], but one is {0}")]
+    Principled(f64),
     /// A mixture's weights or probabilities are negative, not finite, all zero, or a weighted
     /// component can never be chosen.
     #[error(

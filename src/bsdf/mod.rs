@@ -20,6 +20,7 @@
 //! | smooth, transmissive (Dirac lobes) | [`Dielectric`], [`ThinDielectric`], [`Null`] |
 //! | rough | [`RoughConductor`], [`RoughDielectric`] with [`Ggx`] or [`Beckmann`] |
 //! | metallic-roughness of glTF | [`MetallicRoughness`] |
+//! | principled | [`Principled`] |
 //! | sum of models; any model | [`Mixture`]; [`Model`] |
 //! | without a back | [`Culled`] |
 //!
@@ -47,6 +48,7 @@ pub mod mixture;
 pub mod model;
 pub mod null;
 pub mod plastic;
+pub mod principled;
 pub mod rough_conductor;
 pub mod rough_dielectric;
 pub mod rough_plastic;
@@ -69,6 +71,7 @@ pub use mixture::Mixture;
 pub use model::Model;
 pub use null::Null;
 pub use plastic::Plastic;
+pub use principled::{Principled, PrincipledLobes};
 pub use rough_conductor::RoughConductor;
 pub(crate) use rough_dielectric::INDEX_MATCHED;
 pub use rough_dielectric::RoughDielectric;
@@ -364,7 +367,7 @@ impl<B: Bsdf + ?Sized> Bsdf for &B {
     }
 }
 
-/// The sample of a direction on the same side that `bsdf` has chosen by its density; `None` where
+/// The sample of a direction that `bsdf` has chosen by its density, a reflection; `None` where
 /// rounding leaves no density.
 fn finite_sample(
     bsdf: &impl Bsdf,

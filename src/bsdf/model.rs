@@ -2,7 +2,8 @@
 
 use super::{
     Bsdf, BsdfSample, Conductor, Dielectric, Lambert, LaneForm, Lobes, MetallicRoughness, Mirror,
-    Null, Plastic, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric, TransportMode,
+    Null, Plastic, Principled, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
+    TransportMode,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -27,6 +28,8 @@ pub enum Model {
     ThinDielectric(ThinDielectric),
     /// A diffuse body under a clear coat.
     Plastic(Plastic),
+    /// Body, main reflection, refraction, clear coat and sheen.
+    Principled(Principled),
     /// Metal, or a diffuse body under a dielectric coat.
     MetallicRoughness(MetallicRoughness),
     /// Rough metal.
@@ -38,6 +41,17 @@ pub enum Model {
 }
 
 impl Model {
+    /// The same glass which lets through only a part, 0 to 1, of what it does not reflect; other
+    /// models are the same.
+    pub(crate) fn stained(self, share: Rgb) -> Self {
+        match self {
+            Self::Dielectric(glass) => glass.stained(share).into(),
+            Self::ThinDielectric(pane) => pane.stained(share).into(),
+            Self::RoughDielectric(glass) => glass.stained(share).into(),
+            other => other,
+        }
+    }
+
     /// The same model with other roughnesses, at most 10; `None` if it has none that can vary.
     pub(crate) fn with_roughness(&self, alpha_x: f64, alpha_y: f64) -> Option<Self> {
         match self {
@@ -60,6 +74,7 @@ macro_rules! dispatch {
             Self::Dielectric($bsdf) => $scatters,
             Self::ThinDielectric($bsdf) => $scatters,
             Self::Plastic($bsdf) => $scatters,
+            Self::Principled($bsdf) => $scatters,
             Self::MetallicRoughness($bsdf) => $scatters,
             Self::RoughConductor($bsdf) => $scatters,
             Self::RoughDielectric($bsdf) => $scatters,
@@ -124,6 +139,7 @@ from_model!(
     Dielectric,
     ThinDielectric,
     Plastic,
+    Principled,
     MetallicRoughness,
     RoughConductor,
     RoughDielectric,

@@ -48,6 +48,11 @@ impl RoughDielectric {
         Self { interface, distribution, dirac: distribution.is_smooth() || is_matched }
     }
 
+    /// The same interface which lets through only a part, 0 to 1, of what is refracted.
+    pub(super) fn stained(self, share: Rgb) -> Self {
+        Self { interface: self.interface.stained(share), ..self }
+    }
+
     /// The same interface with other roughnesses, at most 10; never smooth.
     pub(super) fn with_roughness(self, alpha_x: f64, alpha_y: f64) -> Self {
         Self::of(self.interface, self.distribution.with_roughness(alpha_x, alpha_y))
@@ -77,8 +82,13 @@ impl Bsdf for RoughDielectric {
 
     #[inline]
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
-        self.pair(to_camera, to_light)
-            .map_or(Rgb::BLACK, |scattering| Rgb::splat(scattering.value(&self.distribution)))
+        self.pair(to_camera, to_light).map_or(Rgb::BLACK, |scattering| {
+            let stain = match scattering {
+                Scattering::Reflection { .. } => Rgb::WHITE,
+                Scattering::Refraction(_) => self.interface.stain(),
+            };
+            stain * scattering.value(&self.distribution)
+        })
     }
 
     #[inline]
@@ -115,7 +125,8 @@ impl Bsdf for RoughDielectric {
         // met total reflection
         (pdf.value() > 0.0).then(|| BsdfSample {
             next,
-            weight: Rgb::splat(squeeze * shadowing),
+            weight: if reflects { Rgb::WHITE } else { self.interface.stain() }
+                * (squeeze * shadowing),
             pdf,
             pdf_reverse: scattering.swapped().pdf(&self.distribution),
             dirac: false,
@@ -166,27 +177,27 @@ impl Scattering {
 
 /// Two directions on opposite sides with the normal that refracts one into the other, all with z
 /// seen from their own side.
-struct Refraction {
+pub(super) struct Refraction {
     /// The first direction, z > 0.
-    o: DVec3,
+    pub o: DVec3,
     /// The second direction, its z flipped to be positive.
     i: DVec3,
     /// The micro-normal up to the signs of its components, to which D is blind.
-    h: DVec3,
+    pub h: DVec3,
     /// o · h
-    cosine_o: f64,
+    pub cosine_o: f64,
     /// |i · h|
     cosine_i: f64,
     /// |m|² = |n_o o + n_i i|² with n_o = 1
     m_squared: f64,
     /// n_i / n_o
     eta: f64,
-    transmittance: f64,
+    pub transmittance: f64,
 }
 
 impl Refraction {
     #[inline]
-    fn new(fixed: DVec3, next: DVec3, eta: f64) -> Option<Self> {
+    pub fn new(fixed: DVec3, next: DVec3, eta: f64) -> Option<Self> {
         let (o, i) = (upwards(fixed, fixed), upwards(next, fixed));
         if !is_above(o) || !is_above(-i) {
             return None;
@@ -222,13 +233,25 @@ impl Refraction {
             * distribution.correlation_across(self.o, self.i)
     }
 
+    /// The same without T, if masking and shadowing are independent.
+    #[inline]
+    pub fn value_of_independent(&self, distribution: &Microfacets) -> f64 {
+        let jacobian = self.cosine_o * self.cosine_i / self.m_squared;
+        let [area_o, area_i] = [self.o, self.i].map(|w| distribution.projected_area(w));
+        jacobian * (distribution.density(self.h) / area_o) / area_i
+    }
+
     #[inline]
     fn pdf(&self, distribution: &Microfacets) -> PerProjected {
+        self.pdf_of_normal(distribution, self.transmittance)
+    }
+
+    /// The density if the normal refracts with the given probability.
+    #[inline]
+    pub fn pdf_of_normal(&self, distribution: &Microfacets, probability: f64) -> PerProjected {
         let jacobian = self.eta * self.eta * self.cosine_o * self.cosine_i / self.m_squared;
         PerProjected(
-            self.transmittance
-                * jacobian
-                * distribution.visible_density_over_cosine(self.o, self.h)
+            probability * jacobian * distribution.visible_density_over_cosine(self.o, self.h)
                 / self.i.z,
         )
     }

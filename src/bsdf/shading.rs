@@ -17,7 +17,7 @@
 //! A direction that is on different sides of the two normals is in neither hemisphere: f' and the
 //! densities are 0 there.
 //!
-//! A normal that a map has made is another function of the same labelled pair, see [`map`].
+//! A normal that a map has made is another function of the same labelled pair, see `map`.
 
 mod map;
 

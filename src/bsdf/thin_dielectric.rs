@@ -15,6 +15,7 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric {
     relative_ior: f64,
+    stain: Rgb,
 }
 
 impl ThinDielectric {
@@ -23,7 +24,14 @@ impl ThinDielectric {
     /// # Errors
     /// If `relative_ior` is not in [1e-6, 1e6].
     pub fn new(relative_ior: f64) -> Result<Self, BsdfError> {
-        checked_relative_ior(relative_ior).map(|relative_ior| Self { relative_ior })
+        checked_relative_ior(relative_ior)
+            .map(|relative_ior| Self { relative_ior, stain: Rgb::WHITE })
+    }
+
+    /// The same pane which lets through only a part, 0 to 1, of what is not reflected.
+    #[must_use]
+    pub(crate) fn stained(self, share: Rgb) -> Self {
+        Self { stain: self.stain * share, ..self }
     }
 
     /// Reflectance and transmittance of the pane.
@@ -48,9 +56,11 @@ impl Bsdf for ThinDielectric {
             return;
         }
         let (reflectance, transmittance) = self.shares(fixed);
-        for (next, share) in [(mirrored(fixed), reflectance), (-fixed, transmittance)] {
+        let images =
+            [(mirrored(fixed), Rgb::WHITE, reflectance), (-fixed, self.stain, transmittance)];
+        for (next, weight, share) in images {
             if share > 0.0 {
-                image(BsdfSample::of_dirac(next, Rgb::WHITE, share));
+                image(BsdfSample::of_dirac(next, weight, share));
             }
         }
     }

@@ -45,26 +45,26 @@ impl Environment {
     }
 
     /// Builds the scene of a file whose format has no environments, in the one that is wished for
-    /// or, if nothing is and nothing else lights the scene, in a white one.
-    #[cfg(any(feature = "gltf", feature = "obj"))]
+    /// or, if nothing is and nothing else lights the scene, in a white one; then also returns a
+    /// sentence on why.
     pub(super) fn surround(
         &self,
         mut builder: WorldBuilder,
         name: String,
         file: &Location,
         warnings: &mut Warnings,
-    ) -> Result<World, Error> {
+    ) -> Result<(World, Option<&'static str>), Error> {
         let caused = |error| Error::caused(file.clone(), error);
         let has_lights = builder.has_lights();
         if *self != Self::Automatic || has_lights || !builder.has_emission() {
+            let mut why = None;
             let environment = match self {
                 Self::Automatic if has_lights => {
                     warnings.note("its own lights light it: no environment is added");
                     None
                 }
                 Self::Automatic => {
-                    let reason = "it has no light: it is shown in a white environment";
-                    warnings.warn(file.clone(), reason)?;
+                    why = Some("it has no light: it is shown in a white environment");
                     Self::Colour(Rgb::WHITE).light()?
                 }
                 wish => wish.light()?,
@@ -72,18 +72,17 @@ impl Environment {
             if let Some(environment) = environment {
                 builder.set_environment(name, environment).map_err(caused)?;
             }
-            return builder.build().map_err(caused);
+            return Ok((builder.build().map_err(caused)?, why));
         }
         let world = builder.build().map_err(caused)?;
         if is_lit(&world) {
             warnings.note("its emission lights it: no environment is added");
-            return Ok(world);
+            return Ok((world, None));
         }
-        let reason = "its emission is too faint to light it: it is shown in a white environment";
-        warnings.warn(file.clone(), reason)?;
+        let why = "its emission is too faint to light it: it is shown in a white environment";
         let white = ConstantEnvironment::new(Rgb::WHITE)
             .map_err(|error| Error::caused(file.clone(), error))?;
-        world.with_environment(name, white).map_err(caused)
+        Ok((world.with_environment(name, white).map_err(caused)?, Some(why)))
     }
 }
 

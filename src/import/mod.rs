@@ -9,7 +9,6 @@
 #[cfg(any(feature = "mitsuba", feature = "pbrt"))]
 mod conductors;
 mod environment;
-#[cfg_attr(not(feature = "mitsuba"), allow(dead_code, reason = "one format uses all of it"))]
 mod files;
 #[cfg(any(feature = "gltf", feature = "obj"))]
 mod framing;
@@ -267,6 +266,18 @@ impl Error {
         Self { source: Some(Box::new(LimitExceeded)), ..Self::new(location, reason) }
     }
 
+    /// An error of compressed data, which costs no more than the object that they belong to.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn damaged(location: Location, reason: impl Into<String>) -> Self {
+        Self { source: Some(Box::new(Damaged)), ..Self::new(location, reason) }
+    }
+
+    /// True if what needs these data may be left out.
+    #[cfg(feature = "gltf")]
+    fn is_damage(&self) -> bool {
+        self.source.as_ref().is_some_and(|source| source.is::<Damaged>())
+    }
+
     /// True if leaving something out is no remedy.
     fn is_limit(&self) -> bool {
         self.source.as_ref().is_some_and(|source| source.is::<LimitExceeded>())
@@ -280,6 +291,21 @@ impl Error {
         Self { location, reason: source.to_string(), source: Some(Box::new(source)) }
     }
 }
+
+/// The source of errors of compressed data.
+#[cfg(feature = "gltf")]
+#[derive(Debug)]
+struct Damaged;
+
+#[cfg(feature = "gltf")]
+impl fmt::Display for Damaged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("compressed data are damaged")
+    }
+}
+
+#[cfg(feature = "gltf")]
+impl std::error::Error for Damaged {}
 
 /// The source of errors of files that ask for more than a limit admits.
 #[derive(Debug)]

@@ -4,7 +4,7 @@ use super::finish::{Finish, Layer, Share, is_alone};
 use super::{Material, SurfaceBsdf, Texture};
 use crate::bsdf::{
     Beckmann, BsdfError, Conductor, Dielectric, GREATEST_ALPHA, Ggx, INDEX_MATCHED, Lambert, Lobes,
-    MetallicRoughness, Microfacets, Mirror, Mixture, Model, Null, Plastic, Reflectance,
+    MetallicRoughness, Microfacets, Mirror, Mixture, Model, Null, Plastic, Principled, Reflectance,
     RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
 };
 use crate::math::Rgb;
@@ -40,6 +40,17 @@ impl Material {
                 layers.iter_mut().for_each(|layer| layer.tints.push(tint.clone()));
                 Ok(layers)
             }
+            Self::Stained { glass, stain } => {
+                checked_colours(stain)?;
+                let mut layers = glass.side(front)?;
+                for layer in &mut layers {
+                    match stain.as_constant() {
+                        Some(share) => layer.model = layer.model.stained(share),
+                        None => layer.stains.push(stain.clone()),
+                    }
+                }
+                Ok(layers)
+            }
             Self::Sided { front: outer, back: inner } => {
                 // Each shows its own front.
                 let sides = [outer.side(true)?, inner.side(true)?];
@@ -69,6 +80,13 @@ impl Material {
                 }
                 let textures = vec![base_color.clone(), surface.clone()];
                 alone(Layer { textures, ..Layer::alone(self.model()?) })
+            }
+            Self::Principled { base_color, metalness, roughness, .. } => {
+                let textures = vec![base_color.clone(), metalness.clone(), roughness.clone()];
+                textures.iter().try_for_each(checked_colours)?;
+                let model = Layer::alone(self.model()?);
+                let varies = textures.iter().any(|texture| texture.as_constant().is_none());
+                alone(if varies { Layer { textures, ..model } } else { model })
             }
             Self::VaryingRoughness { rough, alpha } => {
                 let [x, y] = alpha.each_ref().map(|texture| texture.range()[1].luminance());
@@ -139,6 +157,14 @@ impl Material {
                 let [_, roughness, metalness] = metallic_roughness.range()[1].0;
                 MetallicRoughness::new(base_color.range()[1], metalness, roughness, *relative_ior)
                     .map(Model::MetallicRoughness)
+            }
+            Self::Principled { base_color, metalness, roughness, lobes } => {
+                // Of the least metal, so that the lobes are those that some point has.
+                let share = |colour: Rgb| colour.luminance().min(1.0);
+                let (metalness, roughness) =
+                    (share(metalness.range()[0]), share(roughness.range()[1]));
+                Principled::new(base_color.range()[1], metalness, roughness, **lobes)
+                    .map(Model::Principled)
             }
             Self::Custom(_) => Err(BsdfError::NestedCustom),
             // Everything else is made of others.

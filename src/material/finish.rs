@@ -42,10 +42,13 @@ pub(crate) struct Layer {
     pub model: Model,
     /// The textures in place of the model's own colours: the albedo of plastic's body; of
     /// metallic-roughness its base colour, and roughness in green with metalness in blue; of
-    /// rough metal and glass α along x and along y.
+    /// the principled BSDF its base colour, metalness and roughness; of rough metal and glass α
+    /// along x and along y.
     pub textures: Vec<Texture>,
     /// Factors of the BSDF.
     pub tints: Vec<Texture>,
+    /// Shares of what glass lets through.
+    pub stains: Vec<Texture>,
     pub share: Share,
 }
 
@@ -84,6 +87,7 @@ impl Layer {
             model: model.into(),
             textures: Vec::new(),
             tints: Vec::new(),
+            stains: Vec::new(),
             share: Share::Constant(1.0),
         }
     }
@@ -94,11 +98,21 @@ impl Layer {
     }
 
     fn model(&self, look_up: impl Fn(&Texture) -> Rgb) -> Model {
+        let model = self.unstained(&look_up);
+        self.stains.iter().fold(model, |model, stain| model.stained(look_up(stain)))
+    }
+
+    fn unstained(&self, look_up: impl Fn(&Texture) -> Rgb) -> Model {
         match (&self.model, &self.textures[..]) {
             (Model::Plastic(plastic), [albedo]) => plastic.with_albedo(look_up(albedo)).into(),
             (Model::RoughPlastic(plastic), [albedo]) => plastic.with_albedo(look_up(albedo)).into(),
             (Model::MetallicRoughness(model), [base_color, surface]) => {
                 let [_, roughness, metalness] = look_up(surface).0;
+                model.with(look_up(base_color), metalness, roughness).into()
+            }
+            (Model::Principled(model), [base_color, metalness, roughness]) => {
+                let [metalness, roughness] =
+                    [metalness, roughness].map(|texture| look_up(texture).luminance());
                 model.with(look_up(base_color), metalness, roughness).into()
             }
             (model, [x, y]) => {
@@ -111,7 +125,8 @@ impl Layer {
 
     /// The textures that are not constant.
     fn varying(&self) -> impl Iterator<Item = &Texture> {
-        let all = self.textures.iter().chain(&self.tints).chain(self.share.texture());
+        let all =
+            self.textures.iter().chain(&self.tints).chain(&self.stains).chain(self.share.texture());
         all.filter(|texture| texture.as_constant().is_none())
     }
 
@@ -171,7 +186,9 @@ fn models(sides: &[[Layer; 2]; 2]) -> Option<([Model; 2], &[Texture])> {
     let models = sides.each_ref().map(|[layer, _]| layer.model);
     let shown = || sides.iter().zip(models).filter(|(_, model)| *model != Model::Black);
     let tints = shown().next().map_or(&[][..], |([layer, _], _)| &layer.tints);
-    let is_plain = |layer: &Layer| layer.textures.is_empty() && layer.tints == tints;
+    let is_plain = |layer: &Layer| {
+        layer.textures.is_empty() && layer.stains.is_empty() && layer.tints == tints
+    };
     (sides.iter().all(is_alone) && shown().all(|([layer, _], _)| is_plain(layer)))
         .then_some((models, tints))
 }

@@ -22,7 +22,7 @@ pub use relief::{GreenAxis, Relief};
 pub use surface_bsdf::SurfaceBsdf;
 pub use texture::{Bitmap, Interpolation, Texture, TextureError, Wrap};
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, PrincipledLobes};
 use crate::math::Rgb;
 use glam::DVec2;
 
@@ -98,6 +98,17 @@ pub enum Material {
         /// Index of refraction of the coat over that of the outside.
         relative_ior: f64,
     },
+    /// The principled material of Burley; see [`Principled`](crate::bsdf::Principled).
+    Principled {
+        /// Colour of the body, and of metal at normal incidence, 0 to 1.
+        base_color: Texture,
+        /// Share of metal: the luminance of a texture, 0 to 1.
+        metalness: Texture,
+        /// Roughness, the root of α: the luminance of a texture, 0 to 1.
+        roughness: Texture,
+        /// The other parameters.
+        lobes: Box<PrincipledLobes>,
+    },
     /// A rough mirror with the same reflectance at all angles: GGX.
     RoughMirror {
         /// Reflected fraction, 0 to 1.
@@ -143,6 +154,13 @@ pub enum Material {
         material: Box<Material>,
         /// The factor, 0 to 1.
         tint: Texture,
+    },
+    /// Glass, smooth, rough or a pane, that colours what it lets through and not what it reflects.
+    Stained {
+        /// The glass; what transmits otherwise is not stained.
+        glass: Box<Material>,
+        /// The share of light that passes, 0 to 1, each time that it goes through the surface.
+        stain: Texture,
     },
     /// Two materials, one for the front and one for the back, each showing its own front. Neither
     /// transmits light.
@@ -196,6 +214,12 @@ impl Material {
     #[must_use]
     pub fn culled(self) -> Self {
         Self::Culled { front: Box::new(self) }
+    }
+
+    /// Glass that colours what it lets through; see [`Material::Stained`].
+    #[must_use]
+    pub fn stained(self, stain: impl Into<Texture>) -> Self {
+        Self::Stained { glass: Box::new(self), stain: stain.into() }
     }
 
     /// The same material in a colour.

@@ -41,6 +41,9 @@ fn textured_and_sided_materials_agree_with_themselves() {
     };
     let glass = Material::RoughDielectric { relative_ior: 1.5, alpha: DVec2::ZERO };
     let materials = [
+        varying(&glass).stained(board()),
+        Material::Dielectric { relative_ior: 1.5 }.stained(board()),
+        Material::ThinDielectric { relative_ior: 1.5 }.stained(board()),
         varying(&beckmann),
         varying(&glass),
         rough_plastic.clone(),
@@ -271,4 +274,40 @@ fn roughness_varies_with_its_texture() {
     let alpha = Box::new([Texture::checkerboard(Rgb::WHITE, Rgb::splat(10.5)), board()]);
     let refused = Material::VaryingRoughness { rough: Box::new(rough(DVec2::ONE)), alpha }.finish();
     assert!(matches!(refused, Err(BsdfError::Roughness(..))), "{refused:?}");
+}
+
+/// Refracted light has the colour of the stain, reflected light has not.
+#[test]
+fn stains_colour_what_passes() {
+    let (front, back) =
+        (DVec3::new(0.3, 0.2, 0.8).normalize(), DVec3::new(-0.2, -0.1, -0.9).normalize());
+    let rough = Material::RoughDielectric { relative_ior: 1.5, alpha: DVec2::splat(0.4) };
+    let smooth = Material::Dielectric { relative_ior: 1.5 };
+    let pane = Material::ThinDielectric { relative_ior: 1.5 };
+    for glass in [rough, smooth, pane] {
+        let (clear, stained) = (glass.finish().unwrap(), glass.stained(board()).finish().unwrap());
+        for uv in PLACES {
+            let [clear, stained] = [&clear, &stained].map(|finish| SurfaceBsdf::new(finish, uv));
+            let stain = board().at(uv);
+            let ways = [(front, front, Rgb::WHITE), (back, front, stain), (front, back, stain)];
+            for (to_light, to_camera, share) in ways {
+                assert_eq!(
+                    stained.eval(to_light, to_camera),
+                    share * clear.eval(to_light, to_camera)
+                );
+            }
+            for mode in [TransportMode::Radiance, TransportMode::Importance] {
+                let images = |bsdf: &SurfaceBsdf| {
+                    let mut images = Vec::new();
+                    bsdf.dirac_images(front, mode, &mut |image| images.push(image));
+                    images
+                };
+                for (clear, stained) in images(&clear).iter().zip(images(&stained)) {
+                    let share = if clear.next.z > 0.0 { Rgb::WHITE } else { stain };
+                    assert_eq!(stained.weight, share * clear.weight);
+                    assert_eq!((stained.pdf, stained.next), (clear.pdf, clear.next));
+                }
+            }
+        }
+    }
 }

@@ -198,3 +198,24 @@ fn coinciding_dirac_lobes_are_one() {
     );
     assert!(mixture.lobes().intersects(Lobes::DIRAC) && mixture.lobes().intersects(Lobes::FINITE));
 }
+
+/// The albedos that the documentation of the principled BSDF names, within 0.3 %.
+#[test]
+fn principled_surfaces_reflect_what_is_said() {
+    let albedo = |base: f64, roughness: f64, cosine: f64| {
+        let lobes = PrincipledLobes::default();
+        let model = Principled::new(Rgb::splat(base), 0.0, roughness, lobes).unwrap();
+        stratified_albedo(&model, direction(cosine, 0.3), TransportMode::Radiance, 1).mean()
+    };
+    let mut grazing: f64 = 0.0;
+    for roughness in [0.1, 0.3, 0.5, 0.8, 1.0] {
+        let normal = albedo(1.0, roughness, 1.0);
+        assert!((1.018..1.052).contains(&normal), "{roughness}: {normal}");
+        grazing = grazing.max(albedo(1.0, roughness, 0.05));
+        for cosine in [0.3, 0.5, 0.7, 1.0] {
+            let grey = albedo(0.8, roughness, cosine);
+            assert!(grey < 1.0, "{roughness} {cosine}: {grey}");
+        }
+    }
+    assert!((1.49..1.52).contains(&grazing), "{grazing}");
+}

@@ -108,8 +108,41 @@ pub fn smooth_models() -> Vec<(String, Box<dyn Bsdf>)> {
     .into()
 }
 
+/// The principled BSDF with all its lobes, of a colour that leaves room for them.
+fn principled(metalness: f64, roughness: f64, lobes: PrincipledLobes) -> Model {
+    Principled::new(Rgb::new(0.1, 0.3, 0.6), metalness, roughness, lobes).unwrap().into()
+}
+
+/// Principled models: everything that reflects, and glass that is also all the rest.
+fn principled_models() -> Vec<(String, Box<dyn Bsdf>)> {
+    let reflecting = PrincipledLobes {
+        anisotropy: 0.6,
+        specular_tint: 0.5,
+        sheen: 0.3,
+        sheen_tint: 0.5,
+        flatness: 0.5,
+        clearcoat: 0.8,
+        ..PrincipledLobes::default()
+    };
+    let mixed = PrincipledLobes { transmission: 0.5, relative_ior: 1.4, ..reflecting };
+    let glass = PrincipledLobes { transmission: 1.0, ..PrincipledLobes::default() };
+    [
+        ("principled", principled(0.3, 0.5, reflecting)),
+        ("principled metal", principled(1.0, 0.4, PrincipledLobes::default())),
+        ("principled body", principled(0.0, 0.9, PrincipledLobes::default())),
+        ("principled with refraction", principled(0.2, 0.6, mixed)),
+        ("principled glass", principled(0.0, 0.5, glass)),
+        (
+            "principled glass, thinner inside",
+            principled(0.0, 0.7, PrincipledLobes { relative_ior: 0.8, ..glass }),
+        ),
+    ]
+    .map(|(name, model)| (name.to_owned(), boxed(model)))
+    .into()
+}
+
 pub fn rough_models() -> Vec<(String, Box<dyn Bsdf>)> {
-    let mut models: Vec<(String, Box<dyn Bsdf>)> = Vec::new();
+    let mut models = principled_models();
     for alpha in ROUGHNESS {
         models.push((format!("rough conductor {alpha:?}"), boxed(rough_conductor(alpha))));
         models.push((

@@ -37,7 +37,7 @@ fn with_number(text: &str, k: usize, value: &str) -> String {
     format!("{}{value}{}", &text[..start], &text[end..])
 }
 
-const FILES: [&str; 10] = [
+const FILES: [&str; 11] = [
     "box.gltf",
     "box.glb",
     "lights.gltf",
@@ -48,6 +48,7 @@ const FILES: [&str; 10] = [
     "nodes.gltf",
     "poses.gltf",
     "instances.gltf",
+    "packed.gltf",
 ];
 
 /// Reads damaged bytes; the only thing to check is that it returns, soon.

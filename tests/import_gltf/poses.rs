@@ -12,7 +12,7 @@ use serde_json::json;
 use std::f64::consts::FRAC_PI_2;
 
 /// The triangles of a surface.
-fn triangles(world: &World, name: &str) -> Vec<Triangle> {
+pub fn triangles(world: &World, name: &str) -> Vec<Triangle> {
     (0..world.primitive_count() as u32)
         .filter_map(|primitive| world.shape(primitive)?.as_triangle())
         .filter(|triangle| {

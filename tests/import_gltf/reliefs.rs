@@ -15,6 +15,7 @@ fn mapped(name: &str, material: usize, normals: Value, change: impl Fn(&mut Valu
     }
     let text = altered("textures.gltf", &format!("/materials/{material}/normalTexture"), normals);
     let mut document: Value = serde_json::from_str(&text).expect("valid");
+    document["materials"][material]["alphaMode"] = json!("OPAQUE");
     change(&mut document);
     let import = load_text(name, &document.to_string(), &Options::default()).expect("valid");
     let about_normals = |warning: &&pathspace::import::Warning| warning.reason.contains("normal");
@@ -45,7 +46,8 @@ fn texels_are_normals_along_the_axes_of_the_image() {
 /// Only the blue texel is in the range of the transform, which turns the image's axes to -y and x.
 #[test]
 fn transforms_turn_the_axes() {
-    let transform = json!({"offset": [0, 1], "rotation": 1.5707963267948966, "scale": [0.5, 0.5]});
+    let transform =
+        json!({"offset": [0, 1], "rotation": std::f64::consts::FRAC_PI_2, "scale": [0.5, 0.5]});
     let normals = json!({"index": 0, "extensions": {"KHR_texture_transform": transform}});
     let world = mapped("turned-normals", 1, normals, |_| {});
     expect(&world, 3.5, -0.5, [-1.0, 1.0, 1.0]);

@@ -4,7 +4,7 @@ use crate::compare::{Comparison, assert_agree};
 use crate::files::{altered, load, load_text, render, seen};
 use approx::assert_relative_eq;
 use glam::{DVec3, UVec2};
-use pathspace::bsdf::{Bsdf, TransportMode};
+use pathspace::bsdf::{Bsdf, Lobes, TransportMode};
 use pathspace::endpoint::Endpoint;
 use pathspace::geometry::SurfacePoint;
 use pathspace::import::{Environment, Import, Options};
@@ -326,7 +326,7 @@ fn altered_again(text: &str, key: &str) -> String {
 /// Equal warnings are one, of the first place.
 #[test]
 fn equal_warnings_are_counted() {
-    let extensions = json!({"EXT_mesh_gpu_instancing": {}});
+    let extensions = json!({"EXT_unknown": {}});
     let mut nodes = vec![json!({"extensions": extensions}); 1234];
     nodes.push(json!({"mesh": 0}));
     let import = read(&squares(json!([{}]), nodes.into()), &Options::default());
@@ -334,4 +334,20 @@ fn equal_warnings_are_counted() {
     assert_eq!(import.warnings[0].count, 1234);
     assert!(warnings[0].contains("node 0: the extension") && warnings[0].ends_with("(× 1 234)"));
     assert_eq!(warnings.len(), 2, "no light: {warnings:?}");
+}
+
+/// A block that is closed is culled only if a camera is in it.
+#[test]
+fn solids_seen_from_outside_need_no_culling() {
+    let is_culled = |import: &Import, from: DVec3| {
+        let x = seen(&import.world, from, -DVec3::Z);
+        import.world.bsdf(&x).lobes().intersects(Lobes::DIRAC)
+    };
+    let before_block = DVec3::new(0.375, -0.75, 3.0);
+    let import = load("box.gltf", UVec2::splat(8));
+    assert!(!is_culled(&import, before_block));
+    assert!(is_culled(&import, DVec3::new(0.0, 0.5, 0.5)), "a wall");
+    let inside = altered("box.gltf", "/nodes/9/translation", json!([0.375, -0.75, 0.125]));
+    let import = load_text("solids", &inside, &strict()).expect("valid");
+    assert!(is_culled(&import, before_block));
 }

@@ -18,10 +18,7 @@ fn what_is_not_supported_is_said() {
             "<shape type='sdfgrid' id='pipe'/>",
             "scene.xml:4: shape of type sdfgrid \"pipe\": shapes of type sdfgrid are not supported",
         ),
-        (
-            "<shape type='cube'><bsdf type='principled' id='x'/></shape>",
-            "bsdf of type principled \"x\"",
-        ),
+        ("<shape type='cube'><bsdf type='hair' id='x'/></shape>", "bsdf of type hair \"x\""),
         (
             "<shape type='cube'><bsdf type='conductor'><string name='material' value='Unobtainium'/></bsdf></shape>",
             "the conductor Unobtainium is not known",
@@ -45,7 +42,7 @@ fn what_is_not_supported_is_said() {
             "hide_emitters",
         ),
         (
-            "<shape type='cube'><bsdf type='dielectric'><float name='specular_transmittance' value='0.5'/></bsdf></shape>",
+            "<shape type='cube'><bsdf type='dielectric'><float name='specular_transmittance' value='0.5'/><float name='specular_reflectance' value='0.7'/></bsdf></shape>",
             "differ",
         ),
         (

@@ -203,7 +203,7 @@ fn environments_have_their_radiance() {
     let both = load(&format!("{square}\nLightSource \"infinite\" \"rgb L\" [1 0 0]"));
     near(from_sky(&both, DVec3::new(1.0, 1.0, 2.0)), [5.0, 4.0, 4.0], 1e-12);
     // pbrt's illuminance is that of the upper half, with half of its solid angle.
-    save("white.exr", 8, 8, vec![Rgb::WHITE; 64]);
+    save("white.exr", 64, 64, vec![Rgb::WHITE; 64 * 64]);
     let white = load(
         "LightSource \"infinite\" \"string filename\" \"parts/white.exr\" \"float illuminance\" 3",
     );

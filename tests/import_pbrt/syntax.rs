@@ -159,7 +159,7 @@ fn one_bad_directive_costs_no_other() {
             "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" MediumInterface \"fog\" \"\"",
             "only absorbs",
         ),
-        ("Shape \"sphere\" \"float colour\" 1", "parameter colour (line 6)"),
+        ("Shape \"disk\" \"float colour\" 1", "parameter colour (line 6)"),
     ];
     for (text, expected) in bad {
         // The bad one is far away, and inside a scope of its own.

@@ -57,6 +57,13 @@ impl Document {
             return Err(refuse(format!("{expected:?} is needed, but it is {:?}", accessor.type_)));
         }
         let size = component_type(accessor).size() * expected.multiplicity();
+        if let Some(bytes) = self.decoded.get(&index) {
+            let elements = bytes.chunks_exact(size);
+            budget
+                .spend(elements.len() as u64, false)
+                .map_err(|reason| Error::limit(location.clone(), reason))?;
+            return Ok(elements.map(decode).collect());
+        }
         let count = accessor.count.0;
         budget
             .spend(count, accessor.buffer_view.is_none())
@@ -163,7 +170,7 @@ impl Budget {
     }
 }
 
-fn component_type(accessor: &Accessor) -> ComponentType {
+pub(super) fn component_type(accessor: &Accessor) -> ComponentType {
     match &accessor.component_type {
         Checked::Valid(kind) => kind.0,
         // The document has been validated.

@@ -1,7 +1,9 @@
 //! The container, its JSON and the files it refers to: nothing is believed before it has been
 //! checked.
 
+use super::draco;
 use super::instances;
+use super::meshopt::{self, Packed};
 use super::repair;
 use crate::import::files::Files;
 use crate::import::{Environment, Error, Limits, Location, Options, Warnings};
@@ -9,18 +11,24 @@ use data_url::DataUrl;
 use gltf::json::validation::{Checked, Validate};
 use gltf::json::{Index, Node, Root, mesh::Semantic};
 use percent_encoding::percent_decode_str;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Extensions whose meaning is known here.
-const KNOWN_EXTENSIONS: [&str; 8] = [
+const KNOWN_EXTENSIONS: [&str; 13] = [
+    draco::EXTENSION,
     instances::EXTENSION,
+    meshopt::EXTENSIONS[0],
+    meshopt::EXTENSIONS[1],
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_transmission",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
@@ -32,7 +40,11 @@ pub(super) struct Document {
     path: PathBuf,
     pub root: Root,
     pub buffers: Vec<Arc<[u8]>>,
-    files: Files,
+    /// Buffer views that were compressed, or the reasons for which they still are.
+    unpacked: HashMap<usize, Result<Vec<u8>, String>>,
+    /// Accessors whose bytes are not in buffer views, but come from the stream of a primitive.
+    pub decoded: HashMap<usize, Vec<u8>>,
+    pub files: Files,
     pub limits: Limits,
     pub environment: Environment,
     pub back_faces: bool,
@@ -97,6 +109,8 @@ impl Document {
             path: path.to_owned(),
             root,
             buffers: Vec::new(),
+            unpacked: HashMap::new(),
+            decoded: HashMap::new(),
             files,
             limits,
             environment: options.environment.clone(),
@@ -104,6 +118,7 @@ impl Document {
             warnings,
         };
         document.read_buffers(binary)?;
+        document.unpack_views()?;
         if !document.root.animations.is_empty() {
             document.warnings.warn(
                 document.location("animations", None),
@@ -123,6 +138,10 @@ impl Document {
             let buffer = &self.root.buffers[index];
             let (uri, length) = (buffer.uri.clone(), buffer.byte_length.0);
             let location = self.location(format!("buffer {index}"), buffer.name.as_ref());
+            if meshopt::is_fallback(buffer) {
+                self.buffers.push(Arc::from([]));
+                continue;
+            }
             let bytes: Arc<[u8]> = match (uri, &binary) {
                 (Some(uri), _) => self.fetch(&uri, &location)?.into(),
                 (None, Some(binary)) if index == 0 => Arc::clone(binary),
@@ -140,6 +159,30 @@ impl Document {
                 ));
             }
             self.buffers.push(bytes);
+        }
+        Ok(())
+    }
+
+    /// Decompresses buffer views, so that what cannot be costs only what asks for it.
+    fn unpack_views(&mut self) -> Result<(), Error> {
+        for index in 0..self.root.buffer_views.len() {
+            let view = &self.root.buffer_views[index];
+            let Some(packed) = Packed::of(view) else { continue };
+            let location = self.location(format!("buffer view {index}"), view.name.as_ref());
+            let unpacked = match packed {
+                Ok(packed) => {
+                    self.files.spend(packed.size(), location)?;
+                    let end = packed.offset.checked_add(packed.length);
+                    let stream = self
+                        .buffers
+                        .get(packed.buffer)
+                        .and_then(|buffer| buffer.get(packed.offset as usize..end? as usize));
+                    let unpacked = stream.map(|stream| packed.unpack(stream));
+                    unpacked.unwrap_or(Err("its buffer has no such bytes")).map_err(str::to_owned)
+                }
+                Err(reason) => Err(reason),
+            };
+            self.unpacked.insert(index, unpacked);
         }
         Ok(())
     }
@@ -170,6 +213,12 @@ impl Document {
 
     /// The bytes of a part of a buffer.
     pub fn view(&self, index: usize, location: &Location) -> Result<&[u8], Error> {
+        if let Some(unpacked) = self.unpacked.get(&index) {
+            let damaged = |reason| format!("buffer view {index} cannot be decompressed: {reason}");
+            return unpacked
+                .as_deref()
+                .map_err(|reason| Error::damaged(location.clone(), damaged(reason)));
+        }
         let view = &self.root.buffer_views[index];
         let buffer = view.buffer.value();
         let (start, length) = (view.byte_offset.map_or(0, |offset| offset.0), view.byte_length.0);

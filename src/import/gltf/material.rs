@@ -24,6 +24,10 @@ pub(super) struct Look {
     /// The absorption coefficient of the body behind it.
     pub absorption: Rgb,
     pub double_sided: bool,
+    /// True if its back is not there.
+    pub is_culled: bool,
+    /// True if no light passes it.
+    pub is_opaque: bool,
     /// Black where there is nothing of the surface, if it is cut out.
     pub cutout: Option<Texture>,
     /// The set of texture coordinates of its textures, if it has any.
@@ -38,13 +42,14 @@ impl Look {
             metallic_roughness: Rgb::WHITE.into(),
             relative_ior: DEFAULT_IOR,
         };
-        let material = if back_faces { material } else { material.culled() };
         Self {
             material,
             emission: None,
             relief: None,
             absorption: Rgb::BLACK,
             double_sided: false,
+            is_culled: !back_faces,
+            is_opaque: true,
             cutout: None,
             coordinates: None,
         }
@@ -145,10 +150,10 @@ pub(super) fn look(
             cutout = visible.range()[0].is_black().then(|| visible.clone());
         }
     }
+    let is_opaque = visible.is_none() && !transmits;
     // The back of what transmits light is where it leaves.
-    if !(document.back_faces || source.double_sided || transmits || material == Material::Null) {
-        material = material.culled();
-    }
+    let is_culled =
+        !(document.back_faces || source.double_sided || transmits || material == Material::Null);
 
     let strength = extensions
         .emissive_strength
@@ -172,7 +177,17 @@ pub(super) fn look(
         _ => Rgb::BLACK,
     };
     let double_sided = source.double_sided;
-    Ok(Look { material, emission, relief, absorption, double_sided, cutout, coordinates })
+    Ok(Look {
+        material,
+        emission,
+        relief,
+        absorption,
+        double_sided,
+        is_culled,
+        is_opaque,
+        cutout,
+        coordinates,
+    })
 }
 
 /// The normal map of a material, and the transform of its texture coordinates.
@@ -256,8 +271,7 @@ fn glass(
     if base_color.as_constant() == Some(Rgb::WHITE) {
         return Ok(glass);
     }
-    warn("the base colour of a material that transmits light colours its reflections, too")?;
-    Ok(glass.tinted(base_color))
+    Ok(glass.stained(base_color))
 }
 
 /// The absorption coefficient of a volume, of which the attenuation colour is left after the

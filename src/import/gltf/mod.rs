@@ -6,9 +6,10 @@
 //! one set of texture coordinates, morphed and skinned as they are at rest; perspective and
 //! orthographic cameras; metallic-roughness materials with their textures; normal maps; emission;
 //! alpha; sparse accessors; data URIs; and the extensions `KHR_lights_punctual`,
-//! `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume`,
-//! `KHR_texture_transform`, `KHR_mesh_quantization` and `EXT_mesh_gpu_instancing`. What else a file
-//! holds is a [`Warning`](super::Warning), what else it *requires* an [`Error`].
+//! `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume`, `KHR_texture_transform`,
+//! `KHR_mesh_quantization`, `EXT_mesh_gpu_instancing`, `EXT_meshopt_compression`, with the feature
+//! `draco` `KHR_draco_mesh_compression`, and with `webp` `EXT_texture_webp`. What else a file holds
+//! is a [`Warning`](super::Warning), what else it *requires* an [`Error`].
 //!
 //! # Conventions
 //!
@@ -38,12 +39,15 @@
 
 mod accessor;
 mod document;
+mod draco;
 mod ends;
 mod instances;
 mod material;
+mod meshopt;
 mod pose;
 mod repair;
 mod scene;
+mod solid;
 mod tangents;
 mod texture;
 

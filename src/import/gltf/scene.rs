@@ -4,9 +4,11 @@ use super::accessor::Budget;
 use super::document::Document;
 use super::instances;
 use super::material::{self, Look};
+use super::solid::is_solid;
 use super::tangents::with_tangents;
 use super::texture::Textures;
 use crate::film::Filter;
+use crate::geometry::Bounds;
 use crate::import::framing::framing;
 use crate::import::{Error, Hints, Import, ImportedView, Location};
 use crate::scene::{MaterialId, Mesh, SceneError, WorldBuilder};
@@ -26,6 +28,9 @@ pub(super) fn build(document: &mut Document, resolution: UVec2) -> Result<Import
     let placed = scene.placed_nodes()?;
     for &(node, transform) in &placed {
         scene.transforms[node] = Some(transform);
+        if scene.document.root.nodes[node].camera.is_some() {
+            scene.eyes.push(transform.translation);
+        }
     }
     for (node, transform) in placed {
         scene.add_node(node, transform)?;
@@ -40,6 +45,12 @@ pub(super) struct SceneReader<'a> {
     names: HashSet<String>,
     materials: Vec<Option<(MaterialId, Look)>>,
     fallback: Option<(MaterialId, Look)>,
+    /// Materials without culling in place of those with it.
+    of_solids: HashMap<MaterialId, MaterialId>,
+    /// The primitives, by mesh and number, that are solids or are none.
+    solids: HashMap<(usize, usize), bool>,
+    /// Where cameras are.
+    eyes: Vec<DVec3>,
     textures: Textures,
     /// What has been read of primitives, by mesh, primitive and weights of morph targets.
     geometries: HashMap<(usize, usize, Vec<u32>), Option<Arc<Mesh>>>,
@@ -68,6 +79,9 @@ impl<'a> SceneReader<'a> {
             names: HashSet::new(),
             materials: vec![None; document.root.materials.len()],
             fallback: None,
+            of_solids: HashMap::new(),
+            solids: HashMap::new(),
+            eyes: Vec::new(),
             textures: Textures::new(document),
             geometries: HashMap::new(),
             transforms: vec![None; document.root.nodes.len()],
@@ -171,6 +185,7 @@ impl<'a> SceneReader<'a> {
         for (index, primitive) in primitives.iter().enumerate() {
             let geometry = self.geometry(mesh, index, &weights)?;
             let material = self.material(primitive.material.map(|material| material.value()))?;
+            let is_solid = self.is_solid((mesh, index), geometry.as_deref(), &material.1);
             let part = (primitives.len() > 1).then_some(index);
             let name = self.unique_name(name.as_deref(), node, part);
             let posed = match (&geometry, &joints) {
@@ -182,17 +197,19 @@ impl<'a> SceneReader<'a> {
             };
             if let Some(posed) = posed {
                 // The skin alone says where it is.
-                self.add_surface(name, Some(&posed), DAffine3::IDENTITY, &material, location)?;
+                let there = DAffine3::IDENTITY;
+                self.add_surface(name, Some(&posed), there, is_solid, &material, location)?;
                 continue;
             }
             let geometry = geometry.as_deref();
             let Some(instances) = &instances else {
-                self.add_surface(name, geometry, transform, &material, location)?;
+                self.add_surface(name, geometry, transform, is_solid, &material, location)?;
                 continue;
             };
             for (k, instance) in instances.iter().enumerate() {
                 let name = self.unique_name(Some(&format!("{name}[{k}]")), node, None);
-                self.add_surface(name, geometry, transform * *instance, &material, location)?;
+                let there = transform * *instance;
+                self.add_surface(name, geometry, there, is_solid, &material, location)?;
             }
         }
         Ok(())
@@ -204,11 +221,18 @@ impl<'a> SceneReader<'a> {
         name: String,
         geometry: Option<&Mesh>,
         transform: DAffine3,
+        is_solid: bool,
         (id, look): &(MaterialId, Look),
         location: &Location,
     ) -> Result<(), Error> {
         self.spend_triangles(geometry, location)?;
         let Some(geometry) = geometry else { return Ok(()) };
+        // Nobody sees the back of a solid from outside, culled or not.
+        let id = if is_solid && !self.has_camera_in(geometry, &transform) {
+            &self.material_of_solids(*id, look, location)?
+        } else {
+            id
+        };
         let caused = |error| Error::caused(location.clone(), error);
         let mut added = self.builder.add_mesh(name.clone(), geometry, transform, *id);
         if let Err(SceneError::SingularTransform { .. }) = added {
@@ -269,7 +293,13 @@ impl<'a> SceneReader<'a> {
         if let Some(known) = self.geometries.get(&key) {
             return Ok(known.clone());
         }
-        let read = self.read_primitive(mesh, primitive, weights)?.map(Arc::new);
+        let read = match self.read_primitive(mesh, primitive, weights) {
+            Err(error) if error.is_damage() => {
+                self.document.warnings.rescue(Err(error), "its mesh is left out")?.flatten()
+            }
+            read => read?,
+        };
+        let read = read.map(Arc::new);
         self.geometries.insert(key, read.clone());
         Ok(read)
     }
@@ -301,6 +331,16 @@ impl<'a> SceneReader<'a> {
             self.document.warnings.warn(location, "it has no positions: it is left out")?;
             return Ok(None);
         };
+        let unpacked = self.document.unpack_primitive(&primitive, self.triangles, &location);
+        match unpacked {
+            // What a file does not require of its readers is there without compression, too.
+            Err(error) if error.is_damage() => {
+                if self.document.root.accessors[positions].buffer_view.is_none() {
+                    return Err(error);
+                }
+            }
+            unpacked => unpacked?,
+        }
         if attribute(Semantic::Colors(0)).is_some() {
             self.document.warnings.warn(location.clone(), "colours of vertices are left out")?;
         }
@@ -412,7 +452,9 @@ impl<'a> SceneReader<'a> {
             .clone()
             .filter(|name| self.builder.material(name).is_err())
             .unwrap_or_else(|| element.clone());
-        let id = self.builder.add_material(free, look.material.clone());
+        let plain = look.material.clone();
+        let shown = if look.is_culled { plain.culled() } else { plain };
+        let id = self.builder.add_material(free, shown);
         let id = id.map_err(|error| {
             Error::caused(self.document.location(element, name.as_ref()), error)
         })?;
@@ -421,6 +463,41 @@ impl<'a> SceneReader<'a> {
             None => &mut self.fallback,
         };
         Ok(slot.insert((id, look)).clone())
+    }
+
+    /// True if culling a primitive would make no difference for who is outside of it.
+    fn is_solid(&mut self, key: (usize, usize), geometry: Option<&Mesh>, look: &Look) -> bool {
+        look.is_culled
+            && look.is_opaque
+            && *self.solids.entry(key).or_insert_with(|| geometry.is_some_and(is_solid))
+    }
+
+    /// True if a camera is in the box around a mesh.
+    fn has_camera_in(&self, geometry: &Mesh, transform: &DAffine3) -> bool {
+        let place = |position: &DVec3| transform.transform_point3(*position);
+        let Bounds { min, max } = if self.eyes.is_empty() {
+            Bounds::EMPTY
+        } else {
+            Bounds::of_points(geometry.positions.iter().map(place))
+        };
+        self.eyes.iter().any(|eye| eye.cmpge(min).all() && eye.cmple(max).all())
+    }
+
+    /// The material of a look without culling.
+    fn material_of_solids(
+        &mut self,
+        culled: MaterialId,
+        look: &Look,
+        location: &Location,
+    ) -> Result<MaterialId, Error> {
+        if let Some(id) = self.of_solids.get(&culled) {
+            return Ok(*id);
+        }
+        let name = format!("solid {}", self.of_solids.len());
+        let id = self.builder.add_material(name, look.material.clone());
+        let id = id.map_err(|error| Error::caused(location.clone(), error))?;
+        self.of_solids.insert(culled, id);
+        Ok(id)
     }
 
     /// The file's name for an object, or one that no other object has.
@@ -438,12 +515,15 @@ impl<'a> SceneReader<'a> {
         let whole = self.document.location("", None);
         let caused = |error: &dyn std::error::Error| Error::new(whole.clone(), error.to_string());
         let name = self.unique_name(Some("environment"), usize::MAX, None);
-        let world = self.document.environment.surround(
+        let (world, why_white) = self.document.environment.surround(
             self.builder,
             name,
             &whole,
             &mut self.document.warnings,
         )?;
+        if let Some(reason) = why_white {
+            self.document.warnings.warn(whole.clone(), reason)?;
+        }
         if self.views.is_empty() {
             if world.bounds().is_empty() {
                 return Err(Error::new(whole, "it has neither cameras nor surfaces"));

@@ -60,12 +60,18 @@ impl Textures {
         at: &Location,
     ) -> Result<Texture, Error> {
         let index = info.index.value();
-        let source = document.root.textures[index].source.value();
+        let source = source(&document.root.textures[index]);
         if source >= document.root.images.len() {
             if self.empty.insert(index) {
                 let name = document.root.textures[index].name.as_ref();
                 let location = document.location(format!("texture {index}"), name);
-                let reason = "it has no image that can be read: factors hold in place of it";
+                let reason = match extension(&document.root.textures[index], "KHR_texture_basisu") {
+                    Some(_) => {
+                        "Basis Universal is not supported (`gltf-transform ktxdecompress` makes \
+                         PNG of it): factors hold in place of it"
+                    }
+                    None => "it has no image that can be read: factors hold in place of it",
+                };
                 document.warnings.warn(location, reason)?;
             }
             return Ok(factor.into());
@@ -147,9 +153,10 @@ impl Encoded {
             (None, Some(view)) => document.view(view.value(), location)?.to_vec(),
             _ => return Err(refuse("it needs either a uri or a buffer view")),
         };
-        let format = image::guess_format(&bytes)
-            .ok()
-            .filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg));
+        let format = image::guess_format(&bytes).ok().filter(|format| {
+            matches!(format, ImageFormat::Png | ImageFormat::Jpeg)
+                || (cfg!(feature = "webp") && *format == ImageFormat::WebP)
+        });
         let format = format.ok_or_else(|| refuse("it is neither PNG nor JPEG"))?;
         let (width, height) = ImageReader::with_format(Cursor::new(&bytes), format)
             .into_dimensions()
@@ -171,6 +178,18 @@ impl Encoded {
         })?;
         Bitmap::new(image).map_err(|error| Error::caused(location.clone(), error))
     }
+}
+
+/// The image of a texture: in WebP where that can be read.
+fn source(texture: &gltf::json::Texture) -> usize {
+    let webp = extension(texture, "EXT_texture_webp").filter(|_| cfg!(feature = "webp"));
+    webp.unwrap_or_else(|| texture.source.value())
+}
+
+/// The image that an extension names.
+fn extension(texture: &gltf::json::Texture, name: &str) -> Option<usize> {
+    let extension = texture.extensions.as_ref()?.others.get(name)?;
+    extension.get("source")?.as_u64().map(|source| source as usize)
 }
 
 /// The colours of an image whose channels have 8 or 16 bits.

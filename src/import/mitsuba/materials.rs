@@ -6,7 +6,7 @@ use super::conductors;
 use super::document::Element;
 use super::spectrum::Illuminant;
 use super::values::{Object, number};
-use crate::bsdf::{Beckmann, Ggx, Microfacets, RoughPlastic};
+use crate::bsdf::{Beckmann, Ggx, Microfacets, PrincipledLobes, RoughPlastic};
 use crate::material::{GreenAxis, Relief, Texture};
 use crate::math::Rgb;
 use crate::scene::{Material, MaterialId};
@@ -107,6 +107,8 @@ impl<'a> Loader<'a> {
             }
             "plastic" => self.plastic(&object)?.one_sided(),
             "roughplastic" => self.rough_plastic(&object)?.one_sided(),
+            "principled" => self.principled(&object)?,
+            "principledthin" => self.principled_thin(&object)?,
             "null" => Material::Null,
             "twosided" => match self.nested(&object, depth)?[..] {
                 [ref both] => {
@@ -236,6 +238,79 @@ impl<'a> Loader<'a> {
         Ok(roughness.of(plastic))
     }
 
+    /// A parameter in [0, 1] that must not vary.
+    fn constant_share(&mut self, object: &Object<'a>, name: &str) -> Result<f64, Error> {
+        let share = self.colour(object, name, Illuminant::D65)?.map_or(0.0, Rgb::luminance);
+        if !(-1e-12..=1.0 + 1e-12).contains(&share) {
+            self.warn(
+                object.element,
+                format!("{name} is {share}, but must be in [0, 1], and is the nearest of them"),
+            )?;
+        }
+        Ok(share.clamp(0.0, 1.0))
+    }
+
+    fn principled(&mut self, object: &Object<'a>) -> Result<Material, Error> {
+        object.ignore(&[
+            "diffuse_reflectance_sampling_rate",
+            "main_specular_sampling_rate",
+            "clearcoat_sampling_rate",
+        ]);
+        let grey = |value: f64| Texture::from(Rgb::splat(value));
+        let mut texture = |name: &str, default: f64| -> Result<Texture, Error> {
+            Ok(self.texture(object, name, Illuminant::D65)?.unwrap_or_else(|| grey(default)))
+        };
+        let (base_color, metalness, roughness) =
+            (texture("base_color", 0.5)?, texture("metallic", 0.0)?, texture("roughness", 0.5)?);
+        let transmission = self.constant_share(object, "spec_trans")?;
+        let relative_ior = match object.float("eta")? {
+            Some(eta) => eta,
+            None => {
+                let specular = object.float_or("specular", 0.5)?;
+                2.0 / (1.0 - (0.08 * specular.clamp(0.0, 1.0)).sqrt()) - 1.0
+            }
+        };
+        let lobes = PrincipledLobes {
+            relative_ior,
+            transmission,
+            anisotropy: self.constant_share(object, "anisotropic")?,
+            specular_tint: self.constant_share(object, "spec_tint")?,
+            sheen: self.constant_share(object, "sheen")?,
+            sheen_tint: self.constant_share(object, "sheen_tint")?,
+            flatness: self.constant_share(object, "flatness")?,
+            clearcoat: self.constant_share(object, "clearcoat")?,
+            clearcoat_gloss: self.constant_share(object, "clearcoat_gloss")?,
+        };
+        let material =
+            Material::Principled { base_color, metalness, roughness, lobes: Box::new(lobes) };
+        Ok(if transmission > 0.0 { material } else { material.one_sided() })
+    }
+
+    /// A thin sheet, which reflects on both sides.
+    fn principled_thin(&mut self, object: &Object<'a>) -> Result<Material, Error> {
+        object.ignore(&[
+            "diffuse_transmittance_sampling_rate",
+            "diffuse_reflectance_sampling_rate",
+            "specular_reflectance_sampling_rate",
+            "specular_transmittance_sampling_rate",
+            "diff_trans",
+        ]);
+        self.warn(object.element, "principledthin is approximated: it transmits as a smooth pane, and reflects what it transmits diffusely")?;
+        let sheet = match self.principled(object)? {
+            Material::Sided { front, .. } => return Ok(*front),
+            sheet => sheet,
+        };
+        let Material::Principled { base_color, metalness, roughness, lobes } = sheet else {
+            return Ok(sheet);
+        };
+        let (transmission, relative_ior) = (lobes.transmission, lobes.relative_ior);
+        let lobes = Box::new(PrincipledLobes { transmission: 0.0, ..*lobes });
+        let pane = Material::ThinDielectric { relative_ior }.stained(base_color.clone());
+        let sheet = Material::Principled { base_color, metalness, roughness, lobes };
+        let weights = [1.0 - transmission, transmission];
+        Ok(Material::Mixture { components: Box::new([sheet, pane]), weights })
+    }
+
     /// Multiplies by `specular_reflectance`.
     fn tinted(&mut self, object: &Object<'a>, material: Material) -> Result<Material, Error> {
         Ok(match self.texture(object, "specular_reflectance", Illuminant::D65)? {
@@ -244,13 +319,17 @@ impl<'a> Loader<'a> {
         })
     }
 
-    /// Multiplies by `specular_reflectance` and `specular_transmittance`, if they are the same.
+    /// Multiplies by `specular_reflectance` and `specular_transmittance`, if they are the same or
+    /// all is reflected that can be.
     fn transmissive(&mut self, object: &Object<'a>, material: Material) -> Result<Material, Error> {
         let white = || Texture::from(Rgb::WHITE);
         let reflectance =
             self.texture(object, "specular_reflectance", Illuminant::D65)?.unwrap_or_else(white);
         let transmittance =
             self.texture(object, "specular_transmittance", Illuminant::D65)?.unwrap_or_else(white);
+        if reflectance == white() && transmittance != white() {
+            return Ok(material.stained(transmittance));
+        }
         if reflectance != transmittance {
             self.warn(object.element, "specular_reflectance and specular_transmittance differ, which is not supported: both are 1")?;
             return Ok(material);

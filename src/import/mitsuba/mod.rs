@@ -21,7 +21,7 @@
 //! | shapes | `obj`, `ply`, `serialized`, `rectangle`, `sphere`, `disk`, `cylinder`, `cube` |
 //! | shapes made of others | `shapegroup`, `instance`, `merge` |
 //! | settings of shapes | `to_world`, `flip_normals`, `face_normals`, `flip_tex_coords` |
-//! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic`, `roughplastic` |
+//! | bsdfs | `diffuse`, `conductor`, `roughconductor`, `plastic`, `roughplastic`, `principled` |
 //! | bsdfs that transmit light | `dielectric`, `thindielectric`, `roughdielectric`, `null` |
 //! | bsdfs made of others | `twosided`, `mask`, `blendbsdf`, `normalmap`, `bumpmap` |
 //! | emitters | `area`, `point`, `spot`, `directional`, `constant`, `envmap` |

@@ -290,7 +290,9 @@ impl Loader {
             self.environment = Environment::Colour(Rgb::WHITE);
         }
         let warnings = &mut self.warnings;
-        let world = self.environment.surround(self.builder, name, &whole, warnings)?;
+        let (world, why_white) = self.environment.surround(self.builder, name, &whole, warnings)?;
+        // The format has no lights, so that nothing is missing.
+        why_white.into_iter().for_each(|sentence| warnings.note(sentence));
         if world.bounds().is_empty() {
             return Err(Error::new(whole, "it has no face that can be shown"));
         }

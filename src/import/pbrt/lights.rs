@@ -140,7 +140,7 @@ impl Loader {
         } else {
             image
         };
-        image.pixels_mut().iter_mut().for_each(|pixel| *pixel = *pixel * scale);
+        image.pixels_mut().iter_mut().for_each(|pixel| *pixel *= scale);
         let axes = self.rotation(object)? * TO_LIGHT;
         self.environment.image = Some((image, axes));
         Ok(())

@@ -228,6 +228,8 @@ impl Loader {
                 let glass = dielectric(self.index(object, name, to_uv)?, alpha);
                 if reflected == transmitted {
                     tinted(glass, reflected)
+                } else if reflected.as_constant() == Some(Rgb::WHITE) {
+                    glass.stained(transmitted)
                 } else {
                     let reason = "Kr and Kt differ, which is not supported: both are 1";
                     self.warnings.warn(object.location.clone(), reason)?;

@@ -230,7 +230,7 @@ impl Loader {
             Form::Round(round) => {
                 exact = round.exact(&to_world, shape.reverse, is_textured);
                 if let Some(Exact::Sphere(sphere)) = &exact {
-                    to_uv = round.to_uv(sphere, &to_world);
+                    to_uv = round.uv_map(sphere, &to_world);
                 }
             }
             Form::Quad(_) if is_turned => to_uv.matrix2 = DMat2::from_cols(DVec2::Y, DVec2::X),
@@ -263,7 +263,7 @@ impl Loader {
                 (self.builder.add_quad(name, quad, material).map_err(caused)?, area, 1)
             }
             (Form::Mesh(mesh, lights), _) => {
-                let area = area(mesh, &to_world);
+                let area = light.map_or(0.0, |_| area(mesh, &to_world));
                 (self.mesh(name, mesh, shape, &to_world, material, is_textured)?, area, *lights)
             }
             (Form::Round(round), None) => {
@@ -275,7 +275,7 @@ impl Loader {
                     mesh.indices.len()
                 );
                 self.warnings.warn(shape.location.clone(), reason)?;
-                let area = area(&mesh, &to_world);
+                let area = light.map_or(0.0, |_| area(&mesh, &to_world));
                 (self.mesh(name, &mesh, shape, &to_world, material, is_textured)?, area, 1)
             }
         };
@@ -341,7 +341,7 @@ impl Loader {
         let mut scale = self.light_scale(light)?;
         if let Some(power) = light.number("power")?.filter(|power| *power > 0.0) {
             let sides = if is_two_sided { 2.0 } else { 1.0 };
-            scale = scale * (power * lights as f64 / (sides * PI * area * luminance));
+            scale *= power * lights as f64 / (sides * PI * area * luminance);
         }
         light.ignore(&["samples", "nsamples"]);
         light.finish(&mut self.warnings)?;
@@ -399,7 +399,7 @@ impl Round {
 
     /// The map from the crate's texture coordinates on a sphere to pbrt's: the longitude starts at
     /// x, and v rises to the pole.
-    fn to_uv(&self, sphere: &Sphere, to_world: &DAffine3) -> DAffine2 {
+    fn uv_map(&self, sphere: &Sphere, to_world: &DAffine3) -> DAffine2 {
         let matrix = to_world.matrix3;
         let frame = Frame::from_normal(sphere.axis.normalize());
         let x = frame.to_local(matrix.x_axis);

@@ -345,6 +345,40 @@ def instances():
     save("instances.gltf", writer.into(document, writer.embedded()))
 
 
+def packed():
+    """A square twice: in streams of meshoptimizer 1.0 (positions, octahedral normals, triangles) without the buffer that they replace, and in one of Draco 1.5."""
+    writer = Writer()
+    streams = ["a00000000133000000ffff000000010c000000ff000000000000000000000000000000000000000000000000000080bf000080bf00000000",
+               "a0000000000000000000000000000000000000000000000000000000000000000036007f00", "e1f000007687566778a9866589689801690000"]
+    streams = [bytes.fromhex(stream) for stream in streams]
+    for stream, (offset, stride, count, mode, more) in zip(streams, [(0, 12, 4, "ATTRIBUTES", {}), (48, 4, 4, "ATTRIBUTES", {"filter": "OCTAHEDRAL"}), (64, 2, 6, "TRIANGLES", {})]):
+        place = writer.views[writer.view(stream)]
+        packed = {"buffer": 0, "byteOffset": place["byteOffset"], "byteLength": len(stream), "byteStride": stride, "count": count, "mode": mode, **more}
+        writer.views[-1] = {"buffer": 1, "byteOffset": offset, "byteLength": stride * count, "extensions": {"EXT_meshopt_compression": packed}}
+        if stride >= 4:
+            writer.views[-1]["byteStride"] = stride
+    square = writer.view(bytes.fromhex(
+        "445241434f02020101000000040200020000011fff011101ff0000010009030000020101010003030130011003002882980000000000ff0f0000000080bf000080bf00000000000000400c"))
+    bounds = {"min": [-1, -1, 0], "max": [1, 1, 0]}
+    writer.accessors = [
+        {"bufferView": 0, "componentType": F32, "count": 4, "type": "VEC3", **bounds}, {"bufferView": 1, "componentType": 5120, "normalized": True, "count": 4, "type": "VEC3"},
+        {"bufferView": 2, "componentType": U16, "count": 6, "type": "SCALAR"},
+        {"componentType": F32, "count": 4, "type": "VEC3", **bounds}, {"componentType": U16, "count": 6, "type": "SCALAR"},
+    ]
+    draco = {"KHR_draco_mesh_compression": {"bufferView": square, "attributes": {"POSITION": 0}}}
+    used = ["KHR_mesh_quantization", "EXT_meshopt_compression", "KHR_draco_mesh_compression"]
+    document = {
+        "extensionsUsed": used, "extensionsRequired": used, "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"name": "meshopt", "mesh": 0}, {"name": "draco", "mesh": 1, "translation": [3, 0, 0]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": 0}]},
+                   {"primitives": [{"attributes": {"POSITION": 3}, "indices": 4, "material": 0, "extensions": draco}]}],
+        "materials": [{"emissiveFactor": [1, 1, 1]}],
+    }
+    document = writer.into(document, writer.embedded())
+    document["buffers"].append({"byteLength": 76, "extensions": {"EXT_meshopt_compression": {"fallback": True}}})
+    save("packed.gltf", document)
+
+
 box()
 lights()
 materials()
@@ -354,3 +388,4 @@ wraps()
 nodes()
 poses()
 instances()
+packed()
