@@ -12,6 +12,10 @@ const NONE: u32 = u32::MAX;
 /// Vertices that a position may have before they are not compared any more.
 const MOST_COMPARED: usize = 64;
 
+const NO_POSITION: &str = "a triangle has a vertex that is not there or not finite: it is left out";
+const NO_UV: &str = "texture coordinates that are not there or not finite: they are 0";
+const NO_NORMAL: &str = "a normal that is not there, zero or not finite: it is that of the face";
+
 /// The vertices and triangles of a file. Numbers are those of the file, in single precision.
 #[derive(Debug, Default)]
 pub(crate) struct Geometry {
@@ -86,16 +90,16 @@ impl Geometry {
             part.triangles.retain_mut(|triangle| {
                 let is_whole = triangle.corners.iter().all(|corner| exists(corner.position));
                 if !is_whole {
-                    faults.add(line, "a triangle has a vertex that is not there or not finite: it is left out");
+                    faults.add(line, NO_POSITION);
                 }
                 for corner in &mut triangle.corners {
                     if !has_uv(corner.uv) {
                         corner.uv = NONE;
-                        faults.add(line, "texture coordinates that are not there or not finite: they are 0");
+                        faults.add(line, NO_UV);
                     }
                     if !has_normal(corner.normal) {
                         corner.normal = NONE;
-                        faults.add(line, "a normal that is not there, zero or not finite: it is that of the face");
+                        faults.add(line, NO_NORMAL);
                     }
                 }
                 is_whole

@@ -138,7 +138,7 @@ impl Description {
             "map_d" => self.opacity.1 = map(faults),
             "map_Bump" | "map_bump" | "bump" => self.heights = map(faults),
             "norm" | "map_Kn" => self.normals = map(faults),
-            // Ambient light stands for what light transport computes; the others are about aliasing.
+            // Ambient light is what light transport computes; the others are about aliasing.
             "Ka" | "map_Ka" | "sharpness" | "map_aat" => {}
             "Tf" if words(rest).all(|word| statements::number(word) == Some(1.0f64)) => {}
             "Ps" | "Pc" | "Pcr" | "aniso" | "anisor"
