@@ -157,3 +157,11 @@ fn accessors_may_lack_bounds_and_bytes() {
         assert_eq!(lamp.emit(&point, DVec3::Z), Rgb::new(0.5, 0.0, 0.0));
     }
 }
+
+#[test]
+fn variants_of_materials_change_nothing() {
+    let text =
+        altered("box.gltf", "/extensionsUsed/1", serde_json::json!("KHR_materials_variants"));
+    let strict = Options { strict: true, ..Options::default() };
+    assert!(load_text("variants", &text, &strict).is_ok());
+}

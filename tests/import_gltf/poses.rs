@@ -1,6 +1,6 @@
 //! Meshes at rest: morph targets, skins, and instances.
 
-use crate::files::{SQUARE, altered, data, load, load_text, seen};
+use crate::files::{SQUARE, altered, data, directory, load, load_text, seen};
 use approx::assert_relative_eq;
 use glam::{DAffine3, DMat4, DQuat, DVec2, DVec3, DVec4};
 use pathspace::endpoint::Endpoint;
@@ -82,6 +82,31 @@ fn skins_follow_their_joints() {
         let expected = corners.map(normal).iter().sum::<DVec3>().normalize();
         assert_relative_eq!(x.shading_normal, expected, epsilon = 1e-5);
     }
+}
+
+/// Tangents that are made for a normal map make vertices of their own; joints are still found.
+#[test]
+fn skins_with_normal_maps_follow_their_joints() {
+    let expected = load("poses.gltf", SQUARE).world.bounds();
+    std::fs::copy(data("two by two.png"), directory("relief").join("two by two.png")).expect("ok");
+    let source = std::fs::read_to_string(data("poses.gltf")).expect("readable");
+    let mut document: serde_json::Value = serde_json::from_str(&source).expect("valid");
+    let ladder = document["meshes"][1]["primitives"][0]["attributes"].clone();
+    // Six pairs of the numbers of its positions.
+    let positions = ladder["POSITION"].as_u64().expect("an index") as usize;
+    let view = document["accessors"][positions]["bufferView"].clone();
+    let pairs = json!({"bufferView": view, "componentType": 5126, "count": 6, "type": "VEC2"});
+    let accessors = document["accessors"].as_array_mut().expect("a list");
+    accessors.push(pairs);
+    let uvs = accessors.len() - 1;
+    document["meshes"][1]["primitives"][0]["attributes"]["TEXCOORD_0"] = uvs.into();
+    document["images"] = json!([{"uri": "two by two.png"}]);
+    document["textures"] = json!([{"source": 0}]);
+    document["materials"][0]["normalTexture"] = json!({"index": 0});
+    let import = load_text("relief", &document.to_string(), &Options::default()).expect("valid");
+    let warnings: Vec<String> = import.warnings.iter().map(ToString::to_string).collect();
+    assert!(!warnings.iter().any(|warning| warning.contains("stored")), "{warnings:?}");
+    assert_eq!(import.world.bounds(), expected);
 }
 
 #[test]

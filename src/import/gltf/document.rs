@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Extensions whose meaning is known here.
-const KNOWN_EXTENSIONS: [&str; 13] = [
+const KNOWN_EXTENSIONS: [&str; 14] = [
     draco::EXTENSION,
     instances::EXTENSION,
     meshopt::EXTENSIONS[0],
@@ -26,6 +26,7 @@ const KNOWN_EXTENSIONS: [&str; 13] = [
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_transmission",
+    "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_texture_basisu",

@@ -211,6 +211,12 @@ impl<'a> SceneReader<'a> {
                 _ => None,
             };
             if let Some(posed) = posed {
+                let posed = match (&material.1.relief, &posed.tangents) {
+                    (Some((relief, to_uv)), None) => {
+                        with_tangents(posed, relief.texture().has_other_coordinates(), *to_uv)
+                    }
+                    _ => posed,
+                };
                 // The skin alone says where it is.
                 let there = DAffine3::IDENTITY;
                 self.add_surface(name, Some(&posed), there, is_solid, &material, location)?;
@@ -417,11 +423,13 @@ impl<'a> SceneReader<'a> {
         let mesh = Mesh { positions, normals, uvs, other_uvs, colors, indices, ..Mesh::default() };
         let Some((relief, to_uv)) = look.relief else { return Ok(Some(mesh)) };
         let tangents = match tangents {
-            Some(tangents) => self.tangents(tangents, &mesh, location)?,
+            Some(tangents) => self.tangents(tangents, &primitive, weights, &mesh, location)?,
             None => None,
         };
         Ok(Some(match tangents {
             Some(_) => Mesh { tangents, ..mesh },
+            // They make vertices of their own, so a mesh gets them in its pose.
+            None if attribute(Semantic::Joints(0)).is_some() => mesh,
             None => with_tangents(mesh, relief.texture().has_other_coordinates(), to_uv),
         }))
     }
@@ -476,17 +484,19 @@ impl<'a> SceneReader<'a> {
     fn tangents(
         &mut self,
         accessor: usize,
+        primitive: &Primitive,
+        weights: &[f32],
         mesh: &Mesh,
         location: Location,
     ) -> Result<Option<Vec<DVec4>>, Error> {
-        let tangents: Vec<DVec4> = self
-            .document
-            .vectors(accessor, &mut self.budget)?
-            .into_iter()
-            .map(DVec4::from_array)
-            .collect();
+        let (document, budget) = (&*self.document, &mut self.budget);
+        let tangents: Vec<DVec4> =
+            document.vectors(accessor, budget)?.into_iter().map(DVec4::from_array).collect();
         if tangents.len() == mesh.positions.len() && tangents.iter().all(|t| t.is_finite()) {
-            return Ok(Some(tangents));
+            let mut along: Vec<DVec3> = tangents.iter().map(|t| t.truncate()).collect();
+            document.morph(primitive, weights, |target| target.tangents, &mut along, budget)?;
+            let morphed = along.into_iter().zip(&tangents).map(|(along, t)| along.extend(t.w));
+            return Ok(Some(morphed.collect()));
         }
         let reason = "its tangents are too few, too many or not finite: they are made anew";
         self.document.warnings.warn(location, reason)?;
