@@ -89,6 +89,10 @@ impl SceneReader<'_> {
                 .try_normalize()
                 .unwrap_or(*normal);
         }
+        for (tangent, transform) in posed.tangents.iter_mut().flatten().zip(&transforms) {
+            let side = tangent.w * transform.matrix3.determinant().signum();
+            *tangent = (transform.matrix3 * tangent.truncate()).extend(side);
+        }
         let mirrors = |vertex: u32| {
             let transform = transforms.get(vertex as usize);
             transform.is_some_and(|transform| transform.matrix3.determinant() < 0.0)

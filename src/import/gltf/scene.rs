@@ -211,6 +211,7 @@ impl<'a> SceneReader<'a> {
                 _ => None,
             };
             if let Some(posed) = posed {
+                let posed = with_missing_tangents(posed, &material.1);
                 // The skin alone says where it is.
                 let there = DAffine3::IDENTITY;
                 self.add_surface(name, Some(&posed), there, is_solid, &material, location)?;
@@ -415,15 +416,30 @@ impl<'a> SceneReader<'a> {
         }
         let tangents = attribute(Semantic::Tangents).filter(|_| normals.is_some());
         let mesh = Mesh { positions, normals, uvs, other_uvs, colors, indices, ..Mesh::default() };
-        let Some((relief, to_uv)) = look.relief else { return Ok(Some(mesh)) };
-        let tangents = match tangents {
+        if look.relief.is_none() {
+            return Ok(Some(mesh));
+        }
+        let mut tangents = match tangents {
             Some(tangents) => self.tangents(tangents, &mesh, location)?,
             None => None,
         };
-        Ok(Some(match tangents {
-            Some(_) => Mesh { tangents, ..mesh },
-            None => with_tangents(mesh, relief.texture().has_other_coordinates(), to_uv),
-        }))
+        if let Some(tangents) = &mut tangents {
+            let mut directions: Vec<DVec3> = tangents.iter().map(|t| t.truncate()).collect();
+            let (document, budget) = (&*self.document, &mut self.budget);
+            document.morph(
+                &primitive,
+                weights,
+                |target| target.tangents,
+                &mut directions,
+                budget,
+            )?;
+            let both = tangents.iter_mut().zip(directions);
+            both.for_each(|(tangent, direction)| *tangent = direction.extend(tangent.w));
+        }
+        let mesh = Mesh { tangents, ..mesh };
+        // Vertices must stay those that joints are given for.
+        let is_skinned = attribute(Semantic::Joints(0)).is_some();
+        Ok(Some(if is_skinned { mesh } else { with_missing_tangents(mesh, &look) }))
     }
 
     /// A set of texture coordinates that a material asks for; zeros if the mesh lacks it.
@@ -649,6 +665,16 @@ fn flattened(mesh: &Mesh, transform: DAffine3) -> Option<Mesh> {
         matches!((a, b, c), (Some(a), Some(b), Some(c)) if (b - a).cross(c - a).length_squared() > 0.0)
     });
     has_area.then(|| Mesh { positions, normals: None, ..mesh.clone() })
+}
+
+/// The mesh with tangents if its material has a relief.
+fn with_missing_tangents(mesh: Mesh, look: &Look) -> Mesh {
+    match &look.relief {
+        Some((relief, to_uv)) if mesh.tangents.is_none() => {
+            with_tangents(mesh, relief.texture().has_other_coordinates(), *to_uv)
+        }
+        _ => mesh,
+    }
 }
 
 /// Corners of triangles. Every other triangle of a strip is turned, so that all face the same side.
