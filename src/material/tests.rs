@@ -4,7 +4,7 @@ use super::*;
 use crate::bsdf::check::check;
 use crate::bsdf::{Bsdf, Lambert, LaneForm, Model, TransportMode};
 use crate::sampler::{Independent, SampleSource, Sampler};
-use glam::DVec3;
+use glam::{DAffine2, DVec3, DVec4};
 use std::f64::consts::PI;
 
 fn lambert(albedo: f64) -> Material {
@@ -316,4 +316,29 @@ fn stains_colour_what_passes() {
             }
         }
     }
+}
+
+/// Products look at vertices as their factors do, and give them transforms and coordinates.
+#[test]
+fn products_ask_vertices() {
+    let values = VertexValues {
+        uvs: Some(vec![DVec2::new(0.25, 0.25); 3]),
+        other_uvs: Some(vec![DVec2::new(0.75, 0.25); 3]),
+        colors: Some(vec![DVec4::new(0.5, 1.0, 0.25, 1.0); 3]),
+        indices: vec![[0, 1, 2]],
+    };
+    let site = VertexSite { values: &values, index: 0, barycentric: DVec2::splat(0.25) };
+    let white = Texture::from(Rgb::WHITE);
+    let coloured = white.clone().with_vertex_factor(VertexFactor::Color);
+    let board = Texture::checkerboard(Rgb::splat(0.5), Rgb::splat(0.25));
+    let product = coloured.times(board.clone());
+    assert!(product.asks_vertices() && product.as_constant().is_none());
+    assert!(!white.times(board).asks_vertices());
+    let colour = Rgb::new(0.5, 1.0, 0.25);
+    assert_eq!(product.on_mesh(&site), colour * 0.5);
+    assert_eq!(product.clone().with_other_coordinates().on_mesh(&site), colour * 0.25);
+    let half = DAffine2::from_translation(DVec2::new(0.5, 0.0));
+    let moved = product.with_transform(half).expect("finite");
+    assert_eq!(moved.on_mesh(&site), colour * 0.25);
+    assert_eq!(moved.at(DVec2::new(0.25, 0.25)), Rgb::splat(0.25));
 }

@@ -179,7 +179,7 @@ impl Texture {
             }
             Pattern::Product(_) => return Err(TextureError::Product),
         };
-        let recoloured = Self { to_uv: self.to_uv, ..Self::of(pattern) };
+        let recoloured = Self { pattern, factor: Rgb::WHITE, ..self.clone() };
         let [least, greatest] = recoloured.range();
         let is_finite = least.is_finite() && greatest.is_finite();
         if is_finite { Ok(recoloured) } else { Err(TextureError::NotFinite) }

@@ -2,8 +2,9 @@
 
 use crate::files::{data, directory, load_text, seen};
 use approx::assert_relative_eq;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use pathspace::bsdf::{Bsdf, MetallicRoughness};
+use pathspace::geometry::SurfacePoint;
 use pathspace::import::Options;
 use pathspace::math::Rgb;
 use pathspace::scene::{Scene, World};
@@ -12,6 +13,16 @@ use serde_json::{Value, json};
 /// A triangle from (-1, -1) over (1, -1) to (0, 1) with more attributes: the name, the numbers of
 /// each vertex, and the vertices.
 fn triangle(name: &str, material: Value, attributes: &[(&str, usize, &[f32])]) -> World {
+    changed(name, material, attributes, |_| {})
+}
+
+/// The same in a file with something else changed.
+fn changed(
+    name: &str,
+    material: Value,
+    attributes: &[(&str, usize, &[f32])],
+    change: impl Fn(&mut Value),
+) -> World {
     let positions: &[f32] = &[-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0];
     let (mut bytes, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
     let mut named = serde_json::Map::new();
@@ -27,7 +38,7 @@ fn triangle(name: &str, material: Value, attributes: &[(&str, usize, &[f32])]) -
         named.insert(attribute.to_owned(), json!(accessors.len()));
         accessors.push(accessor);
     }
-    let document = json!({
+    let mut document = json!({
         "asset": {"version": "2.0"},
         "nodes": [{"mesh": 0}],
         "meshes": [{"primitives": [{"attributes": named, "material": 0}]}],
@@ -39,6 +50,7 @@ fn triangle(name: &str, material: Value, attributes: &[(&str, usize, &[f32])]) -
         "bufferViews": views,
         "accessors": accessors,
     });
+    change(&mut document);
     std::fs::write(directory(name).join("vertices.bin"), bytes).expect("writable");
     std::fs::copy(data("two by two.png"), directory(name).join("two by two.png")).expect("copied");
     let import = load_text(name, &document.to_string(), &Options::default()).expect("valid");
@@ -119,4 +131,64 @@ fn normal_maps_have_their_own_coordinates() {
     let point = seen(&world, DVec3::new(0.0, 0.7, 1.0), -DVec3::Z);
     let expected = DVec3::new(-0.5, -0.5, 1.0).normalize();
     assert_relative_eq!(point.shading_normal, expected, epsilon = 1e-6);
+}
+
+/// What the alpha of vertices cuts away is not there, whatever the product with the image says.
+#[test]
+fn alpha_of_vertices_cuts() {
+    let colors: &[f32] = &[1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0];
+    let material = json!({"alphaMode": "MASK", "alphaCutoff": 0.5,
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}});
+    let blue = [0.25f32, 0.75].repeat(3);
+    let sets: &[(&str, usize, &[f32])] = &[("TEXCOORD_0", 2, &blue), ("COLOR_0", 4, colors)];
+    let world = triangle("cut by vertices", material, sets);
+    for ([a, b, c], is_there) in [([0.25, 0.25, 0.5], true), ([0.75, 0.125, 0.125], false)] {
+        let origin = SurfacePoint::dirac(DVec3::new(b - a, c - a - b, 1.0));
+        assert_eq!(world.intersect(&origin, -DVec3::Z).is_some(), is_there, "{a}");
+    }
+}
+
+/// A joint takes along the axes of normal maps, given or made, and what else vertices have.
+#[test]
+fn skins_keep_what_vertices_have() {
+    let uvs: &[f32] = &[0.1, 0.9, 0.4, 0.9, 0.25, 0.6];
+    let colors: &[f32] = &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let normals = [0.0f32, 0.6, 0.8].repeat(3);
+    let tangents = [0.0f32, 0.8, -0.6, -1.0].repeat(3);
+    let (joints, weights) = ([0.0f32; 12], [1.0f32, 0.0, 0.0, 0.0].repeat(3));
+    let all: [(&str, usize, &[f32]); 6] = [
+        ("TEXCOORD_1", 2, uvs),
+        ("COLOR_0", 3, colors),
+        ("NORMAL", 3, &normals),
+        ("JOINTS_0", 4, &joints),
+        ("WEIGHTS_0", 4, &weights),
+        ("TANGENT", 4, &tangents),
+    ];
+    let material = json!({"normalTexture": {"index": 0, "texCoord": 1, "scale": 0.5},
+        "pbrMetallicRoughness": {"metallicFactor": 0}});
+    let half = 0.5f64.sqrt();
+    for (kind, attributes) in [("given", &all[..]), ("made", &all[..5])] {
+        let still = triangle(&format!("still {kind}"), material.clone(), attributes);
+        for (name, joint, x_axis, y_axis) in [
+            ("turned", json!({"rotation": [0, 0, half, half]}), DVec3::Y, -DVec3::X),
+            ("mirrored", json!({"scale": [-1, 1, 1]}), -DVec3::X, DVec3::Y),
+        ] {
+            let name = format!("{name} {kind}");
+            let moved = changed(&name, material.clone(), attributes, |document| {
+                document["skins"] = json!([{"joints": [1]}]);
+                document["nodes"] = json!([{"mesh": 0, "skin": 0}, joint]);
+            });
+            let matrix = DMat3::from_cols(x_axis, y_axis, DVec3::Z);
+            let place = DVec3::new(0.1, -0.2, 1.0);
+            let [still_point, point] = [(&still, place), (&moved, matrix * place)]
+                .map(|(world, from)| seen(world, from, -DVec3::Z));
+            let expected = matrix * still_point.shading_normal;
+            assert!(still_point.shading_normal.distance(DVec3::new(0.0, 0.6, 0.8)) > 0.1);
+            assert_relative_eq!(point.shading_normal, expected, epsilon = 1e-6);
+            let [still_value, value] = [(&still, &still_point), (&moved, &point)]
+                .map(|(world, point)| world.bsdf(point).eval(DVec3::Z, DVec3::Z));
+            assert_close(value, still_value);
+            assert!(value.r() != value.b());
+        }
+    }
 }

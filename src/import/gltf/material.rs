@@ -165,13 +165,27 @@ pub(super) fn look(
         Material::MetallicRoughness { base_color, metallic_roughness, relative_ior }
     };
 
+    let strength = extensions
+        .emissive_strength
+        .map_or(1.0, |strength| f64::from(strength.emissive_strength.0));
+    let factor = Rgb(source.emissive_factor.0.map(f64::from)) * strength;
     let visible = visibility(document, textures, &source, opacity, vertex_colors, &location)?;
+    // Lights see no vertices, and must not differ from what rays meet.
+    let is_unseen = |visible: &&Texture| !factor.is_black() && visible.asks_vertices();
+    if visible.as_ref().is_some_and(|visible| is_unseen(&visible)) {
+        document.warnings.warn(
+            location.clone(),
+            "its emission is not reduced by alpha of vertices or of a second set of texture \
+             coordinates",
+        )?;
+    }
+    let cut = visible.as_ref().filter(|visible| !is_unseen(visible)).cloned();
     let mut cutout = None;
     if let Some(visible) = &visible {
         if visible.as_constant() == Some(Rgb::BLACK) {
             material = Material::Null;
-        } else if visible.is_cut() {
-            cutout = Some(visible.clone());
+        } else if visible.is_cut() && cut.is_some() {
+            cutout = cut.clone();
         } else if matches!(material, Material::Mixture { .. }) {
             document.warnings.warn(
                 location.clone(),
@@ -181,7 +195,7 @@ pub(super) fn look(
             let components = Box::new([Material::Null, material]);
             material = Material::Blend { components, amount: visible.clone() };
             // Rays pass without an event where there is nothing.
-            cutout = visible.range()[0].is_black().then(|| visible.clone());
+            cutout = cut.clone().filter(|cut| cut.range()[0].is_black());
         }
     }
     let is_opaque = visible.is_none() && !transmits;
@@ -189,18 +203,14 @@ pub(super) fn look(
     let is_culled =
         !(document.back_faces || source.double_sided || transmits || material == Material::Null);
 
-    let strength = extensions
-        .emissive_strength
-        .map_or(1.0, |strength| f64::from(strength.emissive_strength.0));
-    let factor = Rgb(source.emissive_factor.0.map(f64::from)) * strength;
     let emission = match &source.emissive_texture {
         _ if factor.is_black() => None,
         Some(info) => Some(textures.texture(document, info, Meaning::Colour, factor, &location)?),
         None => Some(factor.into()),
     };
     // What is not there does not emit.
-    let emission = match (emission, visible) {
-        (Some(emission), Some(visible)) => Some(emission.times(visible)),
+    let emission = match (emission, cut) {
+        (Some(emission), Some(cut)) => Some(emission.times(cut)),
         (emission, _) => emission,
     };
     let relief = normal_map(document, textures, &source, normals.as_ref(), &location)?;

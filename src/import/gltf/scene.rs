@@ -211,12 +211,7 @@ impl<'a> SceneReader<'a> {
                 _ => None,
             };
             if let Some(posed) = posed {
-                let posed = match (&material.1.relief, &posed.tangents) {
-                    (Some((relief, to_uv)), None) => {
-                        with_tangents(posed, relief.texture().has_other_coordinates(), *to_uv)
-                    }
-                    _ => posed,
-                };
+                let posed = with_missing_tangents(posed, &material.1);
                 // The skin alone says where it is.
                 let there = DAffine3::IDENTITY;
                 self.add_surface(name, Some(&posed), there, is_solid, &material, location)?;
@@ -421,17 +416,17 @@ impl<'a> SceneReader<'a> {
         }
         let tangents = attribute(Semantic::Tangents).filter(|_| normals.is_some());
         let mesh = Mesh { positions, normals, uvs, other_uvs, colors, indices, ..Mesh::default() };
-        let Some((relief, to_uv)) = look.relief else { return Ok(Some(mesh)) };
+        if look.relief.is_none() {
+            return Ok(Some(mesh));
+        }
         let tangents = match tangents {
             Some(tangents) => self.tangents(tangents, &primitive, weights, &mesh, location)?,
             None => None,
         };
-        Ok(Some(match tangents {
-            Some(_) => Mesh { tangents, ..mesh },
-            // They make vertices of their own, so a mesh gets them in its pose.
-            None if attribute(Semantic::Joints(0)).is_some() => mesh,
-            None => with_tangents(mesh, relief.texture().has_other_coordinates(), to_uv),
-        }))
+        let mesh = Mesh { tangents, ..mesh };
+        // They make vertices of their own, so a mesh gets them in its pose.
+        let is_skinned = attribute(Semantic::Joints(0)).is_some();
+        Ok(Some(if is_skinned { mesh } else { with_missing_tangents(mesh, &look) }))
     }
 
     /// A set of texture coordinates that a material asks for; zeros if the mesh lacks it.
@@ -659,6 +654,16 @@ fn flattened(mesh: &Mesh, transform: DAffine3) -> Option<Mesh> {
         matches!((a, b, c), (Some(a), Some(b), Some(c)) if (b - a).cross(c - a).length_squared() > 0.0)
     });
     has_area.then(|| Mesh { positions, normals: None, ..mesh.clone() })
+}
+
+/// The mesh with tangents if its material has a relief.
+fn with_missing_tangents(mesh: Mesh, look: &Look) -> Mesh {
+    match &look.relief {
+        Some((relief, to_uv)) if mesh.tangents.is_none() => {
+            with_tangents(mesh, relief.texture().has_other_coordinates(), *to_uv)
+        }
+        _ => mesh,
+    }
 }
 
 /// Corners of triangles. Every other triangle of a strip is turned, so that all face the same side.

@@ -157,7 +157,8 @@ impl Loader {
                     self.warnings.warn(object.location.clone(), reason)?;
                 }
                 let count = mesh.indices.len() as u64;
-                Form::Mesh(checked(object, mesh)?, count)
+                // No texture asks for colours.
+                Form::Mesh(checked(object, Mesh { colors: None, ..mesh })?, count)
             }
             "bilinearmesh" => bilinear(object)?,
             "sphere" => Form::Round(round(object, Kind::Sphere)?),
