@@ -3,12 +3,12 @@
 //! # What is read
 //!
 //! The default scene, or the first: meshes of triangles, strips and fans with normals, tangents,
-//! colours and two sets of texture coordinates; perspective and orthographic cameras; metallic-roughness
-//! materials with their textures; normal maps; emission; alpha; sparse accessors; data URIs; and the
-//! extensions
-//! `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `_ior`, `_transmission`, `_volume`
-//! (without absorption), `KHR_texture_transform` and `KHR_mesh_quantization`. What else a file
-//! holds is a [`Warning`](super::Warning), what else it *requires* an [`Error`].
+//! colours and two sets of texture coordinates; perspective and orthographic cameras;
+//! metallic-roughness materials with their textures; normal maps; emission; alpha; sparse accessors;
+//! data URIs; and the extensions `KHR_lights_punctual`, `KHR_materials_emissive_strength`, `_ior`,
+//! `_transmission`, `_volume` (without absorption), `KHR_texture_transform` and
+//! `KHR_mesh_quantization`. What else a file holds is a [`Warning`](super::Warning), what
+//! else it *requires* an [`Error`].
 //!
 //! # Conventions
 //!
