@@ -88,8 +88,9 @@ pub(super) enum Sample {
     Float(f32),
 }
 
-/// The colours of an image, made of red, green, blue and alpha; grey is all three colours, and alpha
-/// 1 where there is none. `value` says what a number stands for: it is asked once for each byte.
+/// The colours of an image, made of red, green, blue and alpha; grey is all three colours, and
+/// alpha 1 where there is none. `value` says what a number stands for; it is asked once for each
+/// code of 8 bits.
 pub(super) fn colours(
     image: &DynamicImage,
     value: impl Fn(Sample) -> f64,
