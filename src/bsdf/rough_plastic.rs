@@ -32,7 +32,7 @@ use std::f64::consts::FRAC_1_PI;
 const NODES: usize = 32;
 
 /// Numbers of micro-normals that T at a cosine, and `R_i`, are means over: right to 0.1 %.
-const NORMALS: [u32; 2] = [512, 8192];
+const NORMALS: [u32; 2] = [1024, 16384];
 
 /// Glossy reflection of a rough clear coat and diffuse reflection of what is below, on both sides
 /// of the surface. Single scattering in the coat's micro-surface.
@@ -273,7 +273,7 @@ mod tests {
                 let [_, expected] = scattered(&distribution, alpha, cosine, N);
                 assert_relative_eq!(plastic.transmittance(cosine), expected, epsilon = 1e-3);
             }
-            let strata = 60;
+            let strata = 120;
             let inside = (0..strata).map(|k| {
                 let cosine = ((f64::from(k) + 0.5) / f64::from(strata)).sqrt();
                 scattered(&distribution, alpha, cosine, 1.0 / N)[0]

@@ -2,7 +2,7 @@
 //! that is seen.
 
 use super::finish::{Finish, Layers, product};
-use super::{CustomBsdf, VertexSite};
+use super::{CustomBsdf, VertexSite, VertexValues};
 use crate::bsdf::{
     Bsdf, BsdfSample, Culled, DiracValue, Lambert, LaneForm, Lobes, Mixture, Model, TransportMode,
 };
@@ -48,11 +48,13 @@ enum Seen<'a> {
         uv: DVec2,
         lobes: Lobes,
     },
-    /// The same of textures that ask for what a mesh has at its vertices.
+    /// The same of textures that ask for what a mesh has at its vertices. Not with a site as a
+    /// whole, whose padding would make every vertex of a path larger.
     OnMesh {
         layers: &'a Layers,
-        site: VertexSite<'a>,
-        lobes: Lobes,
+        values: &'a VertexValues,
+        index: u32,
+        barycentric: DVec2,
     },
     Custom(&'a CustomBsdf),
     Culled {
@@ -61,7 +63,9 @@ enum Seen<'a> {
     },
     CulledOnMesh {
         front: &'a Finish,
-        site: VertexSite<'a>,
+        values: &'a VertexValues,
+        index: u32,
+        barycentric: DVec2,
     },
 }
 
@@ -98,13 +102,17 @@ impl<'a> SurfaceBsdf<'a> {
                     Seen::Coloured { layers, colour, lobes: layers.lobes }
                 }
                 None => match if layers.asks_vertices { site() } else { None } {
-                    Some(site) => Seen::OnMesh { layers, site, lobes: layers.lobes },
+                    Some(VertexSite { values, index, barycentric }) => {
+                        Seen::OnMesh { layers, values, index, barycentric }
+                    }
                     None => Seen::Layered { layers, uv, lobes: layers.lobes },
                 },
             },
             Finish::Custom(bsdf) => Seen::Custom(bsdf),
             Finish::Culled(front) => match site() {
-                Some(site) => Seen::CulledOnMesh { front, site },
+                Some(VertexSite { values, index, barycentric }) => {
+                    Seen::CulledOnMesh { front, values, index, barycentric }
+                }
                 None => Seen::Culled { front, uv },
             },
         })
@@ -134,12 +142,14 @@ impl<'a> SurfaceBsdf<'a> {
             Seen::Layered { layers, uv, .. } => {
                 Some(layers.mixture(side, |texture| texture.at(uv)))
             }
-            Seen::OnMesh { layers, site, .. } => {
+            Seen::OnMesh { layers, values, index, barycentric } => {
+                let site = VertexSite { values, index, barycentric };
                 Some(layers.mixture(side, |texture| texture.on_mesh(&site)))
             }
             Seen::Custom(_) => None,
             Seen::Culled { front: finish, uv } => Self::new(finish, uv, || None).mixture(front),
-            Seen::CulledOnMesh { front: finish, site } => {
+            Seen::CulledOnMesh { front: finish, values, index, barycentric } => {
+                let site = VertexSite { values, index, barycentric };
                 Self::on_mesh(finish, site).mixture(front)
             }
         }
@@ -219,8 +229,9 @@ macro_rules! ask {
                 let $bsdf = Culled(SurfaceBsdf::new(front, *uv, || None));
                 $question
             }
-            Seen::CulledOnMesh { front, site } => {
-                let $bsdf = Culled(SurfaceBsdf::on_mesh(front, *site));
+            &Seen::CulledOnMesh { front, values, index, barycentric } => {
+                let site = VertexSite { values, index, barycentric };
+                let $bsdf = Culled(SurfaceBsdf::on_mesh(front, site));
                 $question
             }
             Seen::Coloured { .. } | Seen::Layered { .. } | Seen::OnMesh { .. } => {
@@ -242,8 +253,8 @@ impl Bsdf for SurfaceBsdf<'_> {
             | Seen::Tinted { lobes, .. }
             | Seen::Mixtures { lobes, .. }
             | Seen::Coloured { lobes, .. }
-            | Seen::Layered { lobes, .. }
-            | Seen::OnMesh { lobes, .. } => lobes,
+            | Seen::Layered { lobes, .. } => lobes,
+            Seen::OnMesh { layers, .. } => layers.lobes,
             Seen::Custom(bsdf) => bsdf.lobes(),
             Seen::Culled { front, .. } | Seen::CulledOnMesh { front, .. } => {
                 front.lobes() | Lobes::DIRAC_TRANSMISSION
@@ -286,7 +297,7 @@ impl Bsdf for SurfaceBsdf<'_> {
         match self.0 {
             Seen::Custom(bsdf) => bsdf.is_anisotropic(),
             Seen::Culled { front, uv } => Self::new(front, uv, || None).is_anisotropic(),
-            Seen::CulledOnMesh { front, site } => Self::on_mesh(front, site).is_anisotropic(),
+            Seen::CulledOnMesh { front, .. } => front.lobes().intersects(Lobes::GLOSSY),
             _ => self.lobes().intersects(Lobes::GLOSSY),
         }
     }

@@ -4,7 +4,7 @@ use crate::geometry::interpolated;
 use glam::{DVec2, DVec4};
 
 /// Values at the vertices of a mesh.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct VertexValues {
     pub uvs: Option<Vec<DVec2>>,
     pub other_uvs: Option<Vec<DVec2>>,
@@ -51,12 +51,5 @@ impl VertexSite<'_> {
         let [a, b, c] = corners.map(|i| colors[i as usize]);
         let DVec2 { x: u, y: v } = self.barycentric;
         a * (1.0 - u - v) + b * u + c * v
-    }
-}
-
-impl PartialEq for VertexSite<'_> {
-    fn eq(&self, other: &Self) -> bool {
-        std::ptr::eq(self.values, other.values)
-            && (self.index, self.barycentric) == (other.index, other.barycentric)
     }
 }

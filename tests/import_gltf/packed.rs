@@ -67,7 +67,8 @@ fn damaged_streams_leave_out_their_mesh() {
 fn unpacked_bytes_are_limited() {
     let pointer = "/bufferViews/0/extensions/EXT_meshopt_compression/count";
     let text = altered("packed.gltf", pointer, json!(1_u64 << 40));
-    let error = load_text("packed", &text, &Options::default()).expect_err("12 TB").to_string();
+    let error =
+        load_text("packed-limit", &text, &Options::default()).expect_err("12 TB").to_string();
     assert!(error.contains("more bytes than the limit"), "{error}");
 }
 

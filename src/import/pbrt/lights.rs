@@ -324,7 +324,8 @@ mod tests {
                 )
                 .expect("valid");
                 let p = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / f64::from(SIDE);
-                assert!(map.radiance(direction(p)).r() > 0.5, "{x}, {y}");
+                // A cell of the map is about as large as a pixel and may show two of them.
+                assert!(map.radiance(direction(p)).r() > 0.45, "{x}, {y}");
                 let mut integral = 0.0;
                 for (row, pixels) in image.pixels().chunks_exact(2 * SIDE as usize).enumerate() {
                     let edge = |row: usize| (PI * row as f64 / f64::from(SIDE)).cos();
