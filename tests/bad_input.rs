@@ -472,7 +472,6 @@ fn mesh() -> impl Strategy<Value = Mesh> {
             colors: uvs.map(|n| vec![DVec4::splat(n as f64); n]),
             tangents: uvs.map(|n| vec![DVec4::splat(0.0); n]),
             indices,
-            ..Mesh::default()
         },
     )
 }

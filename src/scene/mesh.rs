@@ -161,7 +161,7 @@ impl Mesh {
         let values = VertexValues { uvs, other_uvs, colors, indices };
         let has_attributes =
             normals.is_some() || tangents.is_some() || values.uvs.is_some() || values.has_more();
-        let attributes = has_attributes.then(|| Attributes { normals, tangents, values });
+        let attributes = has_attributes.then_some(Attributes { normals, tangents, values });
         Ok(PlacedMesh { triangles, attributes, dropped })
     }
 
