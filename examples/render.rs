@@ -29,8 +29,8 @@ use std::time::Duration;
 #[derive(Debug, Parser)]
 #[command(name = "render", version, about)]
 struct Arguments {
-    /// A scene of the gallery, a Wavefront OBJ, glTF or Mitsuba XML file, or `list` for the names
-    /// of the gallery
+    /// A scene of the gallery, a Wavefront OBJ, glTF, Mitsuba XML or pbrt file, or `list` for the
+    /// names of the gallery
     #[arg(long, default_value = "cornell-box", value_name = "NAME|FILE")]
     scene: String,
     #[command(flatten)]
