@@ -133,18 +133,22 @@ fn normal_maps_have_their_own_coordinates() {
     assert_relative_eq!(point.shading_normal, expected, epsilon = 1e-6);
 }
 
-/// What the alpha of vertices cuts away is not there, whatever the product with the image says.
+/// What is cut away is where the alpha of vertices times that of the image, 1 where it is red and
+/// 1/4 where it is blue, is below the cutoff.
 #[test]
 fn alpha_of_vertices_cuts() {
     let colors: &[f32] = &[1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0];
     let material = json!({"alphaMode": "MASK", "alphaCutoff": 0.5,
         "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}});
-    let blue = [0.25f32, 0.75].repeat(3);
-    let sets: &[(&str, usize, &[f32])] = &[("TEXCOORD_0", 2, &blue), ("COLOR_0", 4, colors)];
-    let world = triangle("cut by vertices", material, sets);
-    for ([a, b, c], is_there) in [([0.25, 0.25, 0.5], true), ([0.75, 0.125, 0.125], false)] {
-        let origin = SurfacePoint::dirac(DVec3::new(b - a, c - a - b, 1.0));
-        assert_eq!(world.intersect(&origin, -DVec3::Z).is_some(), is_there, "{a}");
+    for (name, v, alpha) in [("red", 0.25f32, 1.0), ("blue", 0.75, 0.25)] {
+        let uvs = [0.25f32, v].repeat(3);
+        let sets: &[(&str, usize, &[f32])] = &[("TEXCOORD_0", 2, &uvs), ("COLOR_0", 4, colors)];
+        let world = triangle(&format!("{name} cut by vertices"), material.clone(), sets);
+        for [a, b, c] in [[0.25, 0.25, 0.5], [0.75, 0.125, 0.125]] {
+            let origin = SurfacePoint::dirac(DVec3::new(b - a, c - a - b, 1.0));
+            let is_there = (1.0 - a) * alpha >= 0.5;
+            assert_eq!(world.intersect(&origin, -DVec3::Z).is_some(), is_there, "{name} {a}");
+        }
     }
 }
 
