@@ -40,7 +40,7 @@ impl Files {
     /// Adds a directory where relative paths are looked for, after the others.
     pub fn add_directory(&mut self, path: &str, location: Location) -> Result<(), Error> {
         if self.directories.len() >= MOST_DIRECTORIES {
-            return Err(Error::new(
+            return Err(Error::limit(
                 location,
                 format!("files are looked for in more than {MOST_DIRECTORIES} directories"),
             ));

@@ -98,6 +98,9 @@ fn what_makes_no_sense_is_left_out() {
             "<shape type='obj'><string name='filename' value='none.obj'/></shape>",
             "there is no file none.obj",
         ),
+        ("<include filename='none.xml'/>", "there is no file none.xml"),
+        ("<include filename='../x.xml'/>", "outside of the scene's directory"),
+        ("<path value='none'/>", "there is no file none"),
         (
             "<shape type='obj'><string name='filename' value='../x.obj'/></shape>",
             "outside of the scene's directory",

@@ -151,8 +151,9 @@ pub(super) struct Document {
     pub aliases: HashMap<String, String>,
     /// Parameters that the user has set and no file has asked for.
     pub unused_parameters: Vec<String>,
-    /// Errors of settings that are hints, for which some parameter has no value.
-    pub undefined: Vec<Error>,
+    /// Errors of what the scene goes without: settings that are hints, for which some parameter has
+    /// no value, directories and included files.
+    pub left_out: Vec<Error>,
 }
 
 /// Reads the files.
@@ -173,7 +174,7 @@ pub(super) fn read(
         elements_left: limits.elements,
         expansion_left: limits.expansion,
         aliases: HashMap::new(),
-        undefined: Vec::new(),
+        left_out: Vec::new(),
     };
     let location = Location { file: path.to_owned(), ..Location::default() };
     let bytes = reader.files.read_path(path, location)?;
@@ -188,7 +189,7 @@ pub(super) fn read(
         scene,
         aliases: reader.aliases,
         unused_parameters: unused,
-        undefined: reader.undefined,
+        left_out: reader.left_out,
     })
 }
 
@@ -204,7 +205,7 @@ struct Reader<'a> {
     elements_left: u64,
     expansion_left: u64,
     aliases: HashMap<String, String>,
-    undefined: Vec<Error>,
+    left_out: Vec<Error>,
 }
 
 /// A file that is being read.
@@ -220,6 +221,19 @@ impl Source {
 }
 
 impl Reader<'_> {
+    /// A result, or `None` and an error that costs no more than what it is about; limits do.
+    fn or_without<T>(&mut self, result: Result<T, Error>) -> Result<Option<T>, Error> {
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(error) if error.is_limit() => Err(error),
+            Err(error) => {
+                let reason = format!("{}; it is left out", error.reason);
+                self.left_out.push(Error { reason, ..error });
+                Ok(None)
+            }
+        }
+    }
+
     /// The children of a file's `<scene>`.
     fn file(&mut self, path: &Path, bytes: &[u8], depth: u32) -> Result<Vec<Element>, Error> {
         let whole =
@@ -311,7 +325,8 @@ impl Reader<'_> {
                 if !(is_hint(&element.tag) || is_hint(parent.tag_name().name())) {
                     return Err(error);
                 }
-                self.undefined.push(error);
+                let reason = format!("{}; without it its default holds", error.reason);
+                self.left_out.push(Error { reason, ..error });
                 continue;
             }
             match element.tag.as_str() {
@@ -323,7 +338,9 @@ impl Reader<'_> {
                     self.parameters.entry(name).or_insert(Parameter { value, used: false });
                 }
                 "path" => {
-                    self.files.add_directory(element.required("value")?, element.location())?
+                    let value = element.required("value")?;
+                    let added = self.files.add_directory(value, element.location());
+                    self.or_without(added)?;
                 }
                 "alias" => {
                     self.aliases.insert(
@@ -337,10 +354,12 @@ impl Reader<'_> {
                             element.error("files are included too deeply, or include each other")
                         );
                     }
-                    let (path, bytes) =
-                        self.files.read(element.required("filename")?, element.location())?;
-                    let mut included = self.file(&path, &bytes, depth + 1)?;
-                    children.append(&mut included);
+                    let name = element.required("filename")?;
+                    let read = self.files.read(name, element.location());
+                    if let Some((path, bytes)) = self.or_without(read)? {
+                        let mut included = self.file(&path, &bytes, depth + 1)?;
+                        children.append(&mut included);
+                    }
                 }
                 _ => {
                     element.children = self.children(node, source, depth, nested + 1)?;

@@ -116,9 +116,8 @@ pub fn load(
         let location = Location { file: path.to_owned(), ..Location::default() };
         loader.warnings.warn(location, format!("no file asks for the parameter {name}"))?;
     }
-    for error in &document.undefined {
-        let reason = format!("{}; without it its default holds", error.reason);
-        loader.warnings.warn(error.location.clone(), reason)?;
+    for error in &document.left_out {
+        loader.warnings.warn(error.location.clone(), &*error.reason)?;
     }
     loader.scene(path)
 }
@@ -289,7 +288,9 @@ impl<'a> Loader<'a> {
         }
         let whole = || Location { file: path.to_owned(), ..Location::default() };
         if sensors.is_empty() {
-            return Err(Error::new(whole(), "the scene has no sensor"));
+            let left_out = self.document.left_out.last();
+            let why = left_out.map_or_else(String::new, |error| format!(" (left out: {error})"));
+            return Err(Error::new(whole(), format!("the scene has no sensor{why}")));
         }
         let mut views = Vec::new();
         let mut clips = Vec::new();
