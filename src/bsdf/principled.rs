@@ -179,7 +179,7 @@ impl Principled {
         (1.0 - self.metalness) * self.lobes.transmission
     }
 
-    /// What a micro-normal reflects, and its transmittance with the share of refraction.
+    /// The light that a micro-normal reflects, and its transmittance with the share of refraction.
     fn fresnel(&self, front: bool, cosine: f64, sine: f64, eta: f64) -> (Rgb, f64) {
         let interface = fresnel::dielectric(cosine, sine, eta);
         let transmitted = self.glass() * interface.transmittance;

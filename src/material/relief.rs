@@ -29,7 +29,7 @@ pub enum GreenAxis {
     RightHanded,
 }
 
-/// What a relief is laid on: a point of a surface.
+/// The ground of a relief: a point of a surface.
 pub(crate) struct Ground {
     /// The shading normal of the shape, a unit vector.
     pub normal: DVec3,

@@ -1,4 +1,4 @@
-//! What textures take from the vertices of a mesh.
+//! Values that textures take from the vertices of a mesh.
 
 use crate::geometry::interpolated;
 use glam::{DVec2, DVec4};

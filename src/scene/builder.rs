@@ -199,8 +199,7 @@ impl WorldBuilder {
         radiance: Texture,
         two_sided: bool,
     ) -> Result<(), SceneError> {
-        let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
-        let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
+        let surface = surface_of(&mut self.surfaces, surface)?;
         let [least, greatest] = radiance.range();
         check_radiance(&surface.name, least)?;
         check_radiance(&surface.name, greatest)?;
@@ -217,8 +216,7 @@ impl WorldBuilder {
     /// # Errors
     /// The surface is missing, or the scale of the relief infinite or not a number.
     pub fn set_relief(&mut self, surface: SurfaceId, relief: Relief) -> Result<(), SceneError> {
-        let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
-        let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
+        let surface = surface_of(&mut self.surfaces, surface)?;
         check(&surface.name, "scale", relief.scale(), "finite", |_| true)?;
         surface.relief = Some(Box::new(relief));
         Ok(())
@@ -237,8 +235,7 @@ impl WorldBuilder {
         surface: SurfaceId,
         absorption: Rgb,
     ) -> Result<(), SceneError> {
-        let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
-        let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
+        let surface = surface_of(&mut self.surfaces, surface)?;
         for sigma in absorption.0 {
             check(&surface.name, "absorption", sigma, "at least 0", |sigma| sigma >= 0.0)?;
         }
@@ -252,8 +249,7 @@ impl WorldBuilder {
     /// # Errors
     /// The surface is missing.
     pub fn set_cutout(&mut self, surface: SurfaceId, there: Texture) -> Result<(), SceneError> {
-        let missing = || SceneError::Missing { kind: "surface", name: surface.0.to_string() };
-        let surface = self.surfaces.get_mut(surface.0 as usize).ok_or_else(missing)?;
+        let surface = surface_of(&mut self.surfaces, surface)?;
         surface.cutout = Some(there);
         Ok(())
     }
@@ -426,6 +422,12 @@ fn check_direction(
         requirement: "a vector of positive length",
     };
     direction.try_normalize().ok_or_else(zero)
+}
+
+/// The surface of an id.
+fn surface_of(surfaces: &mut [Surface], id: SurfaceId) -> Result<&mut Surface, SceneError> {
+    let missing = || SceneError::Missing { kind: "surface", name: id.0.to_string() };
+    surfaces.get_mut(id.0 as usize).ok_or_else(missing)
 }
 
 impl std::fmt::Debug for WorldBuilder {

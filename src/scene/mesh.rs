@@ -293,7 +293,7 @@ impl Attributes {
         x
     }
 
-    /// What textures take from the vertices.
+    /// Values that textures take from the vertices.
     pub fn values(&self) -> &VertexValues {
         &self.values
     }

@@ -100,7 +100,7 @@ pub(super) fn is_fallback(buffer: &Buffer) -> bool {
     extension.and_then(|extension| extension.get("fallback")?.as_bool()).unwrap_or(false)
 }
 
-/// What is left of a stream.
+/// The rest of a stream.
 struct Stream<'a>(&'a [u8]);
 
 impl<'a> Stream<'a> {

@@ -20,7 +20,7 @@ use gltf::json::{Index, Node};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-/// What becomes of a mesh whose skin cannot be used.
+/// The fate of a mesh whose skin cannot be used.
 const STORED: &str = "its mesh is shown as it is stored";
 
 /// Builds the world and the views of a document.
@@ -51,10 +51,10 @@ pub(super) struct SceneReader<'a> {
     of_solids: HashMap<MaterialId, MaterialId>,
     /// The primitives, by mesh and number, that are solids or are none.
     solids: HashMap<(usize, usize), bool>,
-    /// Where cameras are.
+    /// The places of cameras.
     eyes: Vec<DVec3>,
     textures: Textures,
-    /// What has been read of primitives, by mesh, primitive and weights of morph targets.
+    /// Geometry that has been read of primitives, by mesh, primitive and weights of morph targets.
     geometries: HashMap<(usize, usize, Vec<u32>), Option<Arc<Mesh>>>,
     /// Nodes of the scene to world space.
     pub transforms: Vec<Option<DAffine3>>,
