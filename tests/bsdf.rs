@@ -1,6 +1,8 @@
 //! Every scattering model against its own density, its reciprocity, its energy and the exact
 //! answers; the rough ones against the micro-surfaces that they stand for.
 
+#[path = "bsdf/coated.rs"]
+mod coated;
 #[path = "bsdf/culled.rs"]
 mod culled;
 #[path = "bsdf/every_model.rs"]

@@ -1,6 +1,8 @@
 //! glTF files against the same scenes built by hand, against closed forms, and against everything
 //! that can be wrong with them.
 
+#[path = "import_gltf/coats.rs"]
+mod coats;
 #[path = "common/compare.rs"]
 #[allow(dead_code, reason = "shared by several test programs")]
 mod compare;

@@ -34,7 +34,7 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::FRAC_1_PI;
 
 /// κ: what the diffuse part leaves to rough coats, whose albedo is not quite that of smooth ones.
-const ROOM_FOR_ROUGH_COATS: f64 = 0.997;
+pub(super) const ROOM_FOR_ROUGH_COATS: f64 = 0.997;
 
 /// Metal, or a diffuse body under a dielectric coat, or a mixture of both, on both sides of the
 /// surface. Single scattering in the micro-surface.
@@ -131,7 +131,7 @@ impl MetallicRoughness {
 }
 
 /// `(1 - c)⁵`
-fn schlick(cosine: f64) -> f64 {
+pub(super) fn schlick(cosine: f64) -> f64 {
     (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 

@@ -22,6 +22,7 @@
 //! | metallic-roughness of glTF | [`MetallicRoughness`] |
 //! | principled | [`Principled`] |
 //! | sum of models; any model | [`Mixture`]; [`Model`] |
+//! | under a clear coat | [`Coated`] |
 //! | without a back | [`Culled`] |
 //!
 //! Sources: Veach 1997, chapter 5, for [transport modes](TransportMode) and non-symmetric
@@ -34,6 +35,7 @@ use glam::{DVec2, DVec3};
 
 pub mod beckmann;
 pub mod check;
+pub mod coated;
 pub mod conductor;
 pub mod culled;
 pub mod dielectric;
@@ -56,6 +58,7 @@ pub mod shading;
 pub mod thin_dielectric;
 
 pub use beckmann::Beckmann;
+pub use coated::Coated;
 pub use conductor::Conductor;
 pub use culled::Culled;
 pub use dielectric::Dielectric;

@@ -1,9 +1,9 @@
 //! The models of this crate behind one type, without indirection.
 
 use super::{
-    Bsdf, BsdfSample, Conductor, Dielectric, Lambert, LaneForm, Lobes, MetallicRoughness, Mirror,
-    Null, Plastic, Principled, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
-    TransportMode,
+    Bsdf, BsdfSample, Coated, Conductor, Dielectric, Lambert, LaneForm, Lobes, MetallicRoughness,
+    Mirror, Null, Plastic, Principled, RoughConductor, RoughDielectric, RoughPlastic,
+    ThinDielectric, TransportMode,
 };
 use crate::math::{PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -32,6 +32,8 @@ pub enum Model {
     Principled(Principled),
     /// Metal, or a diffuse body under a dielectric coat.
     MetallicRoughness(MetallicRoughness),
+    /// The same under a clear coat.
+    Coated(Coated<MetallicRoughness>),
     /// Rough metal.
     RoughConductor(RoughConductor),
     /// Frosted glass.
@@ -76,6 +78,7 @@ macro_rules! dispatch {
             Self::Plastic($bsdf) => $scatters,
             Self::Principled($bsdf) => $scatters,
             Self::MetallicRoughness($bsdf) => $scatters,
+            Self::Coated($bsdf) => $scatters,
             Self::RoughConductor($bsdf) => $scatters,
             Self::RoughDielectric($bsdf) => $scatters,
             Self::RoughPlastic($bsdf) => $scatters,
@@ -129,6 +132,12 @@ macro_rules! from_model {
             }
         }
     )*};
+}
+
+impl From<Coated<MetallicRoughness>> for Model {
+    fn from(model: Coated<MetallicRoughness>) -> Self {
+        Self::Coated(model)
+    }
 }
 
 from_model!(

@@ -3,9 +3,9 @@
 use super::finish::{Finish, Layer, Share, is_alone};
 use super::{Material, SurfaceBsdf, Texture};
 use crate::bsdf::{
-    Beckmann, BsdfError, Conductor, Dielectric, GREATEST_ALPHA, Ggx, INDEX_MATCHED, Lambert, Lobes,
-    MetallicRoughness, Microfacets, Mirror, Mixture, Model, Null, Plastic, Principled, Reflectance,
-    RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
+    Beckmann, BsdfError, Coated, Conductor, Dielectric, GREATEST_ALPHA, Ggx, INDEX_MATCHED,
+    Lambert, Lobes, MetallicRoughness, Microfacets, Mirror, Mixture, Model, Null, Plastic,
+    Principled, Reflectance, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
 };
 use crate::math::Rgb;
 use glam::DVec2;
@@ -71,22 +71,21 @@ impl Material {
                 let shares = [Share::Rest(amount.clone()), Share::Amount(amount.clone())];
                 Self::two_layers(components, front, shares)
             }
-            Self::MetallicRoughness { base_color, metallic_roughness: surface, relative_ior }
-                if base_color.as_constant().is_none() || surface.as_constant().is_none() =>
-            {
+            Self::MetallicRoughness { base_color, metallic_roughness, .. } => {
                 checked_colours(base_color)?;
-                for extreme in surface.range() {
-                    MetallicRoughness::new(Rgb::BLACK, extreme.b(), extreme.g(), *relative_ior)?;
-                }
-                let textures = vec![base_color.clone(), surface.clone()];
-                alone(Layer { textures, ..Layer::alone(self.model()?) })
+                let textures = vec![base_color.clone(), metallic_roughness.clone()];
+                alone(Layer::varying_in(self.model()?, textures))
+            }
+            Self::Coated { base_color, metallic_roughness, coat, .. } => {
+                checked_colours(base_color)?;
+                let mut textures = vec![base_color.clone(), metallic_roughness.clone()];
+                textures.extend(coat.iter().cloned());
+                alone(Layer::varying_in(self.model()?, textures))
             }
             Self::Principled { base_color, metalness, roughness, .. } => {
                 let textures = vec![base_color.clone(), metalness.clone(), roughness.clone()];
                 textures.iter().try_for_each(checked_colours)?;
-                let model = Layer::alone(self.model()?);
-                let varies = textures.iter().any(|texture| texture.as_constant().is_none());
-                alone(if varies { Layer { textures, ..model } } else { model })
+                alone(Layer::varying_in(self.model()?, textures))
             }
             Self::VaryingRoughness { rough, alpha } => {
                 let [x, y] = alpha.each_ref().map(|texture| texture.range()[1].luminance());
@@ -154,9 +153,16 @@ impl Material {
                     .map(Model::Plastic)
             }
             Self::MetallicRoughness { base_color, metallic_roughness, relative_ior } => {
-                let [_, roughness, metalness] = metallic_roughness.range()[1].0;
-                MetallicRoughness::new(base_color.range()[1], metalness, roughness, *relative_ior)
+                let color = base_color.range()[1];
+                greatest_metallic_roughness(color, metallic_roughness, *relative_ior)
                     .map(Model::MetallicRoughness)
+            }
+            Self::Coated { base_color, metallic_roughness, relative_ior, coat } => {
+                let color = base_color.range()[1];
+                let base = greatest_metallic_roughness(color, metallic_roughness, *relative_ior)?;
+                let [share, roughness] = coat.each_ref().map(Texture::range);
+                Coated::new(base, share[0].r(), roughness[0].g())?;
+                Coated::new(base, share[1].r(), roughness[1].g()).map(Model::Coated)
             }
             Self::Principled { base_color, metalness, roughness, lobes } => {
                 // Of the least metal, so that the lobes are those that some point has.
@@ -200,6 +206,18 @@ impl Material {
             _ => return Ok(None),
         }))
     }
+}
+
+/// The model of the largest values of a texture, of which the smallest are checked, too.
+fn greatest_metallic_roughness(
+    base_color: Rgb,
+    surface: &Texture,
+    relative_ior: f64,
+) -> Result<MetallicRoughness, BsdfError> {
+    let [least, greatest] = surface
+        .range()
+        .map(|extreme| MetallicRoughness::new(base_color, extreme.b(), extreme.g(), relative_ior));
+    least.and(greatest)
 }
 
 /// Checks that a texture's colours are reflectances or weights.

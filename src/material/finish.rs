@@ -2,7 +2,7 @@
 //! layers, of which models are made at each point.
 
 use super::{CustomBsdf, Texture};
-use crate::bsdf::{Bsdf, LEAST_ALPHA, Lambert, Lobes, Mixture, Model};
+use crate::bsdf::{Bsdf, Coated, LEAST_ALPHA, Lambert, Lobes, Mixture, Model};
 use crate::math::Rgb;
 
 /// A checked material. Pairs are what the front shows and what the back shows.
@@ -43,8 +43,8 @@ pub(crate) struct Layers {
 pub(crate) struct Layer {
     pub model: Model,
     /// The textures in place of the model's own colours: the albedo of plastic's body; of
-    /// metallic-roughness its base colour, and roughness in green with metalness in blue; of
-    /// the principled BSDF its base colour, metalness and roughness; of rough metal and glass α
+    /// metallic-roughness its base colour, and roughness in green with metalness in blue, and of
+    /// a clear coat over it share and roughness, too; of the principled BSDF its base colour, metalness and roughness; of rough metal and glass α
     /// along x and along y.
     pub textures: Vec<Texture>,
     /// Factors of the BSDF.
@@ -94,6 +94,12 @@ impl Layer {
         }
     }
 
+    /// A model alone, made anew of textures where one of them varies.
+    pub fn varying_in(model: Model, textures: Vec<Texture>) -> Self {
+        let varies = textures.iter().any(|texture| texture.as_constant().is_none());
+        Self { textures: if varies { textures } else { Vec::new() }, ..Self::alone(model) }
+    }
+
     /// The empty layer beside a model that is alone.
     pub fn nothing() -> Self {
         Self { share: Share::Constant(0.0), ..Self::alone(Model::Black) }
@@ -111,6 +117,11 @@ impl Layer {
             (Model::MetallicRoughness(model), [base_color, surface]) => {
                 let [_, roughness, metalness] = look_up(surface).0;
                 model.with(look_up(base_color), metalness, roughness).into()
+            }
+            (Model::Coated(model), [base_color, surface, share, roughness]) => {
+                let [_, base_roughness, metalness] = look_up(surface).0;
+                let base = model.base().with(look_up(base_color), metalness, base_roughness);
+                Coated::of_valid(base, look_up(share).r(), look_up(roughness).g()).into()
             }
             (Model::Principled(model), [base_color, metalness, roughness]) => {
                 let [metalness, roughness] =
@@ -134,17 +145,23 @@ impl Layer {
 
     /// The lobes that it has at some point.
     pub fn lobes(&self) -> Lobes {
+        let when = |condition: bool, lobes: Lobes| if condition { lobes } else { Lobes::NONE };
+        let reflection = |roughness: &Texture| {
+            let [least, greatest] = roughness.range().map(|surface| surface.g() * surface.g());
+            when(least < LEAST_ALPHA, Lobes::DIRAC_REFLECTION)
+                | when(greatest >= LEAST_ALPHA, Lobes::GLOSSY_REFLECTION)
+        };
+        let metallic_roughness = |base_color: &Texture, surface: &Texture| {
+            let has_body = surface.range()[0].b() < 1.0 && !base_color.range()[1].is_black();
+            reflection(surface) | when(has_body, Lobes::DIFFUSE_REFLECTION)
+        };
         match (&self.model, &self.textures[..]) {
             (Model::MetallicRoughness(_), [base_color, surface]) => {
-                let [least, greatest] = surface.range();
-                let when =
-                    |condition: bool, lobes: Lobes| if condition { lobes } else { Lobes::NONE };
-                when(least.g() * least.g() < LEAST_ALPHA, Lobes::DIRAC_REFLECTION)
-                    | when(greatest.g() * greatest.g() >= LEAST_ALPHA, Lobes::GLOSSY_REFLECTION)
-                    | when(
-                        least.b() < 1.0 && !base_color.range()[1].is_black(),
-                        Lobes::DIFFUSE_REFLECTION,
-                    )
+                metallic_roughness(base_color, surface)
+            }
+            (Model::Coated(_), [base_color, surface, share, roughness]) => {
+                let coat = when(share.range()[1].r() > 0.0, reflection(roughness));
+                coat | metallic_roughness(base_color, surface)
             }
             (model, _) => model.lobes(),
         }

@@ -100,6 +100,18 @@ pub enum Material {
         /// Index of refraction of the coat over that of the outside.
         relative_ior: f64,
     },
+    /// The same under a second, clear coat of index 1.5; see [`Coated`](crate::bsdf::Coated).
+    Coated {
+        /// Reflectance of the metal at normal incidence, and albedo of the body, 0 to 1.
+        base_color: Texture,
+        /// Roughness (the root of α) in green, metalness in blue, each 0 to 1. Red has no meaning.
+        metallic_roughness: Texture,
+        /// Index of refraction of the inner coat over that of the outside.
+        relative_ior: f64,
+        /// The share of the surface that the outer coat covers, in the red of the first texture,
+        /// and its roughness (the root of α), in the green of the second, each 0 to 1.
+        coat: Box<[Texture; 2]>,
+    },
     /// The principled material of Burley; see [`Principled`](crate::bsdf::Principled).
     Principled {
         /// Colour of the body, and of metal at normal incidence, 0 to 1.

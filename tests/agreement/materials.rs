@@ -6,6 +6,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use pathspace::endpoint::ConstantEnvironment;
 use pathspace::geometry::Sphere;
 use pathspace::integrator::{Bidirectional, Depth};
+use pathspace::material::Texture;
 use pathspace::math::Rgb;
 use pathspace::path::TechniqueSet;
 use pathspace::scene::{Material, Mesh};
@@ -281,4 +282,24 @@ fn corners_and_thin_gaps() {
     room.quad(v(-0.8, -0.8, 1e-6), v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0), lambert(0.9, 0.9, 0.9));
     room.quad(v(-0.6, 0.9, 0.0), v(0.4, 0.1, 0.0), v(0.0, 0.0, 0.7), lambert(0.9, 0.9, 0.9));
     Team::with_light(Depth::up_to(4)).agree("corners and gaps", room);
+}
+
+/// Clear coats, smooth and rough in stripes, over diffuse and metallic surfaces.
+#[test]
+fn clear_coats() {
+    let board = |a: Rgb, b: Rgb| Texture::checkerboard(a, b);
+    let coated = |base_color: Rgb, [roughness, metalness]: [f64; 2]| Material::Coated {
+        base_color: base_color.into(),
+        metallic_roughness: Rgb::new(0.0, roughness, metalness).into(),
+        relative_ior: 1.5,
+        coat: Box::new([
+            board(Rgb::WHITE, Rgb::new(0.4, 0.0, 0.0)),
+            board(Rgb::new(0.0, 0.3, 0.0), Rgb::new(0.0, 0.7, 0.0)),
+        ]),
+    };
+    let mut room = Room::open(coated(Rgb::splat(0.5), [1.0, 0.0]));
+    room.lamp(0.5, 4.0);
+    let metal = coated(Rgb::new(0.9, 0.6, 0.3), [0.5, 0.5]);
+    room.sphere(Sphere::new(v(0.3, -0.1, 0.5), 0.35), metal);
+    Team::with_light(THREE).balance().general().agree("clear coats", room);
 }

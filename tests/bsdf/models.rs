@@ -47,6 +47,10 @@ fn metallic_roughness(metalness: f64, roughness: f64) -> Model {
     MetallicRoughness::new(Rgb::new(0.2, 0.5, 0.9), metalness, roughness, 1.5).unwrap().into()
 }
 
+fn coated(base: Model, share: f64, roughness: f64) -> Coated<Model> {
+    Coated::new(base, share, roughness).unwrap()
+}
+
 fn pane() -> Model {
     ThinDielectric::new(1.5).unwrap().into()
 }
@@ -79,6 +83,9 @@ pub fn smooth_models() -> Vec<(String, Box<dyn Bsdf>)> {
             "smooth metallic-roughness + mirror",
             boxed(mixture([metallic_roughness(0.3, 0.0), mirror], [0.5, 0.5])),
         ),
+        ("smooth coat over lambert", boxed(coated(lambert(), 0.7, 0.0))),
+        ("smooth coat over conductor", boxed(coated(conductor, 1.0, 0.0))),
+        ("smooth coat over glass", boxed(coated(glass(1.5), 0.5, 0.0))),
         ("plastic", boxed(plastic(Rgb::WHITE, false))),
         ("saturated plastic", boxed(plastic(Rgb::new(0.5, 1.0, 0.0), true))),
         ("plastic + pane", boxed(mixture([plastic(Rgb::WHITE, true), pane()], [0.5, 0.5]))),
@@ -143,6 +150,16 @@ fn principled_models() -> Vec<(String, Box<dyn Bsdf>)> {
 
 pub fn rough_models() -> Vec<(String, Box<dyn Bsdf>)> {
     let mut models = principled_models();
+    let coats = [
+        ("smooth coat over metallic-roughness", metallic_roughness(0.4, 0.6), 0.0),
+        ("coat over metallic-roughness", metallic_roughness(0.4, 0.6), 0.3),
+        ("coat over smooth metallic-roughness", metallic_roughness(0.4, 0.0), 0.5),
+        ("coat over rough glass", rough_glass(1.5, (0.3, 0.3)), 0.6),
+        ("coat over black", Model::Black, 0.6),
+    ];
+    let coats =
+        coats.map(|(name, base, roughness)| (name.to_owned(), boxed(coated(base, 0.8, roughness))));
+    models.extend(coats);
     for alpha in ROUGHNESS {
         models.push((format!("rough conductor {alpha:?}"), boxed(rough_conductor(alpha))));
         models.push((

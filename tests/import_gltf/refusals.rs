@@ -4,58 +4,93 @@ use crate::files::{SQUARE, altered, data, directory, load_bytes, load_text};
 use glam::UVec2;
 use pathspace::import::{Limits, Options, gltf};
 
+/// The reason for which an object is left out with a warning, or a file refused.
+enum Reason {
+    LeftOut(&'static str),
+    Refused(&'static str),
+}
+use Reason::{LeftOut, Refused};
+
+/// Loads a document with a fault; in strict mode that is an error in any case.
+fn check(name: &str, text: &str, reason: Reason) {
+    let (reason, is_refused) = match reason {
+        LeftOut(reason) => (reason, false),
+        Refused(reason) => (reason, true),
+    };
+    let strict = Options { strict: true, ..Options::default() };
+    let error = load_text(name, text, &strict).expect_err(reason).to_string();
+    assert!(error.contains(reason) && error.contains("scene.gltf"), "{reason}: {error}");
+    let result = load_text(name, text, &Options::default());
+    assert_eq!(result.is_err(), is_refused, "{reason}");
+    let said: Vec<String> = match result {
+        Ok(import) => import.warnings.iter().map(ToString::to_string).collect(),
+        Err(error) => vec![error.to_string()],
+    };
+    assert!(said.iter().any(|said| said.contains(reason)), "{reason}: {said:?}");
+}
+
 #[test]
-fn malformed_files_are_refused_for_their_reason() {
+fn malformed_objects_are_left_out_and_malformed_files_refused() {
     use serde_json::json;
     let cases = [
-        ("/nodes/8/children", json!([0]), "node 0 \"room\": it is reached twice"),
-        ("/nodes/1/children", json!([1]), "it is reached twice"),
-        ("/nodes/1/children", json!([77]), "Index out of bounds"),
-        ("/nodes/1/rotation", json!([1, 1, 1, 1]), "not a unit quaternion"),
-        ("/nodes/5/matrix", json!([1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]), "not affine"),
-        ("/scene", json!(3), "Index out of bounds"),
-        ("/meshes/0/primitives/0/attributes/POSITION", json!(99), "accessor 99"),
-        ("/meshes/0/primitives/0/attributes/POSITION", json!(2), "accessor 2: Vec3 is needed"),
-        ("/meshes/0/primitives/0/attributes/TEXCOORD_0", json!(3), "accessor 3: Vec2 is needed"),
-        ("/meshes/0/primitives/0/indices", json!(0), "unsigned whole numbers"),
-        ("/accessors/0/count", json!(5), "do not fit"),
-        ("/accessors/0/count", json!(u64::MAX), "exceed the limits"),
-        ("/accessors/0/count", json!(100_000_000), "do not fit"),
-        ("/accessors/0/byteOffset", json!(u64::MAX), "do not fit"),
-        ("/accessors/2/count", json!(5), "whole triangles"),
-        ("/bufferViews/0/byteOffset", json!(u64::MAX), "buffer view 0"),
-        ("/bufferViews/0/byteStride", json!(4), "do not fit"),
-        ("/buffers/0/byteLength", json!(1_000_000), "should have 1000000 bytes"),
-        ("/buffers/0/uri", json!("data:;base64,%"), "data URI"),
-        ("/buffers/0/uri", json!("../scene.bin"), "outside of the scene's directory"),
-        ("/buffers/0/uri", json!("missing.bin"), "missing.bin"),
-        ("/buffers/0/uri", json!("."), "is not a file"),
-        ("/buffers/0/uri", json!("https://host/scene.bin"), "only files and data URIs"),
-        ("/buffers/0/uri", json!("file:///etc/passwd"), "only files and data URIs"),
-        ("/buffers/0/uri", serde_json::Value::Null, "it has no uri"),
-        ("/materials/0/pbrMetallicRoughness/roughnessFactor", json!(1.5), "material 0 \"white\""),
-        ("/materials/3/emissiveFactor", json!([-1, 0, 0]), "radiance"),
-        ("/cameras/0/perspective", json!({"yfov": 4, "znear": 1}), "field of view"),
-        ("/cameras/0/perspective/aspectRatio", json!(0), "aspect ratio"),
+        ("/nodes/8/children", json!([0]), LeftOut("node 0 \"room\": it is reached twice")),
+        ("/nodes/1/children", json!([1]), LeftOut("it is reached twice")),
+        ("/nodes/1/children", json!([77]), Refused("Index out of bounds")),
+        ("/nodes/1/rotation", json!([1, 1, 1, 1]), LeftOut("not a unit quaternion")),
+        (
+            "/nodes/5/matrix",
+            json!([1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
+            LeftOut("not affine"),
+        ),
+        ("/scene", json!(3), Refused("Index out of bounds")),
+        ("/meshes/0/primitives/0/attributes/POSITION", json!(99), Refused("accessor 99")),
+        (
+            "/meshes/0/primitives/0/attributes/POSITION",
+            json!(2),
+            LeftOut("accessor 2: Vec3 is needed"),
+        ),
+        (
+            "/meshes/0/primitives/0/attributes/TEXCOORD_0",
+            json!(3),
+            LeftOut("accessor 3: Vec2 is needed"),
+        ),
+        ("/meshes/0/primitives/0/indices", json!(0), LeftOut("unsigned whole numbers")),
+        ("/accessors/0/count", json!(5), LeftOut("do not fit")),
+        ("/accessors/0/count", json!(u64::MAX), Refused("exceed the limits")),
+        ("/accessors/0/count", json!(100_000_000), Refused("100000000 elements")),
+        ("/accessors/0/byteOffset", json!(u64::MAX), LeftOut("do not fit")),
+        ("/accessors/2/count", json!(5), LeftOut("whole triangles")),
+        ("/bufferViews/0/byteOffset", json!(u64::MAX), LeftOut("buffer view 0")),
+        ("/bufferViews/0/byteStride", json!(4), LeftOut("do not fit")),
+        ("/buffers/0/byteLength", json!(1_000_000), Refused("should have 1000000 bytes")),
+        ("/buffers/0/uri", json!("data:;base64,%"), Refused("data URI")),
+        ("/buffers/0/uri", json!("../scene.bin"), Refused("outside of the scene's directory")),
+        ("/buffers/0/uri", json!("missing.bin"), Refused("missing.bin")),
+        ("/buffers/0/uri", json!("."), Refused("is not a file")),
+        ("/buffers/0/uri", json!("https://host/scene.bin"), Refused("only files and data URIs")),
+        ("/buffers/0/uri", json!("file:///etc/passwd"), Refused("only files and data URIs")),
+        ("/buffers/0/uri", serde_json::Value::Null, Refused("it has no uri")),
+        (
+            "/materials/0/pbrMetallicRoughness/roughnessFactor",
+            json!(1.5),
+            LeftOut("material 0 \"white\""),
+        ),
+        ("/materials/3/emissiveFactor", json!([-1, 0, 0]), LeftOut("radiance")),
+        ("/cameras/0/perspective", json!({"yfov": 4, "znear": 1}), LeftOut("field of view")),
+        ("/cameras/0/perspective/aspectRatio", json!(0), LeftOut("aspect ratio")),
         (
             "/cameras/0",
             json!({"type": "orthographic", "perspective": {"yfov": 1, "znear": 1}}),
-            "lacks the properties",
+            LeftOut("lacks the properties"),
         ),
         (
             "/extensionsRequired",
             json!(["KHR_animation_pointer"]),
-            "KHR_animation_pointer is required",
+            Refused("KHR_animation_pointer is required"),
         ),
     ];
     for (pointer, value, reason) in cases {
-        let text = altered("box.gltf", pointer, value.clone());
-        let error =
-            load_text("malformed", &text, &Options::default()).expect_err(pointer).to_string();
-        assert!(
-            error.contains(reason) && error.contains("scene.gltf"),
-            "{pointer} = {value}: {error}"
-        );
+        check("malformed", &altered("box.gltf", pointer, value), reason);
     }
     let files: [(&[u8], &str); 6] = [
         (b"", "EOF"),
@@ -81,34 +116,35 @@ fn malformed_files_are_refused_for_their_reason() {
 fn sparse_accessors_and_images_are_checked() {
     use serde_json::json;
     let cases = [
-        ("meshes.gltf", "/accessors/3/count", json!(2_000_000), "exceed the limits"),
-        ("meshes.gltf", "/accessors/3/sparse/count", json!(4), "4 sparse values"),
-        ("meshes.gltf", "/accessors/2/sparse/values/byteOffset", json!(4), "do not fit"),
-        ("meshes.gltf", "/accessors/2/sparse/indices/componentType", json!(5126), "Invalid value"),
-        ("textures.gltf", "/textures/0/source", json!(9), "Index out of bounds"),
+        ("meshes.gltf", "/accessors/3/count", json!(2_000_000), Refused("exceed the limits")),
+        ("meshes.gltf", "/accessors/3/sparse/count", json!(4), LeftOut("4 sparse values")),
+        ("meshes.gltf", "/accessors/2/sparse/values/byteOffset", json!(4), LeftOut("do not fit")),
+        (
+            "meshes.gltf",
+            "/accessors/2/sparse/indices/componentType",
+            json!(5126),
+            Refused("Invalid value"),
+        ),
+        ("textures.gltf", "/textures/0/source", json!(9), Refused("Index out of bounds")),
         (
             "lights.gltf",
             "/extensions/KHR_lights_punctual/lights/0/intensity",
             json!(-1),
-            "intensity",
+            LeftOut("intensity"),
         ),
         (
             "lights.gltf",
             "/extensions/KHR_lights_punctual/lights/2/spot/innerConeAngle",
             json!(1),
-            "inner angle",
+            LeftOut("inner angle"),
         ),
-        ("lights.gltf", "/extensions", json!({}), "Index out of bounds"),
+        ("lights.gltf", "/extensions", json!({}), Refused("Index out of bounds")),
     ];
     for (file, pointer, value, reason) in cases {
         for other in ["textures.bin", "two by two.png"] {
             std::fs::copy(data(other), directory("checked").join(other)).expect("copied");
         }
-        let error =
-            load_text("checked", &altered(file, pointer, value.clone()), &Options::default())
-                .expect_err(pointer)
-                .to_string();
-        assert!(error.contains(reason), "{file} {pointer} = {value}: {error}");
+        check("checked", &altered(file, pointer, value), reason);
     }
 }
 

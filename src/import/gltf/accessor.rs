@@ -53,8 +53,12 @@ impl Document {
         let accessor = &self.root.accessors[index];
         let location = self.accessor_location(index);
         let refuse = |reason: String| Error::new(location.clone(), reason);
-        if !matches!(accessor.type_, Checked::Valid(kind) if kind == expected) {
-            return Err(refuse(format!("{expected:?} is needed, but it is {:?}", accessor.type_)));
+        match accessor.type_ {
+            Checked::Valid(kind) if kind == expected => (),
+            Checked::Valid(kind) => {
+                return Err(refuse(format!("{expected:?} is needed, but it is {kind:?}")));
+            }
+            Checked::Invalid => return Err(refuse(format!("{expected:?} is needed"))),
         }
         let size = component_type(accessor).size() * expected.multiplicity();
         if let Some(bytes) = self.decoded.get(&index) {

@@ -1,6 +1,7 @@
 //! The container, its JSON and the files it refers to: nothing is believed before it has been
 //! checked.
 
+use super::clear_coat;
 use super::draco;
 use super::instances;
 use super::meshopt::{self, Packed};
@@ -16,7 +17,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Extensions whose meaning is known here.
-const KNOWN_EXTENSIONS: [&str; 14] = [
+const KNOWN_EXTENSIONS: [&str; 15] = [
+    clear_coat::EXTENSION,
     draco::EXTENSION,
     instances::EXTENSION,
     meshopt::EXTENSIONS[0],

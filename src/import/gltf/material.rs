@@ -1,5 +1,6 @@
 //! Metallic-roughness materials with the extensions that can be represented.
 
+use super::clear_coat::{self, ClearCoat};
 use super::document::Document;
 use super::texture::{Meaning, Textures, coordinate_set, transform};
 use crate::import::{Error, Location};
@@ -94,7 +95,7 @@ const DEFAULT_IOR: f64 = 1.5;
 const INFINITE_IOR: f64 = 1e6;
 
 /// A factor in [0, 1]; 1 if it exceeds 1 by no more than rounding explains.
-fn share(factor: f32) -> f64 {
+pub(super) fn share(factor: f32) -> f64 {
     let factor = f64::from(factor);
     if (1.0..1.0 + 1e-6).contains(&factor) { 1.0 } else { factor }
 }
@@ -109,7 +110,9 @@ pub(super) fn look(
     let location = document.location(format!("material {index}"), source.name.as_ref());
     warn_about_the_rest(document, &source, &location)?;
     let normals = normal_info(&source, &location)?;
-    let coordinates = coordinate_sets(document, &source, normals.as_ref(), &location)?;
+    let coat = clear_coat(document, &source, &location)?;
+    let coordinates =
+        coordinate_sets(document, &source, normals.as_ref(), coat.as_ref(), &location)?;
     textures.other_set = coordinates[1];
     let vertex_colors = VertexColors::of(document, Some(index));
 
@@ -146,6 +149,10 @@ pub(super) fn look(
     let transmitting = transmission * (1.0 - metalness);
     let transmits = transmission > 0.0 && transmitting > 0.0;
     let mut material = if transmits {
+        if coat.is_some() {
+            let reason = "its clear coat is left out, since it transmits light";
+            document.warnings.warn(location.clone(), reason)?;
+        }
         let rest = metalness / (1.0 - transmitting);
         let opaque = Material::MetallicRoughness {
             base_color: base_color.clone(),
@@ -161,6 +168,9 @@ pub(super) fn look(
                 weights: [1.0 - transmitting, transmitting],
             }
         }
+    } else if let Some(coat) = coat {
+        let coat = Box::new(coat.textures(document, textures, &location)?);
+        Material::Coated { base_color, metallic_roughness, relative_ior, coat }
     } else {
         Material::MetallicRoughness { base_color, metallic_roughness, relative_ior }
     };
@@ -232,6 +242,26 @@ pub(super) fn look(
         cutout,
         coordinates,
     })
+}
+
+/// The clear coat of a material, with warnings of what it lacks.
+fn clear_coat(
+    document: &mut Document,
+    source: &json::Material,
+    location: &Location,
+) -> Result<Option<ClearCoat>, Error> {
+    let mut warn = |reason: String| document.warnings.warn(location.clone(), reason);
+    let coat = match ClearCoat::of(&document.root, source) {
+        Ok(coat) => coat,
+        Err(reason) => {
+            warn(format!("its clear coat is left out: {reason}"))?;
+            None
+        }
+    };
+    if coat.as_ref().is_some_and(|coat| !coat.shares_normals(source)) {
+        warn("its clear coat has the normals of what is under it".to_owned())?;
+    }
+    Ok(coat)
 }
 
 /// The normal map of a material, and the transform of its texture coordinates.
@@ -370,12 +400,15 @@ fn coordinate_sets(
     document: &mut Document,
     source: &json::Material,
     normals: Option<&Info>,
+    coat: Option<&ClearCoat>,
     location: &Location,
 ) -> Result<[Option<u32>; 2], Error> {
     let pbr = &source.pbr_metallic_roughness;
     let infos: [&Option<Info>; 3] =
         [&source.emissive_texture, &pbr.base_color_texture, &pbr.metallic_roughness_texture];
-    let sets: Vec<u32> = infos.into_iter().flatten().chain(normals).map(coordinate_set).collect();
+    let coat = coat.into_iter().flat_map(ClearCoat::infos);
+    let all = infos.into_iter().flatten().chain(normals).chain(coat);
+    let sets: Vec<u32> = all.map(coordinate_set).collect();
     let first = sets.first().copied();
     let other = sets.iter().copied().find(|set| Some(*set) != first);
     if sets.iter().any(|set| ![first, other].contains(&Some(*set))) {
@@ -394,7 +427,7 @@ fn warn_about_the_rest(
     location: &Location,
 ) -> Result<(), Error> {
     let others = source.extensions.iter().flat_map(|extensions| extensions.others.keys());
-    for name in others {
+    for name in others.filter(|name| *name != clear_coat::EXTENSION) {
         document.warnings.warn(
             location.clone(),
             format!("the extension {name} is not supported: it is shown without it"),

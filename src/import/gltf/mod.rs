@@ -38,6 +38,7 @@
 //!   between the cones.
 
 mod accessor;
+mod clear_coat;
 mod document;
 mod draco;
 mod ends;

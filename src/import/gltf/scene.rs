@@ -63,6 +63,8 @@ pub(super) struct SceneReader<'a> {
     /// Instances that may still be added.
     pub instances: u64,
     pub views: Vec<ImportedView>,
+    /// The reason for which the first mesh was left out.
+    lost: Option<Error>,
 }
 
 impl<'a> SceneReader<'a> {
@@ -91,6 +93,7 @@ impl<'a> SceneReader<'a> {
             triangles: document.limits.triangles,
             instances: document.limits.elements,
             views: Vec::new(),
+            lost: None,
             document,
         })
     }
@@ -121,10 +124,14 @@ impl<'a> SceneReader<'a> {
             let node = &root.nodes[index];
             let location = self.document.location(format!("node {index}"), node.name.as_ref());
             if std::mem::replace(&mut visited[index], true) {
-                return Err(Error::new(location, "it is reached twice: nodes must form a tree"));
+                let reason = "it is reached twice, but nodes form a tree: it is shown once";
+                self.document.warnings.warn(location, reason)?;
+                continue;
             }
-            let transform =
-                parent * local_transform(node).map_err(|reason| Error::new(location, reason))?;
+            let local = local_transform(node).map_err(|reason| Error::new(location, reason));
+            let left_out = "it is left out with all below it";
+            let Some(local) = self.document.warnings.rescue(local, left_out)? else { continue };
+            let transform = parent * local;
             placed.push((index, transform));
             open.extend(
                 node.children.iter().flatten().rev().map(|child| (child.value(), transform)),
@@ -171,10 +178,12 @@ impl<'a> SceneReader<'a> {
             self.add_mesh(index, mesh, transform, &location)?;
         }
         if let Some(light) = light {
-            self.add_light(index, light, &transform, &location)?;
+            let added = self.add_light(index, light, &transform, &location);
+            self.document.warnings.rescue(added, "the light is left out")?;
         }
         if let Some(camera) = camera {
-            self.add_camera(index, camera, &transform, &location)?;
+            let added = self.add_camera(index, camera, &transform, &location);
+            self.document.warnings.rescue(added, "the camera is left out")?;
         }
         Ok(())
     }
@@ -273,9 +282,11 @@ impl<'a> SceneReader<'a> {
             self.builder.set_relief(surface, relief.clone()).map_err(caused)?;
         }
         if let Some(radiance) = &look.emission {
-            self.builder
+            let emits = self
+                .builder
                 .set_textured_emission(surface, radiance.clone(), look.double_sided)
-                .map_err(caused)?;
+                .map_err(caused);
+            self.document.warnings.rescue(emits, "it does not emit")?;
         }
         Ok(())
     }
@@ -309,12 +320,11 @@ impl<'a> SceneReader<'a> {
         if let Some(known) = self.geometries.get(&key) {
             return Ok(known.clone());
         }
-        let read = match self.read_primitive(mesh, primitive, weights) {
-            Err(error) if error.is_damage() => {
-                self.document.warnings.rescue(Err(error), "its mesh is left out")?.flatten()
-            }
-            read => read?,
-        };
+        let read = self.read_primitive(mesh, primitive, weights);
+        if let Err(error) = &read {
+            self.lost.get_or_insert_with(|| Error::new(error.location.clone(), &*error.reason));
+        }
+        let read = self.document.warnings.rescue(read, "its mesh is left out")?.flatten();
         let read = read.map(Arc::new);
         self.geometries.insert(key, read.clone());
         Ok(read)
@@ -504,6 +514,25 @@ impl<'a> SceneReader<'a> {
         if let Some(known) = known {
             return Ok(known.clone());
         }
+        let read = match index {
+            Some(_) => {
+                let read = self.read_material(index);
+                let instead = "it is shown as white, rough metal";
+                match self.document.warnings.rescue(read, instead)? {
+                    Some(read) => read,
+                    None => self.material(None)?,
+                }
+            }
+            None => self.read_material(None)?,
+        };
+        let slot = match index {
+            Some(index) => &mut self.materials[index],
+            None => &mut self.fallback,
+        };
+        Ok(slot.insert(read).clone())
+    }
+
+    fn read_material(&mut self, index: Option<usize>) -> Result<(MaterialId, Look), Error> {
         let look = match index {
             Some(index) => material::look(self.document, &mut self.textures, index)?,
             None => Look::default_look(self.document),
@@ -521,11 +550,7 @@ impl<'a> SceneReader<'a> {
         let id = id.map_err(|error| {
             Error::caused(self.document.location(element, name.as_ref()), error)
         })?;
-        let slot = match index {
-            Some(index) => &mut self.materials[index],
-            None => &mut self.fallback,
-        };
-        Ok(slot.insert((id, look)).clone())
+        Ok((id, look))
     }
 
     /// True if culling a primitive would make no difference for who is outside of it.
@@ -584,6 +609,9 @@ impl<'a> SceneReader<'a> {
             &whole,
             &mut self.document.warnings,
         )?;
+        if let Some(lost) = self.lost.take().filter(|_| world.bounds().is_empty()) {
+            return Err(lost);
+        }
         if let Some(reason) = why_white {
             self.document.warnings.warn(whole.clone(), reason)?;
         }

@@ -1,5 +1,6 @@
 //! Images, PNG and JPEG, as textures.
 
+use super::clear_coat::ClearCoat;
 use super::document::Document;
 use crate::film::{Image, linear_from_srgb};
 use crate::import::images::{self, Encoded, Sample, on_all_threads};
@@ -242,6 +243,8 @@ fn uses(root: &Root, material: usize) -> Vec<(usize, Meaning)> {
     let emission = material.emissive_texture.as_ref().map(|info| info.index);
     let emits = material.emissive_factor.0 != [0.0; 3];
     let is_opaque = material.alpha_mode == Checked::Valid(AlphaMode::Opaque);
+    let coat = ClearCoat::of(root, material).ok().flatten();
+    let coat = coat.iter().flat_map(ClearCoat::infos).map(|info| (Some(info.index), Meaning::Data));
     [
         (base, Meaning::Colour),
         (base.filter(|_| !is_opaque), Meaning::Alpha),
@@ -250,6 +253,7 @@ fn uses(root: &Root, material: usize) -> Vec<(usize, Meaning)> {
         (material.normal_texture.as_ref().map(|normals| normals.index), Meaning::Data),
     ]
     .into_iter()
+    .chain(coat)
     .filter_map(|(texture, meaning)| Some((texture?.value(), meaning)))
     .map(|(texture, meaning)| (source(&root.textures[texture]), meaning))
     .filter(|(image, _)| *image < root.images.len())
