@@ -29,6 +29,7 @@ pub struct Beckmann {
     alpha_x: f64,
     alpha_y: f64,
     smooth: bool,
+    pub(super) independent: bool,
 }
 
 /// Slopes beyond this have a probability below the resolution of f64.
@@ -42,14 +43,26 @@ impl Beckmann {
     /// If a roughness is not in [0, 10].
     pub fn new(alpha_x: f64, alpha_y: f64) -> Result<Self, BsdfError> {
         let ([alpha_x, alpha_y], smooth) = checked_alpha(alpha_x, alpha_y)?;
-        Ok(Self { alpha_x, alpha_y, smooth })
+        Ok(Self { alpha_x, alpha_y, smooth, independent: false })
     }
 
     /// Roughnesses that are known to be at most 10, raised to
     /// [`LEAST_ALPHA`]: never smooth.
     pub(super) const fn raised(alpha_x: f64, alpha_y: f64) -> Self {
         let (alpha_x, alpha_y) = (alpha_x.max(LEAST_ALPHA), alpha_y.max(LEAST_ALPHA));
-        Self { alpha_x, alpha_y, smooth: false }
+        Self { alpha_x, alpha_y, smooth: false, independent: false }
+    }
+
+    /// The same distribution with masking and shadowing taken as independent, `G2 = G1 G1`.
+    #[must_use]
+    pub const fn with_independent_masking(self) -> Self {
+        Self { independent: true, ..self }
+    }
+
+    /// The same distribution with other roughnesses that are known to be at most 10, raised to
+    /// [`LEAST_ALPHA`]: never smooth.
+    pub(super) const fn with_roughness(self, alpha_x: f64, alpha_y: f64) -> Self {
+        Self { independent: self.independent, ..Self::raised(alpha_x, alpha_y) }
     }
 
     /// The same roughness in all directions.
@@ -107,7 +120,12 @@ impl Beckmann {
     #[inline]
     pub(super) fn masked(&self, a: DVec3, b: DVec3) -> Masked {
         let areas = [self.projected_area(a), self.projected_area(b)];
-        Masked { areas, correlation: 0.5 / (a.z * areas[1] + b.z * (areas[0] - a.z)) }
+        let correlation = if self.independent {
+            0.5 / areas[0] / areas[1]
+        } else {
+            0.5 / (a.z * areas[1] + b.z * (areas[0] - a.z))
+        };
+        Masked { areas, correlation }
     }
 
     /// `G2(seen_from, next) / G1(seen_from)` ≤ 1 of directions on the same side: what is left for

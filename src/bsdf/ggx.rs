@@ -42,6 +42,7 @@ pub struct Ggx {
     alpha_x: f64,
     alpha_y: f64,
     smooth: bool,
+    pub(super) independent: bool,
 }
 
 impl Ggx {
@@ -51,20 +52,33 @@ impl Ggx {
     /// If a roughness is not in [0, 10].
     pub fn new(alpha_x: f64, alpha_y: f64) -> Result<Self, BsdfError> {
         let ([alpha_x, alpha_y], smooth) = checked_alpha(alpha_x, alpha_y)?;
-        Ok(Self { alpha_x, alpha_y, smooth })
+        Ok(Self { alpha_x, alpha_y, smooth, independent: false })
     }
 
     /// A roughness in all directions that is known to be valid.
     pub(super) const fn of_valid(alpha: f64) -> Self {
         let raised = alpha.max(LEAST_ALPHA);
-        Self { alpha_x: raised, alpha_y: raised, smooth: alpha < LEAST_ALPHA }
+        let smooth = alpha < LEAST_ALPHA;
+        Self { alpha_x: raised, alpha_y: raised, smooth, independent: false }
     }
 
     /// Roughnesses that are known to be at most [`GREATEST_ALPHA`], raised to
     /// [`LEAST_ALPHA`]: never smooth.
     pub(super) const fn raised(alpha_x: f64, alpha_y: f64) -> Self {
         let (alpha_x, alpha_y) = (alpha_x.max(LEAST_ALPHA), alpha_y.max(LEAST_ALPHA));
-        Self { alpha_x, alpha_y, smooth: false }
+        Self { alpha_x, alpha_y, smooth: false, independent: false }
+    }
+
+    /// The same distribution with masking and shadowing taken as independent, `G2 = G1 G1`.
+    #[must_use]
+    pub const fn with_independent_masking(self) -> Self {
+        Self { independent: true, ..self }
+    }
+
+    /// The same distribution with other roughnesses that are known to be at most [`GREATEST_ALPHA`], raised to
+    /// [`LEAST_ALPHA`]: never smooth.
+    pub(super) const fn with_roughness(self, alpha_x: f64, alpha_y: f64) -> Self {
+        Self { independent: self.independent, ..Self::raised(alpha_x, alpha_y) }
     }
 
     /// The same roughness in all directions.
@@ -119,8 +133,8 @@ impl Ggx {
         2.0 * z / (z + self.stretched_length(direction))
     }
 
-    /// Height-correlated masking and shadowing G2 of directions on the same side (Heitz 2014, eq.
-    /// 99).
+    /// Masking and shadowing G2 of directions on the same side, height-correlated (Heitz 2014, eq.
+    /// 99) unless they are [independent](Self::with_independent_masking).
     #[inline]
     #[must_use]
     pub fn masking_shadowing(&self, a: DVec3, b: DVec3) -> f64 {
@@ -138,10 +152,13 @@ impl Ggx {
     #[inline]
     pub(super) fn masked(&self, a: DVec3, b: DVec3) -> Masked {
         let lengths = [self.stretched_length(a), self.stretched_length(b)];
-        Masked {
-            areas: [0.5 * (a.z + lengths[0]), 0.5 * (b.z + lengths[1])],
-            correlation: 1.0 / (b.z * lengths[0] + a.z * lengths[1]),
-        }
+        let areas = [0.5 * (a.z + lengths[0]), 0.5 * (b.z + lengths[1])];
+        let correlation = if self.independent {
+            0.5 / areas[0] / areas[1]
+        } else {
+            1.0 / (b.z * lengths[0] + a.z * lengths[1])
+        };
+        Masked { areas, correlation }
     }
 
     /// `G2(seen_from, next) / G1(seen_from)` ≤ 1 of directions on the same side: what is left for

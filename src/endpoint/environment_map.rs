@@ -20,6 +20,9 @@ pub enum Lookup {
     /// Linear in both angles between the pixels' centres: patches have their corners there. Those
     /// at the poles are half as high and constant along their height.
     Bilinear,
+    /// The same but for the rows, which lie at equal angles from pole to pole: of H rows, row i at
+    /// π i/(H - 1). Mitsuba's lookup (Jakob et al. 2022, plug-in `envmap`).
+    BilinearToPoles,
 }
 
 /// Radiance from infinitely far away, given by an image.
@@ -33,7 +36,8 @@ pub enum Lookup {
 /// are not: numbers next to each other then choose directions next to each other. In a patch of a
 /// pixel the density is constant in solid angle; between pixels' centres it is linear in azimuth
 /// and in solid angle from the upper edge, so that it differs from what is linear in both angles by
-/// a factor from 2/3 to 2 in the rows next to the poles, and by next to nothing elsewhere.
+/// a factor from 2/3 to 2 in the rows next to the poles, and by next to nothing elsewhere. Where
+/// rows reach the poles it is from 1/2 upwards, largest at a black pole, with finite variance.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     width: usize,
@@ -178,17 +182,15 @@ impl EnvironmentMap {
     /// The same map with another lookup.
     #[must_use]
     pub fn with_lookup(mut self, lookup: Lookup) -> Self {
-        self.lookup = lookup;
-        let step = PI / self.height as f64;
-        self.bands = match lookup {
-            Lookup::PiecewiseConstant => (0..self.height)
-                .map(|row| Band::new(row as f64 * step, (row + 1) as f64 * step))
-                .collect(),
-            Lookup::Bilinear => {
-                let edge = |row: usize| (row as f64 - 0.5).clamp(0.0, self.height as f64) * step;
-                (0..=self.height).map(|row| Band::new(edge(row), edge(row + 1))).collect()
-            }
-        };
+        // There is no step between the poles of a single row.
+        let is_row = self.height == 1 && lookup == Lookup::BilinearToPoles;
+        self.lookup = if is_row { Lookup::Bilinear } else { lookup };
+        let steps = self.steps();
+        let step = PI / steps as f64;
+        let edge =
+            |row: usize| (row as f64 - self.displacement().y).clamp(0.0, steps as f64) * step;
+        let last = steps + usize::from(self.lookup == Lookup::Bilinear);
+        self.bands = (0..last).map(|row| Band::new(edge(row), edge(row + 1))).collect();
         (self.integral, self.density_integral) = (Rgb::BLACK, 0.0);
         let height = self.bands.len();
         for (row, band) in self.bands.iter().enumerate() {
@@ -217,10 +219,7 @@ impl EnvironmentMap {
     #[inline(always)]
     fn weights(&self, column: usize, first: usize) -> [f64; BLOCK] {
         let columns = [column, self.column_right_of(column)];
-        let first_pixel = match self.lookup {
-            Lookup::PiecewiseConstant => first as isize,
-            Lookup::Bilinear => first as isize - 1,
-        };
+        let first_pixel = first as isize - isize::from(self.lookup == Lookup::Bilinear);
         // Both columns at a time, so that neither waits for the other to come from memory.
         let mut pixels = [[0.0; 2]; BLOCK + 1];
         for (row, pixels) in (first_pixel..).zip(&mut pixels) {
@@ -232,7 +231,7 @@ impl EnvironmentMap {
         for (i, (band, weight)) in self.bands[first..].iter().zip(&mut weights).enumerate() {
             let mean = match self.lookup {
                 Lookup::PiecewiseConstant => pixels[i][0],
-                Lookup::Bilinear => bilinear([pixels[i], pixels[i + 1]], DVec2::splat(0.5)),
+                _ => bilinear([pixels[i], pixels[i + 1]], DVec2::splat(0.5)),
             };
             *weight = self.solid_angle(band) * (mean / self.brightest);
         }
@@ -259,7 +258,7 @@ impl EnvironmentMap {
         let Place { column, row, within } = *place;
         match self.lookup {
             Lookup::PiecewiseConstant => value(self.pixel(column, row)),
-            Lookup::Bilinear => bilinear(self.corners(column, row, value), within),
+            _ => bilinear(self.corners(column, row, value), within),
         }
     }
 
@@ -267,7 +266,11 @@ impl EnvironmentMap {
     #[inline]
     fn corners<T>(&self, left: usize, row: usize, value: impl Fn(Rgb) -> T) -> [[T; 2]; 2] {
         let right = self.column_right_of(left);
-        let (upper, lower) = (row.saturating_sub(1), row.min(self.height - 1));
+        let (upper, lower) = if self.lookup == Lookup::Bilinear {
+            (row.saturating_sub(1), row.min(self.height - 1))
+        } else {
+            (row, row + 1)
+        };
         let at = |column, row| value(self.pixel(column, row));
         // Not by `array::map`, which moves them through memory.
         [[at(left, upper), at(right, upper)], [at(left, lower), at(right, lower)]]
@@ -283,12 +286,19 @@ impl EnvironmentMap {
         if left + 1 == self.width { 0 } else { left + 1 }
     }
 
-    /// The displacement of patches against pixels, in columns to the right and rows upwards.
-    fn displacement(&self) -> f64 {
+    /// The displacement of patches against the grid of columns and steps, to the right and
+    /// upwards.
+    fn displacement(&self) -> DVec2 {
         match self.lookup {
-            Lookup::PiecewiseConstant => 0.0,
-            Lookup::Bilinear => 0.5,
+            Lookup::PiecewiseConstant => DVec2::ZERO,
+            Lookup::Bilinear => DVec2::splat(0.5),
+            Lookup::BilinearToPoles => DVec2::new(0.5, 0.0),
         }
+    }
+
+    /// The distance of the poles in distances of rows.
+    fn steps(&self) -> usize {
+        self.height - usize::from(self.lookup == Lookup::BilinearToPoles)
     }
 
     /// The one place that decides which patch a direction belongs to, in the image's axes, for
@@ -298,10 +308,10 @@ impl EnvironmentMap {
             let cell = (x as usize).min(count - 1);
             (cell, x - cell as f64)
         };
-        let x = angle::turn(w.x, -w.z) * self.width as f64 - self.displacement();
+        let x = angle::turn(w.x, -w.z) * self.width as f64 - self.displacement().x;
         let (column, x) = split(if x < 0.0 { x + self.width as f64 } else { x }, self.width);
         let polar = FRAC_1_PI * angle::atan2((w.x * w.x + w.z * w.z).sqrt(), w.y);
-        let (row, y) = split(polar * self.height as f64 + self.displacement(), self.bands.len());
+        let (row, y) = split(polar * self.steps() as f64 + self.displacement().y, self.bands.len());
         Place { column, row, within: DVec2::new(x, y) }
     }
 
@@ -331,7 +341,7 @@ impl EnvironmentMap {
         let GridSample { row: column, column: row, within } =
             self.distribution.as_ref()?.sample(u2.yx(), weights);
         let mut within = within.yx();
-        if self.lookup == Lookup::Bilinear {
+        if self.lookup != Lookup::PiecewiseConstant {
             let [[a, b], [c, d]] =
                 self.corners(column, row, |pixel| pixel.max_component() / self.brightest);
             within.y = unit_to_linear(within.y, a + b, c + d);
@@ -342,7 +352,7 @@ impl EnvironmentMap {
             );
         }
         let (sin_phi, cos_phi) = angle::sin_cos_of_turn(
-            (column as f64 + within.x + self.displacement()) / self.width as f64,
+            (column as f64 + within.x + self.displacement().x) / self.width as f64,
         );
         let band = self.bands[row];
         let s = band.upper + band.step * within.y;

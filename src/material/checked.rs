@@ -109,7 +109,7 @@ impl Material {
     fn body(&self) -> Option<&Texture> {
         match self {
             Self::Plastic { albedo, .. } | Self::RoughPlastic { albedo, .. } => Some(albedo),
-            Self::Beckmann { rough } => rough.body(),
+            Self::Beckmann { rough } | Self::IndependentMasking { rough } => rough.body(),
             _ => None,
         }
     }
@@ -135,7 +135,7 @@ impl Material {
             Self::Beckmann { rough } => {
                 let beckmann =
                     |alpha: &DVec2| Beckmann::new(alpha.x, alpha.y).map(Microfacets::Beckmann);
-                rough.rough_model(beckmann)?.ok_or(BsdfError::NotRough)
+                rough.rough_model(&beckmann)?.ok_or(BsdfError::NotRough)
             }
             Self::Black => Ok(Model::Black),
             Self::Null => Ok(Model::Null(Null)),
@@ -174,14 +174,14 @@ impl Material {
             }
             Self::Custom(_) => Err(BsdfError::NestedCustom),
             // Everything else is made of others.
-            _ => self.rough_model(ggx)?.ok_or(BsdfError::NestedMixture),
+            _ => self.rough_model(&ggx)?.ok_or(BsdfError::NestedMixture),
         }
     }
 
     /// The model of a rough material with the given distribution; `None` if it is none.
     fn rough_model(
         &self,
-        distribution: impl Fn(&DVec2) -> Result<Microfacets, BsdfError>,
+        distribution: &dyn Fn(&DVec2) -> Result<Microfacets, BsdfError>,
     ) -> Result<Option<Model>, BsdfError> {
         Ok(Some(match self {
             Self::RoughMirror { reflectance, alpha } => {
@@ -202,6 +202,11 @@ impl Material {
                 } else {
                     RoughPlastic::new(albedo, *specular, n, *colour_shift, distribution)?.into()
                 }
+            }
+            Self::IndependentMasking { rough } => {
+                let independent =
+                    |alpha: &DVec2| distribution(alpha).map(Microfacets::with_independent_masking);
+                return rough.rough_model(&independent)?.ok_or(BsdfError::NotRough).map(Some);
             }
             _ => return Ok(None),
         }))

@@ -149,11 +149,17 @@ pub enum Material {
     /// A rough mirror, rough metal, frosted glass or rough plastic with Beckmann's distribution in
     /// place of GGX.
     Beckmann {
-        /// The rough material, one of the four.
+        /// The rough material, one of the four, perhaps with independent masking.
         rough: Box<Material>,
     },
-    /// A rough mirror, rough metal or frosted glass, perhaps with Beckmann's distribution, whose
-    /// roughness varies over the surface. It is never smooth: α is at least
+    /// One of the same four whose masking and shadowing are independent
+    /// ([`Microfacets::with_independent_masking`](crate::bsdf::Microfacets::with_independent_masking)).
+    IndependentMasking {
+        /// The rough material. [`Beckmann`](Self::Beckmann) goes around, not inside.
+        rough: Box<Material>,
+    },
+    /// A rough mirror, rough metal or frosted glass, perhaps with Beckmann's distribution or
+    /// independent masking, whose roughness varies over the surface. It is never smooth: α is at least
     /// [`LEAST_ALPHA`](crate::bsdf::ggx::LEAST_ALPHA).
     VaryingRoughness {
         /// The rough material, whose own α has no meaning.

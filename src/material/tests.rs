@@ -46,6 +46,9 @@ fn textured_and_sided_materials_agree_with_themselves() {
         Material::ThinDielectric { relative_ior: 1.5 }.stained(board()),
         varying(&beckmann),
         varying(&glass),
+        Material::Beckmann {
+            rough: Box::new(Material::IndependentMasking { rough: Box::new(rough.clone()) }),
+        },
         rough_plastic.clone(),
         Material::Beckmann { rough: Box::new(rough_plastic) },
         lambert(0.7).tinted(board()),
@@ -260,6 +263,7 @@ fn roughness_varies_with_its_texture() {
         alpha: alpha.clone(),
     };
     let beckmann = |rough| Material::Beckmann { rough: Box::new(rough) };
+    let independent = |rough| Material::IndependentMasking { rough: Box::new(rough) };
     let (o, i) = (DVec3::new(0.48, 0.36, 0.8), DVec3::new(-0.6, 0.0, 0.8));
     let f = |material: &Material, uv: DVec2| {
         SurfaceBsdf::new(&material.finish().expect("valid"), uv, || None).eval(i, o).mean()
@@ -268,7 +272,9 @@ fn roughness_varies_with_its_texture() {
         let there = rough(DVec2::new(alpha_u, 0.2));
         for (varying, constant) in [
             (varying(rough(DVec2::ZERO)), there.clone()),
-            (varying(beckmann(rough(DVec2::ONE))), beckmann(there)),
+            (varying(beckmann(rough(DVec2::ONE))), beckmann(there.clone())),
+            (varying(independent(rough(DVec2::ONE))), independent(there.clone())),
+            (varying(beckmann(independent(rough(DVec2::ONE)))), beckmann(independent(there))),
         ] {
             let (here, there) = (f(&varying, uv), f(&constant, uv));
             approx::assert_relative_eq!(here, there, max_relative = 1e-12);

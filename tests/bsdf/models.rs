@@ -166,6 +166,13 @@ pub fn rough_models() -> Vec<(String, Box<dyn Bsdf>)> {
             format!("Beckmann conductor {alpha:?}"),
             boxed(RoughConductor::new(gold(), beckmann(alpha))),
         ));
+        let independent = Ggx::new(alpha.0, alpha.1).unwrap().with_independent_masking();
+        models.push((
+            format!("conductor with independent masking {alpha:?}"),
+            boxed(RoughConductor::new(gold(), independent)),
+        ));
+        let glass = RoughDielectric::new(1.5, independent).unwrap();
+        models.push((format!("glass with independent masking {alpha:?}"), boxed(glass)));
         let glass = RoughDielectric::new(1.5, beckmann(alpha)).unwrap();
         models.push((format!("Beckmann glass {alpha:?}"), boxed(glass)));
         if alpha.0 == alpha.1 {

@@ -121,7 +121,7 @@ fn environment_maps_sample_their_own_density() {
         })
         .collect();
     for rotation in [rotation, DMat3::IDENTITY, DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0))] {
-        for lookup in [Lookup::PiecewiseConstant, Lookup::Bilinear] {
+        for lookup in [Lookup::PiecewiseConstant, Lookup::Bilinear, Lookup::BilinearToPoles] {
             let map = EnvironmentMap::new(width, height, pixels.clone(), rotation)
                 .unwrap()
                 .with_lookup(lookup);
@@ -175,13 +175,36 @@ fn environment_maps_sample_their_own_density() {
             // Samples estimate the same integral, all but for the rows next to the poles between
             // the pixels' centres.
             let [least, most] = range.map(|one| one / total.mean());
-            if lookup == Lookup::PiecewiseConstant {
-                assert!(least > 1.0 - 1e-9 && most < 1.0 + 1e-9, "{least} {most}");
-            } else {
-                assert!(most / least <= 3.0 + 1e-9 && least > 0.5, "{least} {most}");
-            }
+            let is_right = match lookup {
+                Lookup::PiecewiseConstant => least > 1.0 - 1e-9 && most < 1.0 + 1e-9,
+                Lookup::Bilinear => most / least <= 3.0 + 1e-9 && least > 0.5,
+                // From 1/2, over a sum of at most 4/3, up to any number at a black pole.
+                Lookup::BilinearToPoles => least > 0.375,
+            };
+            assert!(is_right, "{least} {most}");
         }
     }
+}
+
+/// Rows lie at equal angles from pole to pole.
+#[test]
+fn bilinear_lookup_reaches_the_poles() {
+    let rows = [1.0, 5.0, 2.0, 8.0];
+    let pixels = rows.iter().flat_map(|v| [Rgb::splat(*v); 8]).collect();
+    let map = EnvironmentMap::new(8, 4, pixels, DMat3::IDENTITY)
+        .unwrap()
+        .with_lookup(Lookup::BilinearToPoles);
+    for i in 0..=300 {
+        let x = f64::from(i) / 100.0;
+        let (row, t) = ((x as usize).min(2), x - f64::from((x as i32).min(2)));
+        let expected = rows[row] * (1.0 - t) + rows[row + 1] * t;
+        let (sin, cos) = (PI * x / 3.0).sin_cos();
+        let towards = DVec3::new(0.6 * sin, cos, 0.8 * sin).normalize();
+        assert_relative_eq!(map.radiance(towards).mean(), expected, max_relative = 1e-6);
+    }
+    let row = EnvironmentMap::new(2, 1, vec![Rgb::WHITE; 2], DMat3::IDENTITY).unwrap();
+    let row = row.with_lookup(Lookup::BilinearToPoles);
+    assert_eq!(row.radiance(DVec3::Y), Rgb::WHITE);
 }
 
 #[test]
@@ -224,7 +247,7 @@ fn environment_map_orientation_and_poles() {
     assert_eq!(map.radiance(DVec3::new(-0.1, -0.5, -1.0).normalize()).r(), 8.0);
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|a| EnvironmentMap::Z_UP * a);
     assert_eq!((x, y, z), (DVec3::X, DVec3::Z, DVec3::NEG_Y));
-    for lookup in [Lookup::PiecewiseConstant, Lookup::Bilinear] {
+    for lookup in [Lookup::PiecewiseConstant, Lookup::Bilinear, Lookup::BilinearToPoles] {
         let map = map.clone().with_lookup(lookup);
         for w in [DVec3::Y, -DVec3::Y, DVec3::Z, -DVec3::Z, DVec3::X, -DVec3::X] {
             assert!(

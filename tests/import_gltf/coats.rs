@@ -1,17 +1,17 @@
 //! Clear coats of files.
 
-use crate::files::{SQUARE, altered, data, directory, load_text, seen};
+use crate::files::{altered, data, directory, load_text, seen};
 use crate::materials::surface;
 use approx::assert_relative_eq;
 use glam::DVec3;
 use pathspace::bsdf::{Bsdf, Coated};
 use pathspace::import::{Import, Options};
-use pathspace::scene::{Scene, SurfaceBsdf};
+use pathspace::scene::Scene;
 use serde_json::{Value, json};
 
 fn value(import: &Import, from: DVec3) -> [f64; 3] {
     let point = seen(&import.world, from, -DVec3::Z);
-    let bsdf: SurfaceBsdf<'_> = import.world.bsdf(&point);
+    let bsdf = import.world.bsdf(&point);
     bsdf.eval(DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.28, 0.96)).0
 }
 

@@ -89,6 +89,47 @@ fn rough_plastic_has_the_values_of_mitsuba() {
     }
 }
 
+/// Values of Mitsuba 3.9, to six digits for GGX; for Beckmann's distribution its masking is off by
+/// up to 0.35 %. Height-correlated masking would give up to 1.5 times as much.
+#[test]
+fn rough_metal_and_glass_have_the_values_of_mitsuba() {
+    let pairs = [
+        [(1.0, 0.0), (0.5, 1.0)],
+        [(0.8, 0.0), (0.8, std::f64::consts::PI)],
+        [(0.3, 0.2), (0.6, 2.5)],
+        [(0.1, 0.0), (0.2, 3.0)],
+        [(0.9, 1.0), (0.05, 0.3)],
+        [(0.8, 0.0), (-0.7, 3.0)],
+        [(0.1, 0.0), (-0.5, 3.0)],
+    ];
+    let metal = "<bsdf type='roughconductor'><string name='material' value='none'/>\
+                 <float name='alpha_u' value='0.5'/><float name='alpha_v' value='0.3'/>";
+    let glass = "<bsdf type='roughdielectric'><float name='int_ior' value='1.5'/>\
+                 <float name='ext_ior' value='1'/><float name='alpha' value='0.6'/>";
+    let cases = [
+        ("ggx", 1e-5, metal, &[0.107159, 0.775314, 0.0919807, 0.623067, 0.126393][..]),
+        ("beckmann", 7e-3, metal, &[0.0928204, 0.828932, 0.0103647, 1.42253, 0.000289285]),
+        (
+            "ggx",
+            1e-5,
+            glass,
+            &[0.0072052, 0.013796, 0.0160796, 0.354215, 0.00653561, 0.638766, 1.39378],
+        ),
+        (
+            "beckmann",
+            7e-3,
+            glass,
+            &[0.0125689, 0.0151607, 0.0312393, 1.13925, 0.00167023, 0.00278261, 3.80821],
+        ),
+    ];
+    for (distribution, tolerance, bsdf, expected) in cases {
+        let bsdf = format!("{bsdf}<string name='distribution' value='{distribution}'/></bsdf>");
+        for (value, expected) in values(&bsdf, &pairs).into_iter().zip(expected) {
+            assert_relative_eq!(value[0], expected, max_relative = tolerance);
+        }
+    }
+}
+
 /// Values of Mitsuba 3.9, to six digits.
 #[test]
 fn principled_has_the_values_of_mitsuba() {

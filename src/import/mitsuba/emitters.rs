@@ -131,7 +131,7 @@ impl<'a> Loader<'a> {
         let pixels = image.pixels().iter().map(|pixel| *pixel * scale).collect();
         let map = EnvironmentMap::new(image.width(), image.height(), pixels, rotation)
             .map_err(|error| element.caused(error))?;
-        Ok(map.with_lookup(Lookup::Bilinear))
+        Ok(map.with_lookup(Lookup::BilinearToPoles))
     }
 }
 

@@ -451,6 +451,7 @@ impl Roughness {
 
     /// A rough material with this distribution, whose α is already right if it is constant.
     fn of(self, rough: Material) -> Material {
+        let rough = Material::IndependentMasking { rough: Box::new(rough) };
         let rough =
             if self.beckmann { Material::Beckmann { rough: Box::new(rough) } } else { rough };
         if self.alpha.iter().all(|alpha| alpha.as_constant().is_some()) {
