@@ -1,6 +1,8 @@
 //! Images that scenes refer to.
 
 use crate::math::Rgb;
+use exr::math::Vec2;
+use image::error::{DecodingError, ImageError};
 use image::{DynamicImage, ImageBuffer, ImageFormat, ImageReader, ImageResult, Pixel};
 use std::io::Cursor;
 use std::ops::Deref;
@@ -8,7 +10,6 @@ use std::ops::Deref;
 use {
     super::{Error, Location},
     crate::film::linear_from_srgb,
-    image::ImageError,
     std::path::Path,
 };
 
@@ -17,14 +18,21 @@ pub(super) struct Encoded {
     bytes: Vec<u8>,
     format: ImageFormat,
     pub size: [u32; 2],
+    /// The number of pixels that decoding takes, at least those of the size.
+    pub pixels: u64,
 }
 
 impl Encoded {
     /// An image in a format, of which only the size is read.
     pub fn new(bytes: Vec<u8>, format: ImageFormat) -> ImageResult<Self> {
         let reader = ImageReader::with_format(Cursor::new(&bytes), format);
-        let size = reader.into_dimensions()?.into();
-        Ok(Self { bytes, format, size })
+        let size: [u32; 2] = reader.into_dimensions()?.into();
+        let seen = size.map(u64::from).iter().product();
+        let pixels = match format {
+            ImageFormat::OpenExr => stored_pixels(&bytes)?.max(seen),
+            _ => seen,
+        };
+        Ok(Self { bytes, format, size, pixels })
     }
 
     /// The same in the format that is known by the first bytes, or else by the extension of the
@@ -35,19 +43,29 @@ impl Encoded {
         Self::new(bytes, format)
     }
 
-    /// The number of pixels.
-    pub fn pixels(&self) -> u64 {
-        self.size.map(u64::from).iter().product()
-    }
-
     /// Decodes it in no more memory than its pixels need.
     pub fn decode(&self) -> ImageResult<DynamicImage> {
         let mut reader = ImageReader::with_format(Cursor::new(&self.bytes), self.format);
         let mut limits = image::Limits::default();
-        limits.max_alloc = Some(self.pixels().saturating_mul(32).saturating_add(1 << 20));
+        limits.max_alloc = Some(self.pixels.saturating_mul(32).saturating_add(1 << 20));
         reader.limits(limits);
         reader.decode()
     }
+}
+
+/// The pixels of the layers of an OpenEXR file, which may lie outside of the window that is shown,
+/// or those of 16 bytes that its largest block of pixels would fill, if these are more.
+fn stored_pixels(bytes: &[u8]) -> ImageResult<u64> {
+    let file = exr::block::read(Cursor::new(bytes), false).map_err(|error| {
+        ImageError::Decoding(DecodingError::new(ImageFormat::OpenExr.into(), error))
+    })?;
+    let area = |size: Vec2<usize>| (size.width() as u64).saturating_mul(size.height() as u64);
+    let layers = file.headers().iter().map(|header| {
+        let layer = area(header.layer_size);
+        let block = layer.min(area(header.max_block_pixel_size()));
+        layer.max(block.saturating_mul(header.channels.bytes_per_pixel as u64) / 16)
+    });
+    Ok(layers.max().unwrap_or(0))
 }
 
 /// Decodes an image if it has no more than `pixels_left`, which become less.
@@ -63,10 +81,10 @@ pub(super) fn decode(
         ..Error::caused(location.clone(), error)
     };
     let encoded = Encoded::guess(path, bytes).map_err(fail)?;
-    if encoded.pixels() == 0 {
+    if encoded.pixels == 0 {
         return Err(Error::new(location.clone(), format!("{}: it has no pixels", path.display())));
     }
-    spend(encoded.pixels(), pixels_left, location)?;
+    spend(encoded.pixels, pixels_left, location)?;
     encoded.decode().map_err(fail)
 }
 

@@ -75,20 +75,32 @@ pub fn jpeg(width: u16, height: u16) -> Vec<u8> {
     bytes
 }
 
-/// An OpenEXR file that ends after its header.
-pub fn exr(data_window: [i32; 4], display_window: [i32; 4], extra: &[u8]) -> Vec<u8> {
+/// An OpenEXR file of 16-bit red, green, blue and other channels, with one block if it is
+/// compressed.
+pub fn exr(
+    data_window: [i32; 4],
+    display_window: [i32; 4],
+    others: u32,
+    extra: &[u8],
+    block: Option<ExrBlock>,
+) -> Vec<u8> {
     let attribute = |name: &str, kind: &str, value: &[u8]| {
         let length = (value.len() as u32).to_le_bytes();
         [name.as_bytes(), b"\0", kind.as_bytes(), b"\0", &length[..], value].concat()
     };
     let window = |window: [i32; 4]| window.map(i32::to_le_bytes).concat();
-    let channel =
-        |name: u8| [&[name, 0, 2, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0][..]].concat();
-    let channels = [channel(b'B'), channel(b'G'), channel(b'R'), vec![0]].concat();
+    let channel = |name: &str| {
+        [name.as_bytes(), &[0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]].concat()
+    };
+    let mut names = ["B".to_owned(), "G".to_owned(), "R".to_owned()].to_vec();
+    names.extend((0..others).map(|index| format!("X{index:06}")));
+    let mut channels: Vec<u8> = names.iter().flat_map(|name| channel(name)).collect();
+    channels.push(0);
     let mut bytes = vec![0x76, 0x2F, 0x31, 0x01, 2, 0, 0, 0];
     bytes.extend(extra);
     bytes.extend(attribute("channels", "chlist", &channels));
-    bytes.extend(attribute("compression", "compression", &[0]));
+    let compression = block.as_ref().map_or(0, |block| block.compression);
+    bytes.extend(attribute("compression", "compression", &[compression]));
     bytes.extend(attribute("dataWindow", "box2i", &window(data_window)));
     bytes.extend(attribute("displayWindow", "box2i", &window(display_window)));
     bytes.extend(attribute("lineOrder", "lineOrder", &[0]));
@@ -96,6 +108,27 @@ pub fn exr(data_window: [i32; 4], display_window: [i32; 4], extra: &[u8]) -> Vec
     bytes.extend(attribute("screenWindowCenter", "v2f", &[0; 8]));
     bytes.extend(attribute("screenWindowWidth", "float", &1f32.to_le_bytes()));
     bytes.push(0);
-    bytes.extend([0; 64]);
+    match block {
+        Some(ExrBlock { data, .. }) => {
+            bytes.extend((bytes.len() as u64 + 8).to_le_bytes());
+            bytes.extend([data_window[1], data.len() as i32].map(i32::to_le_bytes).concat());
+            bytes.extend(data);
+        }
+        None => bytes.extend([0; 64]),
+    }
     bytes
+}
+
+/// The only block of an OpenEXR file.
+pub struct ExrBlock {
+    pub compression: u8,
+    pub data: Vec<u8>,
+}
+
+/// A block of zeros, as wavelets and Huffman's codes hold them.
+pub fn piz() -> ExrBlock {
+    let lengths = [1u16, 0].map(u16::to_le_bytes).concat();
+    let codes = [0u32, 0, 1, 8, 0].map(u32::to_le_bytes).concat();
+    let data = [lengths, 22i32.to_le_bytes().into(), codes, vec![0x04, 0]].concat();
+    ExrBlock { compression: 4, data }
 }

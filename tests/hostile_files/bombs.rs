@@ -1,6 +1,6 @@
 //! Files of a few bytes that ask for gigabytes.
 
-use crate::bits::{exr, jpeg, png, zlib_with_zeros};
+use crate::bits::{exr, jpeg, piz, png, zlib_with_zeros};
 use crate::scenes::{Directory, GLTF_IMAGE, OBJ_IMAGE, SERIALIZED, load, load_with};
 use pathspace::import::Options;
 
@@ -72,13 +72,15 @@ fn images_have_the_size_that_the_limit_admits() {
         ("long hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4000000000 +X 0\n".to_vec()),
         ("hdr of a line", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 0 +X 4000000000\n".to_vec()),
         ("header of an hdr", [b"#?RADIANCE\n", "X".repeat(1 << 24).as_bytes()].concat()),
-        ("wide exr", exr(window(60_000, 60_000), window(60_000, 60_000), &[])),
-        ("wider exr", exr(window(0x3FFF_FFFF, 0x3FFF_FFFF), window(0x3FFF_FFFF, 0x3FFF_FFFF), &[])),
-        ("exr of much that is not shown", exr(window(0x3FFF_FFFF, 0x3FFF_FFFF), small_window, &[])),
-        ("exr of much that is not there", exr(small_window, window(60_000, 60_000), &[])),
-        ("exr far away", exr([i32::MIN, i32::MIN, i32::MIN, i32::MIN], small_window, &[])),
-        ("exr of nothing", exr([5, 5, -5, -5], small_window, &[])),
-        ("attribute of an exr", exr(small_window, small_window, b"a\0string\0\xFF\xFF\xFF\x7F")),
+        ("wide exr", exr(window(60_000, 60_000), window(60_000, 60_000), 0, &[], None)),
+        ("wider exr", exr(window(0x3FFF_FFFF, 0x3FFF_FFFF), window(0x3FFF_FFFF, 0x3FFF_FFFF), 0, &[], None)),
+        ("exr of much that is not shown", exr(window(0x3FFF_FFFF, 0x3FFF_FFFF), small_window, 0, &[], None)),
+        ("exr of much that is not there", exr(small_window, window(60_000, 60_000), 0, &[], None)),
+        ("compressed exr of much that is not shown", exr(window(0x3FFF_FFFF, 30), small_window, 0, &[], Some(piz()))),
+        ("exr of many channels", exr(window(1 << 20, 1), window(1 << 20, 1), 100_000, &[], Some(piz()))),
+        ("exr far away", exr([i32::MIN, i32::MIN, i32::MIN, i32::MIN], small_window, 0, &[], None)),
+        ("exr of nothing", exr([5, 5, -5, -5], small_window, 0, &[], None)),
+        ("attribute of an exr", exr(small_window, small_window, 0, b"a\0string\0\xFF\xFF\xFF\x7F", None)),
         ("wide tga", vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0xFF, 32, 0]),
         ("wide bmp", [&b"BM\0\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\xFF\xFF\xFF\x7F\xFF\xFF\xFF\x7F\x01\0\x18\0"[..], &[0; 24]].concat()),
     ];

@@ -72,7 +72,7 @@ impl Textures {
             let location = document.location(format!("image {index}"), None);
             // What cannot be read is tried again when it is asked for.
             let Ok(encoded) = open(document, index, &location) else { continue };
-            match left.checked_sub(encoded.pixels().saturating_mul(meanings.len() as u64)) {
+            match left.checked_sub(encoded.pixels.saturating_mul(meanings.len() as u64)) {
                 Some(rest) => left = rest,
                 None => break,
             }

@@ -46,7 +46,7 @@ impl<'a> Loader<'a> {
             }
             let Ok((path, bytes)) = self.files.read(name, element.location()) else { continue };
             let Ok(encoded) = Encoded::guess(&path, bytes) else { continue };
-            match left.checked_sub(encoded.pixels()) {
+            match left.checked_sub(encoded.pixels) {
                 Some(rest) => left = rest,
                 None => break,
             }
@@ -57,7 +57,7 @@ impl<'a> Loader<'a> {
             let [width, height] = encoded.size;
             let image = Image::new(width, height, linear_colours(&decoded, key.1))?;
             let bitmap = Bitmap::new(image).ok()?;
-            Some((key, Ahead { pixels: encoded.pixels(), bitmap }))
+            Some((key, Ahead { pixels: encoded.pixels, bitmap }))
         });
         self.ahead.extend(decoded.into_iter().flatten());
     }
