@@ -60,15 +60,40 @@ impl World {
         cutout.is_some_and(|there| there.seen(x.uv, &|| self.vertex_site(x)).is_black())
     }
 
-    /// The answer of [`Scene::intersect`] where parts of surfaces are cut out.
+    /// The first hit where nothing is cut out, and its ray, from the nearest hit of a ray.
     #[inline(never)]
-    fn intersect_beyond(&self, first: SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
-        let mut x = first;
-        while self.is_cut_out(&x) {
-            let ray = Query::leaving(&x, direction);
-            x = self.forest.closest(ray, |hit| hit).and_then(|hit| self.point_of(&ray, &hit))?;
+    fn hit_beyond<'a>(&'a self, ray: &Query, hit: &Hit<'a>) -> Option<(Query, Hit<'a>)> {
+        let (mut ray, mut hit) = (*ray, *hit);
+        loop {
+            let x = self.point_of(&ray, &hit)?;
+            if !self.is_cut_out(&x) {
+                return Some((ray, hit));
+            }
+            ray = Query::leaving(&x, ray.direction);
+            hit = self.forest.closest(ray, |hit| hit)?;
         }
-        Some(x)
+    }
+
+    /// The surface point that a ray meets, from its nearest hit.
+    #[inline(always)]
+    fn point_met(&self, ray: &Query, hit: &Hit<'_>) -> Option<SurfacePoint> {
+        let beyond;
+        let (ray, hit) = if self.has_cutouts {
+            beyond = self.hit_beyond(ray, hit)?;
+            (&beyond.0, &beyond.1)
+        } else {
+            (ray, hit)
+        };
+        self.point_of(ray, hit)
+    }
+
+    /// The segment that must be free for two points to see each other, or what is known without.
+    #[inline(always)]
+    fn segment(&self, a: &SurfacePoint, b: &SurfacePoint) -> Result<Segment, bool> {
+        if self.has_cutouts {
+            return Err(self.visible_beyond(a, b));
+        }
+        Segment::between(a, b, self.forest.center())
     }
 
     /// The answer of [`Scene::visible`] where parts of surfaces are cut out.
@@ -224,19 +249,14 @@ impl Scene for World {
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         // The point is made where it is needed.
         let ray = Query::leaving(from, direction);
-        let x = self.forest.closest(ray, |hit| hit).and_then(|hit| self.point_of(&ray, &hit));
-        if self.has_cutouts { self.intersect_beyond(x?, direction) } else { x }
+        self.forest.closest(ray, |hit| hit).and_then(|hit| self.point_met(&ray, &hit))
     }
 
     /// Coincident points, two points at infinity and points that are not finite do not see each
     /// other: they have no geometry term.
     #[inline]
     fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
-        if self.has_cutouts {
-            return self.visible_beyond(a, b);
-        }
-        Segment::between(a, b, self.forest.center())
-            .map_or_else(|visible| visible, |segment| self.forest.is_free(&segment))
+        self.segment(a, b).map_or_else(|visible| visible, |segment| self.forest.is_free(&segment))
     }
 
     #[inline]
@@ -245,14 +265,10 @@ impl Scene for World {
         rays: impl Iterator<Item = (&'a SurfacePoint, DVec3)>,
         mut found: impl FnMut(usize, Option<SurfacePoint>),
     ) {
-        if self.has_cutouts {
-            return rays.enumerate().for_each(|(index, (from, direction))| {
-                found(index, self.intersect(from, direction))
-            });
-        }
+        // `found` has one place, in which it is inlined: else points of surfaces are copied.
         let queries = rays.map(|(from, direction)| Query::leaving(from, direction));
         self.forest.closest_many(queries, |index, ray, hit| {
-            found(index, hit.and_then(|hit| self.point_of(ray, &hit)))
+            found(index, hit.and_then(|hit| self.point_met(ray, &hit)))
         });
     }
 
@@ -260,15 +276,9 @@ impl Scene for World {
     fn visible_many<'a>(
         &self,
         segments: impl Iterator<Item = (&'a SurfacePoint, &'a SurfacePoint)>,
-        mut answer: impl FnMut(usize, bool),
+        answer: impl FnMut(usize, bool),
     ) {
-        if self.has_cutouts {
-            return segments
-                .enumerate()
-                .for_each(|(index, (a, b))| answer(index, self.visible(a, b)));
-        }
-        self.forest
-            .are_free(segments.map(|(a, b)| Segment::between(a, b, self.forest.center())), answer);
+        self.forest.are_free(segments.map(|(a, b)| self.segment(a, b)), answer);
     }
 
     #[inline]
