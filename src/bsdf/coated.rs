@@ -111,7 +111,7 @@ impl<B: Bsdf> Coated<B> {
         let pdf = self.mixed_pdf(fixed, pdf, base.pdf);
         let pdf_reverse = self.mixed_pdf(base.next, pdf_reverse, base.pdf_reverse);
         let weight = (under + Rgb::splat(value)) / pdf.value();
-        (pdf.value() > 0.0).then(|| BsdfSample { weight, pdf, pdf_reverse, ..base })
+        (pdf.value() > 0.0).then_some(BsdfSample { weight, pdf, pdf_reverse, ..base })
     }
 
     /// The Dirac reflections of the coat and the base together.
