@@ -105,6 +105,10 @@ fn malformed_objects_are_left_out_and_malformed_files_refused() {
             load_bytes("malformed", bytes, &Options::default()).expect_err(reason).to_string();
         assert!(error.contains(reason), "{error}");
     }
+    for text in ["2", "[]", "null", "true", "\"asset\"", "{}", "{\"asset\":2}"] {
+        let error = load_text("malformed", text, &Options::default()).expect_err(text).to_string();
+        assert!(error.contains("scene.gltf"), "{text}: {error}");
+    }
     assert!(
         gltf::load(directory("malformed"), SQUARE, &Options::default()).is_err(),
         "a directory"

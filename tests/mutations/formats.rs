@@ -1,5 +1,8 @@
 //! The formats whose files are damaged, each in a scene that reads them.
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use serde_json::Value;
 use std::path::Path;
 
 /// Files of a format, and a scene around one of them.
@@ -54,6 +57,7 @@ pub fn formats() -> Vec<Format> {
             scene: "textures.gltf",
             others: gltf_parts(),
         },
+        packed(),
         Format {
             name: "pbrt",
             target: "scene.pbrt",
@@ -194,6 +198,23 @@ fn obj_parts() -> Vec<(&'static str, Vec<u8>)> {
         ("b.jpg", data("gltf/halves.jpg")),
         ("c.exr", data("mitsuba/parts/sky.exr")),
     ]
+}
+
+/// Streams of compressed meshes, by meshoptimizer and Draco, in a buffer beside their document.
+fn packed() -> Format {
+    let mut document: Value = serde_json::from_slice(&data("gltf/packed.gltf")).expect("valid");
+    let uri = document["buffers"][0]["uri"].take();
+    let (_, text) = uri.as_str().expect("a data URI").split_once(',').expect("a data URI");
+    let streams = BASE64_STANDARD.decode(text).expect("base 64");
+    document["buffers"][0]["uri"] = "packed.bin".into();
+    Format {
+        name: "packed",
+        target: "packed.bin",
+        originals: vec![streams],
+        is_text: false,
+        scene: "packed.gltf",
+        others: vec![("packed.gltf", document.to_string().into())],
+    }
 }
 
 const PBRT: &str = r#"Scale -1 1 1

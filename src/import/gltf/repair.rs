@@ -30,7 +30,8 @@ fn repair(root: &mut Value) -> Vec<String> {
     let mut repairs = Vec::new();
     remove_nulls(root);
     let asset = put(root, "asset", Value::Object(Default::default()));
-    if put(&mut root["asset"], "version", "2.0".into()) || asset {
+    let version = root.get_mut("asset").is_some_and(|asset| put(asset, "version", "2.0".into()));
+    if version || asset {
         repairs.push("its version is missing: 2.0 is taken".to_owned());
     }
     for (list, name) in LISTS {
