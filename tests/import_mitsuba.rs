@@ -9,6 +9,8 @@ mod colours;
 mod compare;
 #[path = "import_mitsuba/elements.rs"]
 mod elements;
+#[path = "import_mitsuba/emitters.rs"]
+mod emitters;
 #[path = "import_mitsuba/files.rs"]
 mod files;
 #[path = "import_mitsuba/hostile.rs"]
