@@ -95,4 +95,6 @@ fn lights_of_no_colour_are_white() {
     let square = "<shape type='rectangle'><emitter type='area'/></shape>";
     let import = directory.load(&format!("{SENSOR}{square}")).expect("valid");
     assert_eq!(emitted_below(&import, 0.1, 0.2), Rgb::WHITE);
+    let point = load(&directory, "<emitter type='point' id='lamp'/>");
+    assert_eq!(lamp(&point).emit(&SurfacePoint::dirac(DVec3::ZERO), DVec3::Z), Rgb::WHITE);
 }
