@@ -3,7 +3,7 @@
 use crate::files::{Directory, GLOW, SENSOR, emitted_below};
 use approx::assert_relative_eq;
 use glam::{DVec2, DVec3};
-use pathspace::endpoint::{Endpoint, Light};
+use pathspace::endpoint::Light;
 use pathspace::film::{Image, ImageFile};
 use pathspace::geometry::SurfacePoint;
 use pathspace::import::Import;
