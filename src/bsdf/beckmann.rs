@@ -59,12 +59,6 @@ impl Beckmann {
         Self { independent: true, ..self }
     }
 
-    /// The same distribution with other roughnesses that are known to be at most 10, raised to
-    /// [`LEAST_ALPHA`]: never smooth.
-    pub(super) const fn with_roughness(self, alpha_x: f64, alpha_y: f64) -> Self {
-        Self { independent: self.independent, ..Self::raised(alpha_x, alpha_y) }
-    }
-
     /// The same roughness in all directions.
     ///
     /// # Errors

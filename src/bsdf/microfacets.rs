@@ -81,10 +81,11 @@ impl Microfacets {
     /// The same distribution with other roughnesses, at most 10 and raised to
     /// [`LEAST_ALPHA`](super::ggx::LEAST_ALPHA): it is never smooth.
     pub(super) const fn with_roughness(self, alpha_x: f64, alpha_y: f64) -> Self {
-        match self {
-            Self::Ggx(ggx) => Self::Ggx(ggx.with_roughness(alpha_x, alpha_y)),
-            Self::Beckmann(beckmann) => Self::Beckmann(beckmann.with_roughness(alpha_x, alpha_y)),
-        }
+        let raised = match self {
+            Self::Ggx(_) => Self::Ggx(Ggx::raised(alpha_x, alpha_y)),
+            Self::Beckmann(_) => Self::Beckmann(Beckmann::raised(alpha_x, alpha_y)),
+        };
+        if self.is_independent() { raised.with_independent_masking() } else { raised }
     }
 
     /// The same distribution with masking and shadowing taken as independent, `G2 = G1 G1` on the

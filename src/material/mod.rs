@@ -159,8 +159,8 @@ pub enum Material {
         rough: Box<Material>,
     },
     /// A rough mirror, rough metal or frosted glass, perhaps with Beckmann's distribution or
-    /// independent masking, whose roughness varies over the surface. It is never smooth: α is at least
-    /// [`LEAST_ALPHA`](crate::bsdf::ggx::LEAST_ALPHA).
+    /// independent masking, whose roughness varies over the surface. It is never smooth: α is at
+    /// least [`LEAST_ALPHA`](crate::bsdf::ggx::LEAST_ALPHA).
     VaryingRoughness {
         /// The rough material, whose own α has no meaning.
         rough: Box<Material>,
