@@ -13,16 +13,21 @@ mod common;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
-use common::{AnyIntegrator, FileOptions, FilterName, NamedScene, SamplerName, SharedWalks};
+use common::{
+    AnyIntegrator, FileOptions, FilterName, INTERRUPTED, NamedScene, SamplerName, SharedWalks,
+};
 use cpu_time::ProcessTime;
+use pathspace::film::check_replaceable;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Depth, Estimator};
 use pathspace::math::Rgb;
 use pathspace::path::Roulette;
 use pathspace::render::{Budget, Rendering, Settings};
 use std::error::Error;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// Renders one image of a scene with one integrator.
@@ -113,7 +118,8 @@ fn main() -> ExitCode {
         refuse("--min-bounces is larger than the largest number of bounces: no path would count");
     }
     match run(&arguments, &scene, max_bounces) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(Stopped(false)) => ExitCode::SUCCESS,
+        Ok(Stopped(true)) => ExitCode::from(INTERRUPTED),
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::FAILURE
@@ -126,11 +132,14 @@ fn refuse(reason: &str) -> ! {
     Arguments::command().error(ErrorKind::ValueValidation, reason).exit()
 }
 
+/// True if the image has not all samples because the process was asked to end.
+struct Stopped(bool);
+
 fn run(
     arguments: &Arguments,
     scene: &NamedScene,
     max_bounces: Option<u32>,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<Stopped, Box<dyn Error>> {
     let name = arguments.integrator.name();
     // Before rendering: an hour's work must not end with a missing directory.
     let out = arguments
@@ -141,6 +150,7 @@ fn run(
         std::fs::create_dir_all(directory)
             .map_err(|error| format!("directory {}: {error}", directory.display()))?;
     }
+    check_replaceable(&out).map_err(|error| format!("image file {}: {error}", out.display()))?;
 
     let settings = Settings {
         budget: match arguments.time {
@@ -168,11 +178,16 @@ fn run(
     if missing.is_empty() && !scene.is_complete(arguments.integrator, &missing) {
         eprintln!("not in this image: some light, since {name} cannot draw every path");
     }
+    let interrupted = common::interrupt_flag();
     let bar = common::progress_bar(name);
     let clock = ProcessTime::now();
     let rendering =
         integrator.render(&scene.world, &*scene.camera.0, &settings, &mut |progress| {
-            common::show(&bar, progress)
+            common::show(&bar, progress)?;
+            match interrupted.load(Ordering::Relaxed) {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
         })?;
     let processors = clock.elapsed();
     bar.finish_and_clear();
@@ -189,7 +204,7 @@ fn run(
 
     print_summary(&rendering, processors, scene);
     println!("image       {}", out.display());
-    Ok(())
+    Ok(Stopped(rendering.stopped))
 }
 
 fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene) {

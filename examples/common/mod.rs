@@ -8,6 +8,7 @@ mod arguments;
 mod imported;
 mod info;
 mod integrators;
+mod interrupt;
 mod progress;
 mod scenes;
 
@@ -16,5 +17,6 @@ pub use arguments::{
     parse_radius, parse_size,
 };
 pub use integrators::{AnyIntegrator, SharedWalks};
+pub use interrupt::{INTERRUPTED, interrupt_flag};
 pub use progress::{STEPS, progress_bar, show};
 pub use scenes::{AnyCamera, FileOptions, NamedScene, scene_info, scene_list, scene_or_file};

@@ -14,11 +14,11 @@ mod table;
 
 use clap::Parser;
 use common::{
-    AnyIntegrator, FileOptions, NamedScene, SharedWalks, parse_duration, parse_error, parse_size,
-    progress_bar, scene_list, scene_or_file,
+    AnyIntegrator, FileOptions, NamedScene, SharedWalks, interrupt_flag, parse_duration,
+    parse_error, parse_size, progress_bar, scene_list, scene_or_file,
 };
 use indicatif::ProgressBar;
-use pathspace::film::ImageFile;
+use pathspace::film::{ImageFile, replace_file};
 use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Depth};
@@ -33,7 +33,6 @@ use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -114,18 +113,7 @@ const REFERENCE_RUNS: u32 = 16;
 
 fn main() -> ExitCode {
     let options = Options::parse();
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    let handler = ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-        eprintln!("\nending; what is done will be written (Ctrl-C again to quit at once)");
-    });
-    if let Err(error) = handler {
-        eprintln!("Ctrl-C will not end cleanly: {error}");
-    }
-    match run(&options, &interrupted) {
+    match run(&options, &interrupt_flag()) {
         Ok(true) => ExitCode::SUCCESS,
         // Told apart from errors, so that scripts can use the verdict.
         Ok(false) => ExitCode::from(3),
@@ -292,7 +280,7 @@ fn command_line() -> String {
 
 fn write(study: &Study, directory: &Path) -> Result<(), Box<dyn Error>> {
     study.save(directory)?;
-    std::fs::write(directory.join("summary.md"), table::markdown(&study.report))?;
+    replace_file(directory.join("summary.md"), table::markdown(&study.report).as_bytes())?;
     picture::side_by_side(study).save(directory.join("compare.png"))?;
     let save = |image: &pathspace::film::Image,
                 name: &str,

@@ -21,6 +21,7 @@ mod verdict;
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
+use pathspace::film::replace_file;
 use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -99,7 +100,7 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         ("index.html", report::html(&lines, &comparisons, &warnings)),
     ] {
         let path = arguments.out.join(name);
-        std::fs::write(&path, contents).map_err(|e| format!("{}: {e}", path.display()))?;
+        replace_file(&path, contents.as_bytes()).map_err(|e| format!("{}: {e}", path.display()))?;
         println!("wrote {}", path.display());
     }
     let is_good = comparisons.iter().all(|comparison| comparison.is_good);

@@ -22,12 +22,16 @@ mod image;
 #[cfg(feature = "image")]
 mod output;
 mod sums;
+#[cfg(feature = "image")]
+mod whole;
 
 pub use filter::{Filter, FilterError, Kernel};
 pub use image::{Image, linear_from_srgb, srgb_from_linear};
 #[cfg(feature = "image")]
 pub use output::{ImageFile, OutputError};
 pub use sums::{ChunkFilm, Film, FilmError, NonFinite, NonFiniteContribution};
+#[cfg(feature = "image")]
+pub use whole::{check_replaceable, replace_file};
 
 use crate::math::Rgb;
 use crate::sampler::{Sampler, Stream};

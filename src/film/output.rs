@@ -1,15 +1,14 @@
 //! Image files: PNG (tone mapped sRGB), Radiance HDR (Ward 1991) and OpenEXR with metadata.
 
 use super::image::{Image, linear_from_srgb};
-use super::{Film, FilmRegion};
+use super::{Film, FilmRegion, replace_file};
 use crate::math::Rgb;
 use exr::prelude as openexr;
 use glam::{IVec2, UVec2};
 use image::{DynamicImage, ImageFormat, RgbImage};
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 /// The contents of an image file.
@@ -81,7 +80,9 @@ impl From<Image> for ImageFile {
 }
 
 impl ImageFile {
-    /// Writes the file in the format of its extension: `.png`, `.hdr` or `.exr`.
+    /// Writes the file in the format of its extension: `.png`, `.hdr` or `.exr`. The same contents
+    /// make the same bytes. Under the name there is the old file or the new one, whole, at any time
+    /// ([`replace_file`]).
     ///
     /// PNG is 8-bit sRGB; HDR keeps positive values to about 1 %; OpenEXR keeps 32-bit floats, the
     /// window and the metadata.
@@ -97,31 +98,32 @@ impl ImageFile {
         if width == 0 || height == 0 || width > 1 << 30 || height > 1 << 30 {
             return Err(OutputError::Size(path.to_owned()));
         }
+        let mut file = Vec::new();
         match format {
             Format::Png => {
                 let bytes = self.image.to_srgb8(self.exposure);
                 let buffer = RgbImage::from_raw(width, height, bytes)
                     .ok_or_else(|| OutputError::Size(path.to_owned()))?;
-                buffer.save_with_format(path, ImageFormat::Png).map_err(|e| file_error(path, e))
+                buffer
+                    .write_to(&mut Cursor::new(&mut file), ImageFormat::Png)
+                    .map_err(|e| file_error(path, e))?;
             }
             Format::Hdr => {
-                // Radiance's format has no sign; written whole at the end so that errors of the
-                // disk surface.
+                // Radiance's format has no sign.
                 let pixels: Vec<_> = self
                     .image
                     .pixels()
                     .iter()
                     .map(|p| image::Rgb(p.0.map(|c| to_f32(c).max(0.0))))
                     .collect();
-                let mut file = BufWriter::new(File::create(path).map_err(|e| file_error(path, e))?);
                 let encoder = image::codecs::hdr::HdrEncoder::new(&mut file);
                 encoder
                     .encode(&pixels, width as usize, height as usize)
                     .map_err(|e| file_error(path, e))?;
-                file.flush().map_err(|e| file_error(path, e))
             }
-            Format::Exr => self.save_exr(path),
+            Format::Exr => file = self.to_exr(path)?,
         }
+        replace_file(path, &file).map_err(|e| file_error(path, e))
     }
 
     /// Reads a `.png` (taken as sRGB), `.hdr` or `.exr` (channels R, G, B) file.
@@ -150,7 +152,7 @@ impl ImageFile {
             .ok_or_else(|| OutputError::Size(path.to_owned()))
     }
 
-    fn save_exr(&self, path: &Path) -> Result<(), OutputError> {
+    fn to_exr(&self, path: &Path) -> Result<Vec<u8>, OutputError> {
         let (width, height) = (self.image.width(), self.image.height());
         let region = self.region.unwrap_or(FilmRegion::full(UVec2::new(width, height)));
         let fits =
@@ -186,8 +188,34 @@ impl ImageFile {
         let mut file = openexr::Image::from_layer(layer);
         let resolution = (region.resolution.x as usize, region.resolution.y as usize);
         file.attributes.display_window = openexr::IntegerBounds::from_dimensions(resolution);
-        openexr::WritableImage::write(&file).to_file(path).map_err(|e| file_error(path, e))
+        let mut bytes = Vec::new();
+        openexr::WritableImage::write(&file)
+            .to_buffered(Cursor::new(&mut bytes))
+            .map_err(|e| file_error(path, e))?;
+        sort_attributes(&mut bytes);
+        Ok(bytes)
     }
+}
+
+/// Sorts the attributes in the header of an OpenEXR file by their names. The library has them in
+/// the order of a hash table, which is another one each time.
+fn sort_attributes(file: &mut [u8]) {
+    // Behind a magic number and the version: names and types, each with a zero at its end, sizes
+    // and values.
+    const START: usize = 8;
+    let mut attributes = Vec::new();
+    let mut end = START;
+    while file[end] != 0 {
+        let start = end;
+        for _ in 0..2 {
+            end += file[end..].iter().take_while(|byte| **byte != 0).count() + 1;
+        }
+        let size = std::array::from_fn(|k| file[end + k]);
+        end += 4 + u32::from_le_bytes(size) as usize;
+        attributes.push(file[start..end].to_vec());
+    }
+    attributes.sort();
+    file[START..end].copy_from_slice(&attributes.concat());
 }
 
 fn load_exr(path: &Path) -> Result<ImageFile, OutputError> {
@@ -323,6 +351,23 @@ mod tests {
         for (a, b) in loaded.pixels().iter().zip(file.image.pixels()) {
             assert!((0..3).all(|c| (a[c] - b[c].min(1.0)).abs() < 0.005), "{a:?} {b:?}");
         }
+    }
+
+    /// The attributes are in a hash table, whose order is another one each time.
+    #[test]
+    fn the_same_contents_make_the_same_bytes() {
+        let path = Temporary::new("same.exr");
+        let mut file = ImageFile::from(gradient());
+        for key in ["a", "b", "c", "d", "e", "f", "g", "h"] {
+            file.metadata.insert(key.into(), format!("value of {key}"));
+        }
+        let mut bytes = || {
+            file.save(&path.0).unwrap();
+            std::fs::read(&path.0).unwrap()
+        };
+        let first = bytes();
+        assert!((0..8).all(|_| bytes() == first));
+        assert_eq!(ImageFile::load(&path.0).unwrap().metadata, file.metadata);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The files of a study: JSON, CSV, SVG plots, the page.
 
 use super::plot::plots;
+use crate::film::replace_file;
 use crate::report::error::{ReportError, file_error};
 use crate::report::result::Study;
 use std::path::Path;
@@ -27,7 +28,7 @@ impl Study {
         let plots = plots(report).into_iter().map(|(name, plot)| (name, plot.into_string()));
         for (name, text) in texts.into_iter().chain(plots) {
             let path = directory.join(name);
-            std::fs::write(&path, text).map_err(file_error(&path))?;
+            replace_file(&path, text.as_bytes()).map_err(file_error(&path))?;
         }
         Ok(())
     }

@@ -7,7 +7,7 @@
 use super::method::Contestant;
 use super::plan::{ReferencePlan, Step};
 use crate::endpoint::Camera;
-use crate::film::Image;
+use crate::film::{Image, replace_file};
 use crate::math::Rgb;
 use crate::render::{Budget, Settings, unattended};
 use crate::report::error::{ReportError, file_error};
@@ -57,7 +57,7 @@ pub fn cached_reference<S: Scene + ?Sized>(
     })?;
     if !stopped {
         std::fs::create_dir_all(directory).map_err(file_error(directory))?;
-        std::fs::write(&path, encode(&reference)).map_err(file_error(&path))?;
+        replace_file(&path, &encode(&reference)).map_err(file_error(&path))?;
     }
     Ok(reference)
 }
