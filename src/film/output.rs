@@ -361,7 +361,7 @@ mod tests {
         for key in ["a", "b", "c", "d", "e", "f", "g", "h"] {
             file.metadata.insert(key.into(), format!("value of {key}"));
         }
-        let mut bytes = || {
+        let bytes = || {
             file.save(&path.0).unwrap();
             std::fs::read(&path.0).unwrap()
         };
