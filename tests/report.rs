@@ -3,6 +3,8 @@
 
 mod common;
 
+#[path = "report/answer.rs"]
+mod answer;
 #[path = "report/consistent.rs"]
 mod consistent;
 #[path = "report/files.rs"]
