@@ -10,7 +10,7 @@
 //! | pixel filter | [`Filter`], [`Kernel`] |
 //! | estimate of one path, and the technique that drew it | [`Contribution`], [`Technique`] |
 //! | receiver of contributions, splats included | [`Sink`] |
-//! | sums per pixel, in an order that no number of threads changes | [`Film`], [`ChunkFilm`] |
+//! | sums per pixel, which no order of contributions changes | [`Film`], [`ChunkFilm`] |
 //! | contributions that are infinite or not a number | [`NonFinite`] |
 //! | finished image, and its files (feature `image`) | [`Image`], `ImageFile` |
 //!

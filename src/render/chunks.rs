@@ -212,7 +212,7 @@ impl<P, S: Scene + ?Sized> Workbench<'_, P, S> {
 
 impl Totals {
     fn add(&mut self, record: &Record) {
-        self.film.merge(&record.film);
+        self.film.add(&record.film);
         self.counters += record.counters;
         self.thread_time += record.time;
     }
