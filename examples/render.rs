@@ -235,7 +235,7 @@ fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene
             counters.photons,
             counters.queries,
             counters.merges,
-            rendering.notes.shared_bytes as f64 / 1e6
+            counters.shared_bytes as f64 / 1e6
         );
     }
     if rendering.notes.estimator != Estimator::Unbiased {

@@ -56,6 +56,8 @@ pub struct Counters {
     pub queries: u64,
     /// Photons found in reach, for each of which scattering was evaluated.
     pub merges: u64,
+    /// Bytes of the largest map that the pixels of a pass shared; 0 without one.
+    pub shared_bytes: u64,
     /// Contributions that were infinite or not a number; they were not added to the film.
     pub non_finite: u64,
     /// Walks that the limit on bounces cut off.
@@ -92,6 +94,11 @@ impl Counters {
         }
     }
 
+    /// Records the size of a map that the pixels of a pass share.
+    pub(crate) fn share(&mut self, bytes: usize) {
+        self.shared_bytes = self.shared_bytes.max(bytes as u64);
+    }
+
     /// All rays.
     #[must_use]
     pub fn rays(&self) -> u64 {
@@ -110,6 +117,7 @@ impl AddAssign for Counters {
         self.photons += other.photons;
         self.queries += other.queries;
         self.merges += other.merges;
+        self.shared_bytes = self.shared_bytes.max(other.shared_bytes);
         self.non_finite += other.non_finite;
         self.truncated_subpaths += other.truncated_subpaths;
         self.ledger += other.ledger;

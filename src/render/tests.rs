@@ -603,6 +603,8 @@ struct Lessons {
     /// Samples in earlier passes.
     known: u64,
     passes: u32,
+    /// Passes prepared since that was asked for.
+    prepared: u32,
     /// Samples of each chunk, pass after pass.
     collected: Vec<u64>,
 }
@@ -638,6 +640,7 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Lessons {
         assert_eq!(self.passes, pass);
         assert_eq!(crew.collect(5, |i| i * i), [0, 1, 4, 9, 16]);
         self.passes += 1;
+        self.prepared += 1;
         self.known = self.collected.iter().sum();
         if pass == self.fails_at {
             let reason = "not enough memory".to_owned();
@@ -668,8 +671,9 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Lessons {
         self.collected.push(std::mem::take(now));
     }
 
-    fn preparation(&self) -> Counters {
-        Counters { samples: 1000, closest_rays: u64::from(self.passes), ..Counters::default() }
+    fn take_preparation(&mut self) -> Counters {
+        let closest_rays = u64::from(std::mem::take(&mut self.prepared));
+        Counters { samples: 1000, closest_rays, ..Counters::default() }
     }
 }
 

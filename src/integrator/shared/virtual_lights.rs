@@ -18,7 +18,7 @@ pub struct VirtualLights<'a, S: Scene + ?Sized + 'a> {
     /// g, above which geometry terms count as g.
     bound: f64,
     compensates: bool,
-    /// Counts of the work for those of all passes.
+    /// Counts of the work for them.
     pub counters: Counters,
 }
 
@@ -59,7 +59,6 @@ impl<'a, S: Scene + ?Sized + 'a> VirtualLights<'a, S> {
         Notes {
             estimator,
             is_correlated: plan.techniques.connections,
-            shared_bytes: size_of_val(self.lights.as_slice()) as u64,
             ..Notes::of(plan)
         }
     }
@@ -90,6 +89,7 @@ impl<'a, S: Scene + ?Sized + 'a> VirtualLights<'a, S> {
         self.lights = lights;
         self.counters += counters;
         self.counters.photons += self.lights.len() as u64;
+        self.counters.share(size_of_val(self.lights.as_slice()));
         Ok(())
     }
 

@@ -172,7 +172,6 @@ impl Runs {
             self.non_finite = Some(rendering.non_finite().clone());
         }
         self.decisions.extend(rendering.notes.decision);
-        self.notes.shared_bytes = self.notes.shared_bytes.max(rendering.notes.shared_bytes);
         Ok(())
     }
 
