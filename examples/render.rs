@@ -181,14 +181,18 @@ fn run(
     let interrupted = common::interrupt_flag();
     let bar = common::progress_bar(name);
     let clock = ProcessTime::now();
-    let rendering =
-        integrator.render(&scene.world, &*scene.camera.0, &settings, &mut |progress| {
+    let rendering = integrator.render_with_progress(
+        &scene.world,
+        &*scene.camera.0,
+        &settings,
+        &mut |progress| {
             common::show(&bar, progress)?;
             match interrupted.load(Ordering::Relaxed) {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
             }
-        })?;
+        },
+    )?;
     let processors = clock.elapsed();
     bar.finish_and_clear();
     let mut file = rendering.to_file();

@@ -187,7 +187,7 @@ impl<'a> Probe<'a> {
             measured.non_finite += sum.non_finite;
         }
         measured.samples = each * observations;
-        scratch.counters += run.preparation();
+        scratch.counters += run.take_preparation();
         let counters = scratch.counters;
         measured.non_finite += counters.non_finite;
         measured.rays = counters.rays();

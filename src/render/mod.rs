@@ -121,15 +121,7 @@ impl Rendering {
     }
 }
 
-/// The callback that ignores progress.
-pub fn unattended(_: &Progress<'_>) -> ControlFlow<()> {
-    ControlFlow::Continue(())
-}
-
-/// Renders with one of the ready-made samplers.
-///
-/// `progress` is called after each pass, on this thread, and may stop the rendering; see
-/// [`unattended`].
+/// The image of a scene, with one of the ready-made samplers.
 ///
 /// # Errors
 /// If the settings or the camera's film are invalid, the threads cannot be started, or the
@@ -139,19 +131,33 @@ pub fn render<S: Scene + ?Sized, I: Integrator<S>>(
     camera: &dyn Camera,
     integrator: &I,
     settings: &Settings,
+) -> Result<Rendering, RenderError> {
+    render_with_progress(scene, camera, integrator, settings, &mut |_| ControlFlow::Continue(()))
+}
+
+/// [`render()`] with `progress`, which is called after each pass, on this thread, and may stop the
+/// rendering.
+///
+/// # Errors
+/// Those of [`render()`].
+pub fn render_with_progress<S: Scene + ?Sized, I: Integrator<S>>(
+    scene: &S,
+    camera: &dyn Camera,
+    integrator: &I,
+    settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
     let source = settings.sampler.source(settings.seed, settings.strata());
-    let rendering = render_with(&source, scene, camera, integrator, settings, progress)?;
+    let rendering = render_with_source(&source, scene, camera, integrator, settings, progress)?;
     Ok(Rendering { sampling: Some((settings.sampler, settings.seed)), ..rendering })
 }
 
-/// Renders with the given source of random numbers, in place of the settings' `seed` and `sampler`.
+/// [`render_with_progress`] with the given source of random numbers, in place of the settings' `seed`
+/// and `sampler`.
 ///
 /// # Errors
-/// If the settings or the camera's film are invalid, the threads cannot be started, or the
-/// integrator cannot render the scene.
-pub fn render_with<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
+/// Those of [`render()`].
+pub fn render_with_source<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
     source: &N,
     scene: &S,
     camera: &dyn Camera,
@@ -276,12 +282,25 @@ pub trait Render<S: Scene + ?Sized>: Sync {
     /// The integrator's name.
     fn name(&self) -> &'static str;
 
-    /// Renders; see [`render()`].
+    /// The image of a scene; see [`render()`].
     ///
     /// # Errors
     /// If the settings or the camera's film are invalid, the threads cannot be started, or the
     /// integrator cannot render the scene.
     fn render(
+        &self,
+        scene: &S,
+        camera: &dyn Camera,
+        settings: &Settings,
+    ) -> Result<Rendering, RenderError> {
+        self.render_with_progress(scene, camera, settings, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// The image of a scene, with a callback; see [`render_with_progress`].
+    ///
+    /// # Errors
+    /// Those of [`Self::render`].
+    fn render_with_progress(
         &self,
         scene: &S,
         camera: &dyn Camera,
@@ -305,14 +324,14 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
         Integrator::name(self)
     }
 
-    fn render(
+    fn render_with_progress(
         &self,
         scene: &S,
         camera: &dyn Camera,
         settings: &Settings,
         progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Rendering, RenderError> {
-        render(scene, camera, self, settings, progress)
+        render_with_progress(scene, camera, self, settings, progress)
     }
 
     fn missing(&self, scene: &S, camera: &dyn Camera) -> Result<Vec<MissingPaths>, RenderError> {

@@ -233,7 +233,7 @@ fn gaussian() -> Filter {
 }
 
 fn run(kind: Kind, region: FilmRegion, settings: &Settings) -> Rendering {
-    render(&Nothing, &FilmOnly(region), &Arithmetic(kind), settings, &mut unattended).unwrap()
+    render(&Nothing, &FilmOnly(region), &Arithmetic(kind), settings).unwrap()
 }
 
 #[test]
@@ -342,7 +342,7 @@ fn splats_conserve_energy_and_keep_the_border_bright() {
 fn progress_can_stop_and_sees_the_image() {
     let mut fractions = Vec::new();
     let settings = Settings { budget: Budget::Samples(8), ..Settings::default() };
-    let stopped = render(
+    let stopped = render_with_progress(
         &Nothing,
         &FilmOnly(window()),
         &Arithmetic(Kind::Constant),
@@ -377,9 +377,14 @@ fn what_progress_sees_is_the_same_to_the_bit_for_any_number_of_threads() {
             seen.push((p.passes, p.film.sums().collect::<Vec<_>>(), *p.counters));
             if p.passes == 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let rendering =
-            render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Mixed), &settings, &mut look)
-                .unwrap();
+        let rendering = render_with_progress(
+            &Nothing,
+            &FilmOnly(window()),
+            &Arithmetic(Kind::Mixed),
+            &settings,
+            &mut look,
+        )
+        .unwrap();
         let sums: Vec<_> = rendering.film.sums().collect();
         assert_eq!((sums, rendering.counters), (seen[4].1.clone(), seen[4].2));
         seen
@@ -487,7 +492,8 @@ fn a_target_error_is_reached_with_the_samples_that_it_takes() {
         fractions.push(p.fraction);
         ControlFlow::Continue(())
     };
-    render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Noise), &settings, watch).unwrap();
+    render_with_progress(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Noise), &settings, watch)
+        .unwrap();
     assert!(
         fractions.is_sorted()
             && fractions[6] == 0.007
@@ -497,14 +503,8 @@ fn a_target_error_is_reached_with_the_samples_that_it_takes() {
     );
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let settings = Settings { target_error: Some(bad), ..Settings::default() };
-        let error = render(
-            &Nothing,
-            &FilmOnly(window()),
-            &Arithmetic(Kind::Noise),
-            &settings,
-            &mut unattended,
-        )
-        .unwrap_err();
+        let error =
+            render(&Nothing, &FilmOnly(window()), &Arithmetic(Kind::Noise), &settings).unwrap_err();
         assert!(error.to_string().contains("target error"), "{error}");
     }
 }
@@ -527,8 +527,7 @@ fn non_finite_contributions_are_reported_with_their_sample() {
 #[test]
 fn invalid_settings_are_errors() {
     let render_film = |region, settings: Settings| {
-        render(&Nothing, &FilmOnly(region), &Arithmetic(Kind::Constant), &settings, &mut unattended)
-            .unwrap_err()
+        render(&Nothing, &FilmOnly(region), &Arithmetic(Kind::Constant), &settings).unwrap_err()
     };
     let base = Settings::default();
     assert_eq!(
@@ -554,13 +553,7 @@ fn integrators_are_comparable_as_objects() {
     let settings = Settings { budget: Budget::Samples(16), ..Settings::default() };
     let means: Vec<f64> = integrators
         .iter()
-        .map(|i| {
-            i.render(&Nothing, &FilmOnly(window()), &settings, &mut unattended)
-                .unwrap()
-                .image
-                .mean()
-                .r()
-        })
+        .map(|i| i.render(&Nothing, &FilmOnly(window()), &settings).unwrap().image.mean().r())
         .collect();
     // Without margin and filter every splat lands in the window, so even the random mean is exact.
     assert!(means.iter().all(|m| (m - 0.7).abs() < 1e-12), "{means:?}");
@@ -572,8 +565,10 @@ fn a_source_of_the_users_own_renders() {
     let settings = Settings { budget: Budget::Samples(2), sampler, ..Settings::default() };
     let (source, camera, integrator) =
         (Independent { seed: 0 }, FilmOnly(window()), Arithmetic(Kind::Mixed));
-    let own =
-        render_with(&source, &Nothing, &camera, &integrator, &settings, &mut unattended).unwrap();
+    let own = render_with_source(&source, &Nothing, &camera, &integrator, &settings, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
     assert_eq!(own.image, run(Kind::Mixed, window(), &settings).image);
 }
 
@@ -683,7 +678,7 @@ fn a_run_that_learns_knows_all_of_the_passes_before() {
         let settings =
             Settings { budget: Budget::Samples(4), threads: Some(threads), ..Settings::default() };
         let integrator = Learning { fails_at: u32::MAX };
-        render(&Nothing, &FilmOnly(window()), &integrator, &settings, &mut unattended).unwrap()
+        render(&Nothing, &FilmOnly(window()), &integrator, &settings).unwrap()
     };
     let one = render(1);
     let pixels = u64::from(window().pixels());
@@ -699,7 +694,7 @@ fn a_run_that_learns_knows_all_of_the_passes_before() {
 fn a_pass_that_cannot_be_prepared_is_an_error() {
     let settings = Settings { budget: Budget::Samples(4), ..Settings::default() };
     let integrator = Learning { fails_at: 2 };
-    let result = render(&Nothing, &FilmOnly(window()), &integrator, &settings, &mut unattended);
+    let result = render(&Nothing, &FilmOnly(window()), &integrator, &settings);
     let error = result.unwrap_err();
     assert_eq!(error.to_string(), "learning: not enough memory");
     assert!(std::error::Error::source(&error).is_some());

@@ -10,7 +10,7 @@ use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer};
 use pathspace::math::Rgb;
 use pathspace::math::statistics::Estimate;
 use pathspace::path::Roulette;
-use pathspace::render::{Budget, Render, Rendering, Settings, unattended};
+use pathspace::render::{Budget, Render, Rendering, Settings};
 use pathspace::scene::{Material, World};
 use std::time::Instant;
 
@@ -20,7 +20,7 @@ fn render(
     integrator: &dyn Render<World>,
     settings: &Settings,
 ) -> Rendering {
-    integrator.render(world, eye, settings, &mut unattended).expect("renders")
+    integrator.render(world, eye, settings).expect("renders")
 }
 
 /// Under a wide filter the pixels at the border of a constant image are as bright as those inside.

@@ -121,11 +121,7 @@ impl<P: AsRef<Photon> + Send + Sync> PhotonMaps<P> {
             _ if self.settings.alpha < 1.0 => Estimator::Consistent,
             _ => Estimator::Biased,
         };
-        Notes {
-            estimator,
-            is_correlated: plan.techniques.merges > 0,
-            ..Notes::of(plan)
-        }
+        Notes { estimator, is_correlated: plan.techniques.merges > 0, ..Notes::of(plan) }
     }
 }
 

@@ -56,11 +56,7 @@ impl<'a, S: Scene + ?Sized + 'a> VirtualLights<'a, S> {
         let is_exact =
             self.compensates || !plan.techniques.connections || self.bound == f64::INFINITY;
         let estimator = if is_exact { Estimator::Unbiased } else { Estimator::Biased };
-        Notes {
-            estimator,
-            is_correlated: plan.techniques.connections,
-            ..Notes::of(plan)
-        }
+        Notes { estimator, is_correlated: plan.techniques.connections, ..Notes::of(plan) }
     }
 
     /// Draws the light walks of a pass.

@@ -76,7 +76,7 @@ impl Runs {
         };
         let warm_up = Settings { budget: trial, seed: !settings.seed, ..settings };
         let mut curve = Vec::new();
-        let rendering = task.contestant.method.render(
+        let rendering = task.contestant.method.render_with_progress(
             task.scene,
             task.camera,
             &warm_up,
@@ -145,7 +145,7 @@ impl Runs {
             && estimator == Estimator::Unbiased
             && !is_correlated;
         let mut watch = Watch::new(task.reference, samples, has_batches, seed == 0);
-        let rendering = task.contestant.method.render(
+        let rendering = task.contestant.method.render_with_progress(
             task.scene,
             task.camera,
             &settings,
