@@ -29,15 +29,6 @@ pub enum FilmError {
     /// There is not enough memory for the pixels of the window, or more than 2³² - 1 of them.
     #[error("{window} takes too much memory, on the film of {film}", window = window(.0), film = size(.0))]
     TooLarge(FilmRegion),
-    /// Two films that are to be merged have different windows.
-    #[error("{of} of the film of {size_of} is not {window} of the film of {size}",
-        of = window(.other), size_of = size(.other), window = window(.film), size = size(.film))]
-    Different {
-        /// The film to add to.
-        film: FilmRegion,
-        /// The film to be added.
-        other: FilmRegion,
-    },
 }
 
 fn window(region: &FilmRegion) -> String {
@@ -64,6 +55,28 @@ impl Film {
         let sums = pixels.checked_mul(3).and_then(|count| ExactSums::new(count).ok());
         let sums = sums.ok_or(FilmError::TooLarge(region))?;
         Ok(Self { region, sums, non_finite: NonFinite::default() })
+    }
+
+    /// A film of these sums, three for each pixel of the window.
+    ///
+    /// # Errors
+    /// If the window is empty, not inside the film, or too large.
+    #[cfg(feature = "checkpoint")]
+    pub(crate) fn of(
+        region: FilmRegion,
+        sums: ExactSums,
+        non_finite: NonFinite,
+    ) -> Result<Self, FilmError> {
+        match Self::contains_window(&region) {
+            true => Ok(Self { region, sums, non_finite }),
+            false => Err(FilmError::Window(region)),
+        }
+    }
+
+    /// The sums, three for each pixel.
+    #[cfg(feature = "checkpoint")]
+    pub(crate) fn exact_sums(&self) -> &ExactSums {
+        &self.sums
     }
 
     /// True if the window has pixels and they are all inside the film.
@@ -105,16 +118,10 @@ impl Film {
     }
 
     /// Adds what another film of the same window recorded.
-    ///
-    /// # Errors
-    /// If the windows differ.
-    pub fn merge(&mut self, other: &Self) -> Result<(), FilmError> {
-        if other.region != self.region {
-            return Err(FilmError::Different { film: self.region, other: other.region });
-        }
+    pub(crate) fn merge(&mut self, other: &Self) {
+        debug_assert_eq!(self.region, other.region);
         self.sums.merge(&other.sums);
         self.non_finite.merge(&other.non_finite);
-        Ok(())
     }
 
     /// The image after `samples` samples, spread evenly over the window: the sums times pixels /
@@ -167,6 +174,14 @@ impl NonFinite {
     #[must_use]
     pub fn first(&self) -> Option<&NonFiniteContribution> {
         self.first.as_ref()
+    }
+
+    /// These counts and the first one.
+    #[cfg(feature = "checkpoint")]
+    pub(crate) fn of(counts: &[(Technique, u64)], first: Option<NonFiniteContribution>) -> Self {
+        let mut non_finite = Self { counts: Vec::new(), first };
+        counts.iter().for_each(|(technique, n)| non_finite.add(*technique, *n));
+        non_finite
     }
 
     fn add(&mut self, technique: Technique, n: u64) {

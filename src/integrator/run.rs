@@ -11,7 +11,10 @@ use crate::scene::Scene;
 use std::fmt;
 
 /// A way to estimate the image, as plain settings. Open for users to implement.
-pub trait Integrator<S: Scene + ?Sized>: Sync {
+///
+/// Its debug output holds all settings: by it, a rendering that goes on from a
+/// [`Checkpoint`](crate::render::Checkpoint) knows them again.
+pub trait Integrator<S: Scene + ?Sized>: fmt::Debug + Sync {
     /// One rendering by these settings.
     type Run<'a>: Run<'a, S>
     where

@@ -90,6 +90,24 @@ impl ExactSums {
         }
     }
 
+    /// The first two of the [parts](Self::parts) of a sum, or zeros in their place.
+    #[must_use]
+    pub fn leading(&self, index: usize) -> [f64; 2] {
+        if self.rest.contains_key(&index) {
+            let parts = self.parts(index);
+            return [0, 1].map(|part| parts.get(part).copied().unwrap_or(0.0));
+        }
+        let [sum, lost] = self.sums.get(index).copied().unwrap_or_default();
+        if sum.is_finite() { exact_sum(sum, lost).into() } else { [sum, 0.0] }
+    }
+
+    /// The other [parts](Self::parts) of all sums that have more than two, each with the number of
+    /// its sum.
+    pub fn trailing(&self) -> impl Iterator<Item = (usize, f64)> {
+        let parts = |index: usize| self.parts(index).into_iter().skip(2);
+        self.rest.keys().flat_map(move |index| parts(*index).map(|part| (*index, part)))
+    }
+
     /// The one expansion of a sum in which each number is the f64 nearest to all that is left: its
     /// first is [`get`](Self::get), and sums that are the same have the same one.
     #[must_use]
@@ -117,6 +135,14 @@ impl ExactSums {
         grow(&mut expansion, lost);
         grow(&mut expansion, sum);
         expansion
+    }
+}
+
+/// A sum of each two numbers.
+impl FromIterator<[f64; 2]> for ExactSums {
+    fn from_iter<I: IntoIterator<Item = [f64; 2]>>(terms: I) -> Self {
+        let sums = terms.into_iter().map(|[a, b]| exact_sum(a, b).into()).collect();
+        Self { sums, rest: BTreeMap::new() }
     }
 }
 

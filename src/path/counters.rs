@@ -23,6 +23,20 @@ pub struct Ledger {
     pub clamped: Rgb,
 }
 
+impl Ledger {
+    /// All entries, in the order above.
+    pub(crate) fn to_array(self) -> [Rgb; 6] {
+        [self.emitted, self.absorbed, self.escaped, self.truncated, self.rejected, self.clamped]
+    }
+
+    /// The ledger of these entries.
+    pub(crate) fn from_array(
+        [emitted, absorbed, escaped, truncated, rejected, clamped]: [Rgb; 6],
+    ) -> Self {
+        Self { emitted, absorbed, escaped, truncated, rejected, clamped }
+    }
+}
+
 impl AddAssign for Ledger {
     fn add_assign(&mut self, other: Self) {
         self.emitted += other.emitted;
@@ -36,6 +50,7 @@ impl AddAssign for Ledger {
 
 /// Counts of what integrators did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 pub struct Counters {
     /// Samples, each a camera subpath, a light subpath, or one of each.
     pub samples: u64,
@@ -63,6 +78,7 @@ pub struct Counters {
     /// Walks that the limit on bounces cut off.
     pub truncated_subpaths: u64,
     /// Energy ledger of the light subpaths.
+    #[cfg_attr(feature = "checkpoint", serde(skip))]
     pub ledger: Ledger,
 }
 

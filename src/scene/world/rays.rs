@@ -245,6 +245,10 @@ impl Scene for World {
     type Bsdf<'a> = SurfaceBsdf<'a>;
     type Light = AnyLight;
 
+    fn fingerprint(&self) -> Option<u64> {
+        Some(self.print())
+    }
+
     #[inline]
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         // The point is made where it is needed.
