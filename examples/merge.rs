@@ -59,10 +59,10 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     file.save(&arguments.out)?;
     println!("shards      {}", arguments.shards.len());
     println!("samples     {} per pixel", whole.passes().len());
-    println!(
-        "time        {:.3} s on the wall, one shard after the other",
-        whole.wall().as_secs_f64()
-    );
+    if !whole.wall().is_zero() {
+        let seconds = whole.wall().as_secs_f64();
+        println!("time        {seconds:.3} s on the wall, one shard after the other");
+    }
     println!("image       {}", arguments.out.display());
     if let Some(path) = &arguments.checkpoint {
         let whole = if arguments.no_clocks { whole.without_clocks() } else { whole };

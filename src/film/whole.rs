@@ -59,8 +59,10 @@ fn is_special(path: &Path) -> bool {
 fn beside(path: &Path) -> io::Result<(PathBuf, NamedTempFile)> {
     let path = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let directory = path.parent().filter(|directory| !directory.as_os_str().is_empty());
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let prefix = format!(".{name}.");
     let mut builder = Builder::new();
-    builder.prefix(".").suffix(".partial");
+    builder.prefix(&prefix).suffix(".partial");
     #[cfg(unix)]
     builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
     let file = builder.tempfile_in(directory.unwrap_or(Path::new(".")))?;
