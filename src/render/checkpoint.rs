@@ -5,10 +5,10 @@
 //! image to the bit.
 
 use super::RenderError;
-use super::identity::{Identity, SHOWN};
+use super::identity::Identity;
 use super::shard::Shard;
 use super::state::{State, Times};
-use crate::film::{Film, FilmRegion, Image};
+use crate::film::{Film, Image};
 use crate::path::Counters;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -108,22 +108,6 @@ impl Checkpoint {
         self
     }
 
-    /// The image with its window and metadata, as that of a
-    /// [rendering](super::Rendering::to_file).
-    #[cfg(feature = "image")]
-    #[must_use]
-    pub fn to_file(&self) -> crate::film::ImageFile {
-        let mut file = image_file(
-            self.image(),
-            self.state.film.region(),
-            (self.state.samples_per_pixel(), &self.counters(), self.state.times.wall),
-        );
-        let shown = SHOWN.iter().filter_map(|name| self.identity.0.get_key_value(*name));
-        let own = self.metadata.iter();
-        file.metadata.extend(shown.chain(own).map(|(name, value)| (name.clone(), value.clone())));
-        file
-    }
-
     /// The state to go on from, in a rendering of this identity.
     pub(super) fn into_state(
         self,
@@ -145,25 +129,6 @@ impl Checkpoint {
             None => Ok(()),
         }
     }
-}
-
-/// An image with what all its files tell of its rendering.
-#[cfg(feature = "image")]
-pub(super) fn image_file(
-    image: Image,
-    region: FilmRegion,
-    (samples_per_pixel, counters, wall): (u32, &Counters, Duration),
-) -> crate::film::ImageFile {
-    let mut file = crate::film::ImageFile::from(image);
-    file.region = Some(region);
-    let entries = [
-        ("samples_per_pixel", samples_per_pixel.to_string()),
-        (crate::film::ImageFile::CLOCK, format!("{:.3}", wall.as_secs_f64())),
-        ("rays", counters.rays().to_string()),
-        ("non_finite", counters.non_finite.to_string()),
-    ];
-    file.metadata.extend(entries.map(|(key, value)| (key.to_owned(), value)));
-    file
 }
 
 /// The sum of all shards of a rendering, added in any order: to the bit what one process would have

@@ -12,9 +12,6 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Identity(pub BTreeMap<String, String>);
 
-/// The names that files of images have as well.
-pub(super) const SHOWN: [&str; 4] = ["integrator", "filter", "sampler", "seed"];
-
 impl Identity {
     pub fn new<S: Scene + ?Sized>(
         scene: &S,

@@ -11,6 +11,8 @@ mod checkpoint;
 mod chunks;
 mod driver;
 mod identity;
+#[cfg(feature = "image")]
+mod image_file;
 #[cfg(feature = "checkpoint")]
 mod npz;
 mod queue;
@@ -21,8 +23,6 @@ mod target;
 #[cfg(test)]
 mod tests;
 
-#[cfg(feature = "image")]
-use checkpoint::image_file;
 pub use checkpoint::{Checkpoint, CheckpointError, MergeError, Merger};
 #[cfg(feature = "checkpoint")]
 pub use npz::CheckpointFileError;
@@ -131,22 +131,6 @@ impl Rendering {
     #[must_use]
     pub fn non_finite(&self) -> &NonFinite {
         self.film.non_finite()
-    }
-
-    /// The image with its window and metadata (integrator, sampler, seed, filter, samples per
-    /// pixel, time, rays), ready to be saved.
-    #[cfg(feature = "image")]
-    #[must_use]
-    pub fn to_file(&self) -> crate::film::ImageFile {
-        let done = (self.samples_per_pixel, &self.counters, self.wall);
-        let mut file = image_file(self.image.clone(), self.film.region(), done);
-        file.metadata.insert("integrator".to_owned(), self.integrator.to_owned());
-        file.metadata.insert("filter".to_owned(), format!("{:?}", self.filter));
-        if let Some((sampler, seed)) = self.sampling {
-            file.metadata.insert("sampler".to_owned(), format!("{sampler:?}"));
-            file.metadata.insert("seed".to_owned(), seed.to_string());
-        }
-        file
     }
 }
 
