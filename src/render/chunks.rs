@@ -9,7 +9,7 @@ use super::RenderError;
 use super::queue::{Queue, Turn};
 use super::settings::Threads;
 use crate::film::{ChunkFilm, Film, FilmRegion, FilmSample, Kernel, Sample};
-use crate::integrator::{Crew, Run};
+use crate::integrator::{AnyRun, Crew};
 use crate::path::{Counters, Scratch};
 use crate::sampler::SampleSource;
 use crate::scene::Scene;
@@ -84,37 +84,31 @@ struct Workbench<'a, P, S: Scene + ?Sized> {
 impl<N: SampleSource> Job<'_, N> {
     /// Renders at most so many passes of one sample per pixel. `after_pass` gets to know each, and
     /// what there is after it, and says whether another one follows.
-    pub fn render<'a, S: Scene + ?Sized + 'a, R: Run<'a, S>>(
+    pub fn render<'a, S: Scene + ?Sized + 'a>(
         &self,
-        run: &mut R,
+        run: &mut dyn AnyRun<'a, S, N::Sampler>,
         most: u32,
         totals: &mut Totals,
         crew: &dyn Crew,
-        mut after_pass: impl FnMut(u32, &R, &Totals) -> ControlFlow<()>,
+        mut after_pass: impl FnMut(u32, &dyn AnyRun<'a, S, N::Sampler>, &Totals) -> ControlFlow<()>,
     ) -> Result<(), RenderError> {
         if !run.learns() {
             let run = &*run;
-            let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, _: usize| {
-                run.draw(samples, film, &mut R::Chunk::default(), scratch);
+            let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, chunk| {
+                run.draw(samples, film, chunk, scratch);
             };
             self.passes(0..most, &draw, totals, |pass, totals| after_pass(pass, run, totals));
             return Ok(());
         }
-        let chunks = Partition::new(self.region).chunks();
-        let mut chunks: Vec<Mutex<R::Chunk>> = (0..chunks).map(|_| Mutex::default()).collect();
+        run.keep_chunks(Partition::new(self.region).chunks() as usize);
         for pass in 0..most {
             run.begin_pass(pass, crew)?;
             let drawing = &*run;
-            let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, chunk: usize| {
-                // No other thread has this chunk.
-                let mut chunk = chunks[chunk].lock().unwrap_or_else(PoisonError::into_inner);
-                drawing.draw(samples, film, &mut chunk, scratch);
+            let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, chunk| {
+                drawing.draw(samples, film, chunk, scratch);
             };
             self.passes(pass..pass + 1, &draw, totals, |_, _| ControlFlow::Continue(()));
-            let chunks = chunks.iter_mut();
-            chunks.for_each(|chunk| {
-                run.collect(chunk.get_mut().unwrap_or_else(PoisonError::into_inner))
-            });
+            run.collect();
             if after_pass(pass + 1, run, totals).is_break() {
                 break;
             }

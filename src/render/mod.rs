@@ -8,6 +8,7 @@
 //! to the bit for any number of threads, after every pass.
 
 mod chunks;
+mod compiled;
 mod queue;
 mod settings;
 mod target;
@@ -18,11 +19,12 @@ pub use settings::{Budget, RenderError, Settings};
 
 use crate::endpoint::Camera;
 use crate::film::{Film, Filter, Image, NonFinite};
-use crate::integrator::{Arrivals, Caller, Crew, Integrator, Notes, Run, Stage};
+use crate::integrator::{AnyIntegrator, Arrivals, Crew, Integrator, Notes, Stage};
 use crate::path::{Counters, MissingPaths, TechniqueSet};
-use crate::sampler::{SampleSource, SamplerKind};
+use crate::sampler::{AnySampler, SampleSource, SamplerKind};
 use crate::scene::Scene;
 use chunks::{Job, Totals};
+use compiled::Compiled;
 use settings::Threads;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -147,8 +149,19 @@ pub fn render_with_progress<S: Scene + ?Sized, I: Integrator<S>>(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
+    (Compiled::NEAREST.render)(scene, camera, integrator, settings, progress)
+}
+
+/// A rendering by objects with the settings' own source of random numbers.
+fn drive_ready_made<S: Scene + ?Sized>(
+    scene: &S,
+    camera: &dyn Camera,
+    integrator: &dyn AnyIntegrator<S, AnySampler>,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Rendering, RenderError> {
     let source = settings.sampler.source(settings.seed, settings.strata());
-    let rendering = render_with_source(&source, scene, camera, integrator, settings, progress)?;
+    let rendering = drive(&source, scene, camera, integrator, settings, progress)?;
     Ok(Rendering { sampling: Some((settings.sampler, settings.seed)), ..rendering })
 }
 
@@ -162,6 +175,18 @@ pub fn render_with_source<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
     scene: &S,
     camera: &dyn Camera,
     integrator: &I,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Rendering, RenderError> {
+    drive(source, scene, camera, integrator, settings, progress)
+}
+
+/// A rendering by objects: compiled once for all integrators on a type of scenes.
+fn drive<N: SampleSource, S: Scene + ?Sized>(
+    source: &N,
+    scene: &S,
+    camera: &dyn Camera,
+    integrator: &dyn AnyIntegrator<S, N::Sampler>,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
@@ -201,7 +226,7 @@ pub fn render_with_source<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
     let (mut wall, mut paused) = (Duration::ZERO, Duration::ZERO);
     let (mut passes, mut stopped) = (0, false);
     let most = settings.budget.samples().unwrap_or(u32::MAX);
-    job.render(&mut run, most, &mut totals, &crew, |pass, run, totals| {
+    job.render(&mut *run, most, &mut totals, &crew, |pass, run, totals| {
         let since = start.elapsed();
         (passes, wall) = (pass, since - paused);
         let (film, counters) =
@@ -335,7 +360,6 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
     }
 
     fn missing(&self, scene: &S, camera: &dyn Camera) -> Result<Vec<MissingPaths>, RenderError> {
-        let stage = Stage { samples: 0, ..Stage::new(scene, camera) };
-        Ok(self.start(stage, &Caller)?.notes().missing)
+        (Compiled::NEAREST.missing)(scene, camera, self)
     }
 }
