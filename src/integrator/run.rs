@@ -1,7 +1,7 @@
 //! Settings that start a run, and the run that draws: the two traits of an integrator.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
-use super::{Crew, Decision};
+use super::{Crew, Decision, StartOnWorld};
 use crate::film::{FilmSample, Sample, Sink};
 use crate::path::{
     Counters, Depth, LeftOut, MissingPaths, Plan, Scratch, Stage, Steps, TechniqueSet, advance,
@@ -20,6 +20,11 @@ pub trait Integrator<S: Scene + ?Sized>: fmt::Debug + Sync {
     where
         Self: 'a,
         S: 'a;
+
+    /// The start on a [`World`](crate::scene::World) that was compiled with this crate, for the
+    /// built-in integrators: who renders a world with one of them need not compile it again.
+    #[doc(hidden)]
+    const ON_WORLD: Option<StartOnWorld<Self>> = None;
 
     /// The name in the field's terms, such as `path-tracing`.
     fn name(&self) -> &'static str;

@@ -12,9 +12,12 @@
 
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
+use super::any_run::on_world;
 use super::bidirectional::Pairs;
 use super::shared::{Merges, Merging};
-use super::{Bidirectional, Crew, Integrator, IntegratorError, Notes, Run, Stage, Started};
+use super::{
+    Bidirectional, Crew, Integrator, IntegratorError, Notes, Run, Stage, StartOnWorld, Started,
+};
 use crate::film::{Sample, Sink};
 use crate::path::{Counters, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
@@ -44,6 +47,8 @@ impl<S: Scene + ?Sized> Integrator<S> for VertexConnectionMerging {
         = MergingPairs<'a, S>
     where
         S: 'a;
+
+    const ON_WORLD: Option<StartOnWorld<Self>> = Some(on_world::vertex_connection_merging);
 
     fn name(&self) -> &'static str {
         "vcm"

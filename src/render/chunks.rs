@@ -10,7 +10,7 @@ use super::queue::{Queue, Turn};
 use super::settings::Threads;
 use super::state::State;
 use crate::film::{ChunkFilm, Film, FilmRegion, FilmSample, Kernel, Sample};
-use crate::integrator::{Crew, Run};
+use crate::integrator::{AnyRun, Crew};
 use crate::path::{Counters, Scratch};
 use crate::sampler::SampleSource;
 use crate::scene::Scene;
@@ -77,9 +77,9 @@ struct Workbench<'a, P, S: Scene + ?Sized> {
 impl<N: SampleSource> Job<'_, N> {
     /// Renders the passes of one sample per pixel that follow those of the state, up to `end`.
     /// `after_pass` gets to know what there is after each, and says whether another one follows.
-    pub fn render<'a, S: Scene + ?Sized + 'a, R: Run<'a, S>>(
+    pub fn render<'a, S: Scene + ?Sized + 'a>(
         &self,
-        run: &mut R,
+        run: &mut dyn AnyRun<'a, S, N::Sampler>,
         end: u32,
         state: &mut State,
         crew: &dyn Crew,
@@ -88,18 +88,17 @@ impl<N: SampleSource> Job<'_, N> {
         let first = state.passes.end;
         if !run.prepares() {
             let run = &*run;
-            let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, _: usize| {
-                run.draw(samples, film, &mut R::Chunk::default(), scratch);
+            let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, chunk| {
+                run.draw(samples, film, chunk, scratch);
             };
             self.passes(first..end, &draw, state, after_pass);
             return Ok(());
         }
+        run.keep_chunks(Partition::new(self.region).chunks() as usize);
         // The passes that a run has to learn from although their sums are there already.
         let known = if run.learns() { 0..first } else { first..first };
-        let mut unused = (!known.is_empty()).then(|| Film::new(self.region)).transpose()?;
-        let mut unused = unused.take().map(|film| State::before(0, film));
-        let chunks = Partition::new(self.region).chunks();
-        let mut chunks: Vec<Mutex<R::Chunk>> = (0..chunks).map(|_| Mutex::default()).collect();
+        let unused = (!known.is_empty()).then(|| Film::new(self.region)).transpose()?;
+        let mut unused = unused.map(|film| State::before(0, film));
         for pass in known.start..end {
             run.begin_pass(pass, crew)?;
             let state = match &mut unused {
@@ -108,16 +107,11 @@ impl<N: SampleSource> Job<'_, N> {
             };
             state.counters.add(&Counters { samples: 0, ..run.take_preparation() });
             let drawing = &*run;
-            let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, chunk: usize| {
-                // No other thread has this chunk.
-                let mut chunk = chunks[chunk].lock().unwrap_or_else(PoisonError::into_inner);
-                drawing.draw(samples, film, &mut chunk, scratch);
+            let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, chunk| {
+                drawing.draw(samples, film, chunk, scratch);
             };
             self.passes(pass..pass + 1, &draw, state, |_| ControlFlow::Continue(()));
-            let chunks = chunks.iter_mut();
-            chunks.for_each(|chunk| {
-                run.collect(chunk.get_mut().unwrap_or_else(PoisonError::into_inner))
-            });
+            run.collect();
             if pass >= first && after_pass(state).is_break() {
                 break;
             }

@@ -9,7 +9,7 @@ use super::target::Watch;
 use super::{Budget, Checkpoint, CheckpointError, Progress, RenderError, Rendering, Settings};
 use crate::endpoint::Camera;
 use crate::film::Film;
-use crate::integrator::{Arrivals, Crew, Integrator, Run, Stage};
+use crate::integrator::{AnyIntegrator, Arrivals, Crew, Stage};
 use crate::path::Counters;
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
@@ -23,9 +23,9 @@ const UNKNOWN_BUDGET: u32 = 64;
 
 /// Renders the passes of a shard, or those that a checkpoint of it lacks. The sampler is known if it
 /// is a ready-made one.
-pub(super) fn drive<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
+pub(super) fn drive<N: SampleSource, S: Scene + ?Sized>(
     (source, sampler): (&N, Option<SamplerKind>),
-    (scene, camera, integrator): (&S, &dyn Camera, &I),
+    (scene, camera, integrator): (&S, &dyn Camera, &dyn AnyIntegrator<S, N::Sampler>),
     settings: &Settings,
     from: Option<Checkpoint>,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
@@ -107,7 +107,7 @@ pub(super) fn drive<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
         if stopped || is_enough(state) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     if !is_enough(&state) {
-        job.render(&mut run, passes.end, &mut state, &crew, after_pass)?;
+        job.render(&mut *run, passes.end, &mut state, &crew, after_pass)?;
     }
     state.times.threads += crew.time();
     let passes = state.samples_per_pixel();

@@ -2,7 +2,7 @@
 
 use super::Settings;
 use crate::endpoint::{Camera, answers};
-use crate::integrator::Integrator;
+use crate::integrator::AnyIntegrator;
 use crate::math::Fingerprint;
 use crate::sampler::SamplerKind;
 use crate::scene::Scene;
@@ -13,10 +13,10 @@ use std::collections::BTreeMap;
 pub(crate) struct Identity(pub BTreeMap<String, String>);
 
 impl Identity {
-    pub fn new<S: Scene + ?Sized>(
+    pub fn new<S: Scene + ?Sized, P>(
         scene: &S,
         camera: &dyn Camera,
-        integrator: &impl Integrator<S>,
+        integrator: &dyn AnyIntegrator<S, P>,
         settings: &Settings,
         sampler: Option<SamplerKind>,
     ) -> Self {

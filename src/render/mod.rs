@@ -9,6 +9,7 @@
 
 mod checkpoint;
 mod chunks;
+mod compiled;
 mod driver;
 mod identity;
 #[cfg(feature = "image")]
@@ -31,10 +32,11 @@ pub use shard::{Shard, ShardError};
 
 use crate::endpoint::Camera;
 use crate::film::{Film, Filter, Image, NonFinite};
-use crate::integrator::{Caller, Integrator, Notes, Run, Stage};
+use crate::integrator::{Integrator, Notes};
 use crate::path::{Counters, MissingPaths, TechniqueSet};
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
+use compiled::Compiled;
 use driver::drive;
 use state::State;
 use std::fmt;
@@ -160,9 +162,7 @@ pub fn render_with_progress<S: Scene + ?Sized, I: Integrator<S>>(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
-    let source = settings.source();
-    let of = (scene, camera, integrator);
-    drive((&source, Some(settings.sampler)), of, settings, None, progress)
+    (Compiled::NEAREST.render)((scene, camera, integrator), settings, None, progress)
 }
 
 /// [`render_with_progress`] with the given source of random numbers, in place of the settings' `seed`
@@ -195,9 +195,8 @@ pub fn resume<S: Scene + ?Sized, I: Integrator<S>>(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
-    let source = settings.source();
     let of = (scene, camera, integrator);
-    drive((&source, Some(settings.sampler)), of, settings, Some(checkpoint), progress)
+    (Compiled::NEAREST.render)(of, settings, Some(checkpoint), progress)
 }
 
 /// An integrator that renders scenes of type `S`, as an object: `&[&dyn Render<S>]` is a
@@ -283,7 +282,6 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
     }
 
     fn missing(&self, scene: &S, camera: &dyn Camera) -> Result<Vec<MissingPaths>, RenderError> {
-        let stage = Stage { samples: 0, ..Stage::new(scene, camera) };
-        Ok(self.start(stage, &Caller)?.notes().missing)
+        (Compiled::NEAREST.missing)(scene, camera, self)
     }
 }

@@ -56,6 +56,10 @@ pub trait Scene: Sync {
     /// The type of lights; may be `dyn Light`.
     type Light: Light + ?Sized;
 
+    /// The scene as the [`World`] that it is: of no other type.
+    #[doc(hidden)]
+    const AS_WORLD: Option<fn(&Self) -> &World> = None;
+
     /// The nearest surface point that the ray from `from` into the unit vector `direction` meets,
     /// never `from` itself.
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint>;

@@ -14,10 +14,11 @@ mod race;
 
 pub use decision::{Candidate, Decision};
 
+use super::any_run::on_world;
 use super::bidirectional::Pairs;
 use super::{
     Bidirectional, Crew, Depth, Integrator, LightTracer, Notes, PathTracer, PathTracing, Run,
-    SingleWalk, Stage, Started,
+    SingleWalk, Stage, StartOnWorld, Started,
 };
 use crate::film::{Sample, Sink};
 use crate::math::Rgb;
@@ -125,6 +126,8 @@ impl<S: Scene + ?Sized> Integrator<S> for Adaptive {
         = Adapted<'a, S>
     where
         S: 'a;
+
+    const ON_WORLD: Option<StartOnWorld<Self>> = Some(on_world::adaptive);
 
     fn name(&self) -> &'static str {
         "adaptive"

@@ -249,6 +249,8 @@ impl Scene for World {
         Some(self.print())
     }
 
+    const AS_WORLD: Option<fn(&Self) -> &World> = Some(|world| world);
+
     #[inline]
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         // The point is made where it is needed.
