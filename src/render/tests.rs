@@ -7,7 +7,7 @@ use crate::film::{
     Contribution, FilmError, FilmRegion, FilmSample, Filter, Sample, Sink, Technique,
 };
 use crate::geometry::SurfacePoint;
-use crate::integrator::{Crew, IntegratorError, Started};
+use crate::integrator::{Crew, IntegratorError, Run, Stage, Started};
 use crate::math::{PerArea, PerProjected, Rgb};
 use crate::path::Scratch;
 use crate::sampler::{Independent, Sampler, SamplerKind, Stream};
