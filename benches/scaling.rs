@@ -20,7 +20,7 @@ use pathspace::glam::{DVec3, UVec2};
 use pathspace::integrator::{Bidirectional, LightTracer, PathTracer};
 use pathspace::math::Rgb;
 use pathspace::path::Roulette;
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::scene::{Emission, Material, SceneError, World, WorldBuilder};
 use std::time::Duration;
 
@@ -47,7 +47,7 @@ fn pass(world: &World, camera: &dyn Camera, integrator: &dyn Render<World>, thre
         threads: Some(threads),
         ..Settings::default()
     };
-    integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
+    integrator.render(world, camera, &settings).expect("valid settings");
 }
 
 fn group<'c>(

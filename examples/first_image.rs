@@ -8,7 +8,7 @@ use pathspace::geometry::Sphere;
 use pathspace::glam::{DVec3, UVec2};
 use pathspace::integrator::PathTracer;
 use pathspace::math::Rgb;
-use pathspace::render::{Settings, render, unattended};
+use pathspace::render::{Settings, render};
 use pathspace::scene::{Emission, Material, WorldBuilder};
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ fn first_image(path: &Path) -> Result<(), Box<dyn Error>> {
         UVec2::new(320, 240),
     )?;
     let (integrator, settings) = (PathTracer::default(), Settings::default());
-    let rendering = render(&world, &camera, &integrator, &settings, &mut unattended)?;
+    let rendering = render(&world, &camera, &integrator, &settings)?;
     rendering.to_file().save(path)?;
     Ok(())
 }

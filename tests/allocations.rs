@@ -14,7 +14,7 @@ use pathspace::integrator::{
 };
 use pathspace::math::Rgb;
 use pathspace::path::Scratch;
-use pathspace::render::{Budget, Settings, render, unattended};
+use pathspace::render::{Budget, Settings, render};
 use pathspace::sampler::{SampleSource, Sampler, SamplerKind};
 use pathspace::scene::{Scene, SurfaceArea, World};
 use worlds::{Result, TestScene};
@@ -112,8 +112,7 @@ fn memory_per_pixel_does_not_grow() {
             Settings { budget: Budget::Samples(samples), threads: Some(1), ..Settings::default() };
         let integrator = Bidirectional::up_to(1);
         let draw = || {
-            render(&scene.world, &*scene.camera, &integrator, &settings, &mut unattended)
-                .expect("valid settings")
+            render(&scene.world, &*scene.camera, &integrator, &settings).expect("valid settings")
         };
         allocation_counter::measure(|| drop(draw())).bytes_max as f64
     };

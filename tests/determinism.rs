@@ -11,7 +11,7 @@ use pathspace::integrator::{
     VertexConnectionMerging,
 };
 use pathspace::path::{Counters, Ledger};
-use pathspace::render::{Budget, Progress, Render, Rendering, Settings, render_with, unattended};
+use pathspace::render::{Budget, Progress, Render, Rendering, Settings, render_with_source};
 use pathspace::sampler::{Independent, IndependentSampler, SampleSource, SamplerKind};
 use pathspace::scene::World;
 use std::ops::ControlFlow;
@@ -52,6 +52,7 @@ fn bits(rendering: &Rendering) -> Vec<u64> {
         photons,
         queries,
         merges,
+        shared_bytes,
         non_finite,
         truncated_subpaths,
         ledger,
@@ -70,6 +71,7 @@ fn bits(rendering: &Rendering) -> Vec<u64> {
             photons,
             queries,
             merges,
+            shared_bytes,
             non_finite,
             truncated_subpaths,
         ])
@@ -81,7 +83,7 @@ fn run(
     integrator: &dyn Render<World>,
     settings: &Settings,
 ) -> Result<Rendering> {
-    Ok(integrator.render(&scene.world, &*scene.camera, settings, &mut unattended)?)
+    Ok(integrator.render(&scene.world, &*scene.camera, settings)?)
 }
 
 /// A scene with area lights, a sphere light, Dirac lobes and roulette, and one with light at
@@ -140,8 +142,12 @@ fn a_stopped_rendering_is_the_shorter_one() -> Result {
                 let mut stop = |p: &Progress<'_>| {
                     if p.passes == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
                 };
-                let stopped =
-                    integrator.render(&scene.world, &*scene.camera, &settings, &mut stop)?;
+                let stopped = integrator.render_with_progress(
+                    &scene.world,
+                    &*scene.camera,
+                    &settings,
+                    &mut stop,
+                )?;
                 assert!(stopped.stopped && stopped.samples_per_pixel == 3);
                 let shorter =
                     run(&scene, &*integrator, &Settings { budget: Budget::Samples(3), ..base })?;
@@ -177,7 +183,8 @@ fn a_source_of_the_users_own_is_as_deterministic() -> Result {
     let render = |threads| {
         let settings =
             Settings { budget: Budget::Samples(6), threads: Some(threads), ..Settings::default() };
-        render_with(&source, &scene.world, camera, &integrator, &settings, &mut unattended)
+        let mut go_on = |_: &Progress<'_>| ControlFlow::Continue(());
+        render_with_source(&source, &scene.world, camera, &integrator, &settings, &mut go_on)
     };
     let reference = bits(&render(1)?);
     for threads in THREADS {

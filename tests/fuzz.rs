@@ -27,7 +27,7 @@ use pathspace::geometry::{Disk, Place, Quad, Sphere};
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, Stage, UniformArea};
 use pathspace::math::Rgb;
 use pathspace::path::{Heuristic, PathRecord, Scratch, Weighting};
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::sampler::SamplerKind;
 use pathspace::scene::{Emission, Material, Mesh, Needs, Scene, Warning, World, WorldBuilder};
 use proptest::prelude::*;
@@ -323,9 +323,7 @@ fn check(plan: &Plan, seen: &Seen) -> TestCaseResult {
             sampler,
             ..Settings::default()
         };
-        let rendering = integrator
-            .render(&world, &*camera, &settings, &mut unattended)
-            .expect("valid settings");
+        let rendering = integrator.render(&world, &*camera, &settings).expect("valid settings");
         let counters = rendering.counters;
         prop_assert_eq!(
             counters.non_finite,

@@ -7,7 +7,7 @@ use pathspace::geometry::{Quad, SurfacePoint};
 use pathspace::glam::{DAffine3, DVec3, UVec2};
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
 use pathspace::math::Rgb;
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::scene::{Emission, Material, Mesh, Scene, World, WorldBuilder};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -20,7 +20,7 @@ fn mean(
     samples: u32,
 ) -> Rgb {
     let settings = Settings { budget: Budget::Samples(samples), seed: 3, ..Settings::default() };
-    let rendering = integrator.render(world, camera, &settings, &mut unattended).unwrap();
+    let rendering = integrator.render(world, camera, &settings).unwrap();
     assert_eq!(rendering.counters.non_finite, 0);
     rendering.image.mean()
 }

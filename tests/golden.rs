@@ -13,7 +13,7 @@ use pathspace::integrator::{
     PhotonMapping, UniformArea, VertexConnectionMerging,
 };
 use pathspace::path::{LightSubpaths, TechniqueSet};
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::sampler::SamplerKind;
 use pathspace::scene::World;
 use std::error::Error;
@@ -90,9 +90,8 @@ fn films_are_the_same_to_the_bit() -> Result<(), Box<dyn Error>> {
                     sampler,
                     ..Settings::default()
                 };
-                let rendering =
-                    integrator.render(&scene.world, &*scene.camera, &settings, &mut unattended)?;
-                let hash = hash(rendering.film.sums().iter().flat_map(|sum| sum.0));
+                let rendering = integrator.render(&scene.world, &*scene.camera, &settings)?;
+                let hash = hash(rendering.film.sums().flat_map(|sum| sum.0));
                 writeln!(found, "{name} {integrator_name} {sampler:?} {hash:016x}")?;
             }
         }

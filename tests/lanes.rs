@@ -16,7 +16,7 @@ use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, PathT
 use pathspace::light_tree::LightTree;
 use pathspace::math::{PerProjected, Rgb};
 use pathspace::path::{Counters, Heuristic, Roulette, Survival};
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::sampler::SamplerKind;
 use pathspace::scene::{FlatSurfaces, Material, Mesh, Needs, Scene, World};
 use rooms::{Room, lambert, v};
@@ -109,8 +109,8 @@ fn film<S: Scene>(
     integrator: &impl Render<S>,
 ) -> Result<Sums, Box<dyn Error>> {
     let settings = Settings { budget: Budget::Samples(16), seed: 3, ..Settings::default() };
-    let rendering = integrator.render(scene, &*of.camera, &settings, &mut unattended)?;
-    Ok(rendering.film.sums().iter().map(|sum| sum.0.map(f64::to_bits)).collect())
+    let rendering = integrator.render(scene, &*of.camera, &settings)?;
+    Ok(rendering.film.sums().map(|sum| sum.0.map(f64::to_bits)).collect())
 }
 
 #[test]
@@ -198,8 +198,8 @@ fn drawn<S: Scene>(
     let filter = Filter::Gaussian { standard_deviation: 0.5 };
     let settings =
         Settings { budget: Budget::Samples(8), seed: 5, filter, sampler, ..Settings::default() };
-    let rendering = integrator.render(scene, camera, &settings, &mut unattended)?;
-    let sums = rendering.film.sums().iter().map(|sum| sum.0.map(f64::to_bits)).collect();
+    let rendering = integrator.render(scene, camera, &settings)?;
+    let sums = rendering.film.sums().map(|sum| sum.0.map(f64::to_bits)).collect();
     Ok((sums, rendering.counters))
 }
 

@@ -16,7 +16,7 @@ use formats::{Format, formats};
 use glam::UVec2;
 use pathspace::import::{Import, Limits, Options, gltf, mitsuba, obj, pbrt};
 use pathspace::integrator::{Depth, PathTracer};
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::panic::catch_unwind;
@@ -68,9 +68,8 @@ fn render(import: &Import, seed: u64) {
             filter: view.filter,
             ..Settings::default()
         };
-        let rendering = tracer
-            .render(&import.world, &*view.camera, &settings, &mut unattended)
-            .expect("valid settings");
+        let rendering =
+            tracer.render(&import.world, &*view.camera, &settings).expect("valid settings");
         assert_eq!(rendering.counters.non_finite, 0, "{:?}", rendering.non_finite());
     }
 }

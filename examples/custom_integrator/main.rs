@@ -11,7 +11,7 @@ use pathspace::endpoint::LightId;
 use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::PathTracer;
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::scene::World;
 use std::error::Error;
 use std::path::PathBuf;
@@ -37,8 +37,7 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(&options.out)?;
     let both: [&dyn Render<World>; 2] = [&one_light, &PathTracer::default()];
     for integrator in both {
-        let rendering =
-            integrator.render(&scene.world, &*scene.camera, &settings, &mut unattended)?;
+        let rendering = integrator.render(&scene.world, &*scene.camera, &settings)?;
         let path = options.out.join(format!("custom_integrator-{}.png", integrator.name()));
         rendering.to_file().save(&path)?;
         println!("mean {:.4}, wrote {}", rendering.image.mean().luminance(), path.display());

@@ -25,7 +25,7 @@ use pathspace::glam::{DVec3, UVec2};
 use pathspace::integrator::{Bidirectional, LightTracer, PathTracer};
 use pathspace::math::Rgb;
 use pathspace::math::statistics::Estimate;
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::scene::Scene;
 use std::error::Error;
 use std::path::PathBuf;
@@ -109,7 +109,7 @@ fn run<S: Scene>(scene: &S, options: &Options) -> Result<bool, Box<dyn Error>> {
             let seed = options.seed.wrapping_add((i as u64 * 1000 + batch) << 32);
             let settings =
                 Settings { budget: Budget::Samples(options.samples), seed, ..Settings::default() };
-            let rendering = integrator.render(scene, &camera, &settings, &mut unattended)?;
+            let rendering = integrator.render(scene, &camera, &settings)?;
             name = rendering.integrator;
             mean.push(rendering.image.mean().luminance());
             for (sum, pixel) in image.pixels_mut().iter_mut().zip(rendering.image.pixels()) {

@@ -13,7 +13,7 @@ use common::{AnyIntegrator, parse_duration, parse_size};
 use pathspace::endpoint::Camera;
 use pathspace::glam::UVec2;
 use pathspace::path::TechniqueSet;
-use pathspace::render::{Budget, Settings, unattended};
+use pathspace::render::{Budget, Settings};
 use pathspace::report::{
     Contestant, Interval, MethodReport, Omission, Plan, Reference, ReferencePlan, SceneInfo, study,
 };
@@ -115,7 +115,8 @@ fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
     let settings = Settings { budget: Budget::Samples(64), ..settings };
     let adaptive = AnyIntegrator::Adaptive.build_up_to(scene.max_bounces);
     // The decision alone: what comes after it does not matter.
-    let rendering = adaptive.render(world, camera, &settings, &mut |_| ControlFlow::Break(()))?;
+    let rendering =
+        adaptive.render_with_progress(world, camera, &settings, &mut |_| ControlFlow::Break(()))?;
     if let Some(decision) = &rendering.notes.decision {
         println!("\n```text\n{decision}\n```");
     }
@@ -151,8 +152,7 @@ fn costs(
         else {
             continue;
         };
-        let counters =
-            contestant.method.render(world, camera, &settings, &mut unattended)?.counters;
+        let counters = contestant.method.render(world, camera, &settings)?.counters;
         let per_sample = |n: u64| n as f64 / counters.samples as f64;
         eprintln!(
             "COST {} {:.3} {:.3} {:.3} {:.3} {:.3}",

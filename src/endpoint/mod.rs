@@ -21,6 +21,7 @@
 //!
 //! Source: Veach 1997, chapter 4, for importance as the dual of radiance.
 
+mod answers;
 mod any_light;
 mod area;
 mod check;
@@ -39,6 +40,7 @@ mod spot;
 mod thin_lens;
 mod view;
 
+pub(crate) use answers::answers;
 pub use any_light::AnyLight;
 pub use area::AreaLight;
 pub use directional::DirectionalLight;

@@ -4,8 +4,9 @@
 //! form that the dedicated ones are tested against.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
+use super::any_run::on_world;
 use super::shared::LightWalks;
-use super::{Crew, Depth, Integrator, Notes, Run, Stage, Started};
+use super::{Crew, Depth, Integrator, Notes, Run, Stage, StartOnWorld, Started};
 use crate::film::{Contribution, Sample, Sink, Technique};
 use crate::path::{
     Counters, Heuristic, Out, Path, Plan, RandomWalk, Roulette, Scratch, Site, Steps, TechniqueSet,
@@ -47,6 +48,8 @@ impl<S: Scene + ?Sized> Integrator<S> for Bidirectional {
         = Pairs<'a, S>
     where
         S: 'a;
+
+    const ON_WORLD: Option<StartOnWorld<Self>> = Some(on_world::bidirectional);
 
     fn name(&self) -> &'static str {
         "bidirectional"

@@ -11,8 +11,11 @@
 //! a Dirac lobe, which no connection meets, and 1 at the last edge if only light walks go on.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
+use super::any_run::on_world;
 use super::shared::VirtualLights;
-use super::{Crew, Integrator, IntegratorError, Notes, PathTracer, Run, Stage, Started};
+use super::{
+    Crew, Integrator, IntegratorError, Notes, PathTracer, Run, Stage, StartOnWorld, Started,
+};
 use crate::film::{Sample, Sink};
 use crate::path::{Counters, Plan, Scratch, Steps, TechniqueSet, Visit};
 use crate::sampler::Sampler;
@@ -55,6 +58,8 @@ impl<S: Scene + ?Sized> Integrator<S> for InstantRadiosity {
     where
         S: 'a;
 
+    const ON_WORLD: Option<StartOnWorld<Self>> = Some(on_world::instant_radiosity);
+
     fn name(&self) -> &'static str {
         NAME
     }
@@ -79,12 +84,12 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for VirtualLightPasses<'a, S> {
         self.lights.notes(&self.plan)
     }
 
-    fn learns(&self) -> bool {
+    fn prepares(&self) -> bool {
         self.plan.techniques.connections
     }
 
-    fn preparation(&self) -> Counters {
-        self.lights.counters
+    fn take_preparation(&mut self) -> Counters {
+        std::mem::take(&mut self.lights.counters)
     }
 
     fn begin_pass(&mut self, pass: u32, crew: &dyn Crew) -> Result<(), IntegratorError> {

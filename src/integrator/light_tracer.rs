@@ -9,7 +9,8 @@
 //! (Dutré and Willems 1994; Veach 1997, section 10.3.4). It sees caustics that path tracing cannot,
 //! and nothing that a Dirac lobe shows to the camera.
 
-use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
+use super::any_run::on_world;
+use super::{Crew, Depth, Integrator, SingleWalk, Stage, StartOnWorld, Started};
 use crate::path::{
     Begin, DiffuseSteps, Plan, RandomWalk, Roulette, Site, Steps, TechniqueSet, Visit,
     sample_lens_connection,
@@ -45,6 +46,8 @@ impl<S: Scene + ?Sized> Integrator<S> for LightTracer {
         = SingleWalk<'a, S, Self>
     where
         S: 'a;
+
+    const ON_WORLD: Option<StartOnWorld<Self>> = Some(on_world::light_tracer);
 
     fn name(&self) -> &'static str {
         "light-tracing"

@@ -19,6 +19,7 @@
 //! ([`Steps`](crate::path::Steps)); many advance together.
 
 mod adaptive;
+mod any_run;
 mod arrivals;
 mod audit;
 mod bidirectional;
@@ -35,6 +36,7 @@ mod with_needs;
 
 pub use crate::path::{Depth, Stage};
 pub use adaptive::{Adaptive, Candidate, Decision};
+pub use any_run::{AnyIntegrator, AnyRun, BoxedRun, StartOnWorld};
 pub use arrivals::Arrivals;
 pub use bidirectional::Bidirectional;
 pub use crew::{Caller, Crew};

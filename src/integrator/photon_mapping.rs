@@ -11,8 +11,9 @@
 //! weights; and caustics seen through glass or water cost no more than others.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
+use super::any_run::on_world;
 use super::shared::{Merging, PhotonMaps};
-use super::{Crew, Depth, Integrator, IntegratorError, Notes, Run, Stage, Started};
+use super::{Crew, Depth, Integrator, IntegratorError, Notes, Run, Stage, StartOnWorld, Started};
 use crate::endpoint::Light;
 use crate::film::{Contribution, Sample, Sink};
 use crate::path::{Counters, Plan, Roulette, Scratch, Steps, TechniqueSet, Visit, advance};
@@ -48,6 +49,8 @@ impl<S: Scene + ?Sized> Integrator<S> for PhotonMapping {
     where
         S: 'a;
 
+    const ON_WORLD: Option<StartOnWorld<Self>> = Some(on_world::photon_mapping);
+
     fn name(&self) -> &'static str {
         "photon-mapping"
     }
@@ -73,12 +76,12 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for PhotonPasses<'a, S> {
         self.maps.notes(&self.plan)
     }
 
-    fn learns(&self) -> bool {
+    fn prepares(&self) -> bool {
         self.plan.techniques.merges > 0
     }
 
-    fn preparation(&self) -> Counters {
-        self.maps.counters
+    fn take_preparation(&mut self) -> Counters {
+        std::mem::take(&mut self.maps.counters)
     }
 
     fn begin_pass(&mut self, pass: u32, crew: &dyn Crew) -> Result<(), IntegratorError> {

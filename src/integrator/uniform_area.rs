@@ -9,7 +9,8 @@
 //! no density: the variance is infinite wherever surfaces meet in a corner. It is the definition,
 //! sampled, and cannot see Dirac lobes, Dirac lights or infinity behind the first vertex.
 
-use super::{Crew, Depth, Integrator, SingleWalk, Stage, Started};
+use super::any_run::on_world;
+use super::{Crew, Depth, Integrator, SingleWalk, Stage, StartOnWorld, Started};
 use crate::bsdf::{TransportMode, shading::ShadedBsdf};
 use crate::endpoint::Endpoint;
 use crate::film::{Contribution, Sample, Technique};
@@ -41,6 +42,8 @@ impl<S: SurfaceArea + ?Sized> Integrator<S> for UniformArea {
         = SingleWalk<'a, S, Self>
     where
         S: 'a;
+
+    const ON_WORLD: Option<StartOnWorld<Self>> = Some(on_world::uniform_area);
 
     fn name(&self) -> &'static str {
         "uniform-area"

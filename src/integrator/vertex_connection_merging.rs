@@ -12,9 +12,12 @@
 
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
+use super::any_run::on_world;
 use super::bidirectional::Pairs;
 use super::shared::{Merges, Merging};
-use super::{Bidirectional, Crew, Integrator, IntegratorError, Notes, Run, Stage, Started};
+use super::{
+    Bidirectional, Crew, Integrator, IntegratorError, Notes, Run, Stage, StartOnWorld, Started,
+};
 use crate::film::{Sample, Sink};
 use crate::path::{Counters, Scratch, TechniqueSet};
 use crate::sampler::Sampler;
@@ -45,6 +48,8 @@ impl<S: Scene + ?Sized> Integrator<S> for VertexConnectionMerging {
     where
         S: 'a;
 
+    const ON_WORLD: Option<StartOnWorld<Self>> = Some(on_world::vertex_connection_merging);
+
     fn name(&self) -> &'static str {
         "vcm"
     }
@@ -72,12 +77,12 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for MergingPairs<'a, S> {
         self.merges.maps.notes(&self.pairs.plan)
     }
 
-    fn learns(&self) -> bool {
+    fn prepares(&self) -> bool {
         self.pairs.plan.techniques.merges > 0
     }
 
-    fn preparation(&self) -> Counters {
-        self.merges.maps.counters
+    fn take_preparation(&mut self) -> Counters {
+        std::mem::take(&mut self.merges.maps.counters)
     }
 
     fn begin_pass(&mut self, pass: u32, crew: &dyn Crew) -> Result<(), IntegratorError> {

@@ -56,6 +56,10 @@ pub trait Scene: Sync {
     /// The type of lights; may be `dyn Light`.
     type Light: Light + ?Sized;
 
+    /// The scene as the [`World`] that it is: of no other type.
+    #[doc(hidden)]
+    const AS_WORLD: Option<fn(&Self) -> &World> = None;
+
     /// The nearest surface point that the ray from `from` into the unit vector `direction` meets,
     /// never `from` itself.
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint>;
@@ -157,6 +161,14 @@ pub trait Scene: Sync {
     /// them then advance eight at a time. For speed alone: whoever hands them on gets the same image
     /// sooner.
     fn flat_surfaces(&self) -> Option<FlatSurfaces<'_>> {
+        None
+    }
+
+    /// A number that differs between scenes that look different, by which a rendering that goes on
+    /// from a [`Checkpoint`](crate::render::Checkpoint) knows its scene again; `None` if the scene
+    /// has none, and is then not told apart from others. [`Fingerprint`](crate::math::Fingerprint)
+    /// makes one.
+    fn fingerprint(&self) -> Option<u64> {
         None
     }
 

@@ -10,7 +10,7 @@ use pathspace::geometry::Frame;
 use pathspace::integrator::{Bidirectional, Depth, LightTracer, PathTracer, UniformArea};
 use pathspace::math::warp::square_to_cosine_hemisphere;
 use pathspace::math::{PerProjected, Rgb};
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::sampler::{Independent, SampleSource};
 use pathspace::scene::{Material, Mesh, Needs, Scene, World};
 use std::f64::consts::{FRAC_1_PI, TAU};
@@ -129,7 +129,7 @@ fn room(ball: Material) -> Room {
 fn a_custom_lambert_is_the_built_in_one_to_the_bit() {
     fn image(world: &World, integrator: &dyn Render<World>) -> Image {
         let settings = Settings { budget: Budget::Samples(4), ..Settings::default() };
-        integrator.render(world, &camera(), &settings, &mut unattended).expect("valid").image
+        integrator.render(world, &camera(), &settings).expect("valid").image
     }
     let build = |ball: Material| {
         let mut room = room(ball);

@@ -19,7 +19,7 @@
 use pathspace::endpoint::Camera;
 use pathspace::film::{Filter, Image};
 use pathspace::math::statistics::sidak;
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::sampler::SamplerKind;
 use pathspace::scene::World;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -140,8 +140,7 @@ fn render(
             sampler,
             ..Settings::default()
         };
-        let rendering =
-            integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
+        let rendering = integrator.render(world, camera, &settings).expect("valid settings");
         assert_eq!(
             rendering.counters.non_finite,
             0,

@@ -5,7 +5,7 @@ use pathspace::endpoint::Camera;
 use pathspace::film::Image;
 use pathspace::geometry::SurfacePoint;
 use pathspace::import::{Error, Import, Options, gltf};
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::scene::{Scene, World};
 use std::path::{Path, PathBuf};
 
@@ -27,8 +27,7 @@ pub fn render(
     samples: u32,
 ) -> Image {
     let settings = Settings { budget: Budget::Samples(samples), seed: 7, ..Settings::default() };
-    let rendering =
-        integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
+    let rendering = integrator.render(world, camera, &settings).expect("valid settings");
     assert_eq!(rendering.counters.non_finite, 0);
     rendering.image
 }

@@ -3,7 +3,7 @@
 use crate::compare::{Comparison, assert_agree};
 use crate::files::{DATA, load};
 use pathspace::integrator::{Bidirectional, Depth, PathTracer};
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 
 #[test]
 fn every_file_renders() {
@@ -16,14 +16,8 @@ fn every_file_renders() {
         let settings = Settings { budget: Budget::Samples(8), ..Settings::default() };
         let depth = Depth::up_to(import.hints.max_bounces.expect("every file says"));
         let path = PathTracer { depth, ..PathTracer::default() };
-        let rendering = Render::render(
-            &path,
-            &import.world,
-            &*import.views[0].camera,
-            &settings,
-            &mut unattended,
-        )
-        .expect("valid");
+        let rendering = Render::render(&path, &import.world, &*import.views[0].camera, &settings)
+            .expect("valid");
         assert!(
             rendering.image.mean().0.iter().all(|c| *c > 1e-3),
             "{name} is dark: {:?}",

@@ -3,7 +3,7 @@
 use crate::files::Directory;
 use approx::assert_relative_eq;
 use pathspace::integrator::{Depth, PathTracer};
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 
 /// In a closed sphere that emits 1 and reflects 0.8, n scattering events see 1 + 0.8 + … + 0.8ⁿ.
 /// Sampling of lights and of directions have the same density there: there is no noise.
@@ -60,7 +60,6 @@ fn integrators_go_as_far_as_they_should() {
                 &import.world,
                 &*import.views[0].camera,
                 &Settings { budget: Budget::Samples(4), ..Settings::default() },
-                &mut unattended,
             )
             .expect("valid")
             .image

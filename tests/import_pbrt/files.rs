@@ -7,7 +7,7 @@ use pathspace::geometry::SurfacePoint;
 use pathspace::import::{Error, Import, Options, pbrt};
 use pathspace::integrator::{Depth, PathTracer};
 use pathspace::math::Rgb;
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::scene::{Scene, World};
 use std::path::{Path, PathBuf};
 
@@ -79,8 +79,7 @@ pub fn render(import: &Import, samples: u32) -> Image {
     let settings = Settings { budget: Budget::Samples(samples), seed: 7, ..Settings::default() };
     let path = PathTracer { depth, ..PathTracer::default() };
     let camera = &*import.views[0].camera;
-    let rendering =
-        path.render(&import.world, camera, &settings, &mut unattended).expect("valid settings");
+    let rendering = path.render(&import.world, camera, &settings).expect("valid settings");
     assert_eq!(rendering.counters.non_finite, 0);
     rendering.image
 }

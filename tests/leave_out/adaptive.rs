@@ -11,7 +11,7 @@ use pathspace::integrator::{
 };
 use pathspace::math::Rgb;
 use pathspace::path::TechniqueSet;
-use pathspace::render::{Budget, Render, Rendering, Settings, unattended};
+use pathspace::render::{Budget, Render, Rendering, Settings};
 use pathspace::sampler::SamplerKind;
 use pathspace::scene::World;
 use rooms::{Room, lambert, v};
@@ -25,7 +25,7 @@ fn adapt(world: &World, camera: &dyn Camera, depth: Depth, samples: u32, seed: u
         ..Settings::default()
     };
     Adaptive { depth, ..Adaptive::default() }
-        .render(world, camera, &settings, &mut unattended)
+        .render(world, camera, &settings)
         .expect("valid settings")
 }
 
@@ -61,8 +61,7 @@ fn work(
             sampler: SamplerKind::Independent,
             ..Settings::default()
         };
-        let rendering =
-            integrator.render(world, camera, &settings, &mut unattended).expect("valid settings");
+        let rendering = integrator.render(world, camera, &settings).expect("valid settings");
         cost += rendering.counters.cost() / seeds as f64;
         images.push(rendering.image);
     }
@@ -86,7 +85,7 @@ fn the_same_seed_decides_the_same_on_any_number_of_threads() {
             ..Settings::default()
         };
         Adaptive { depth: DEPTH, ..Adaptive::default() }
-            .render(&scene.world, &*scene.camera, &settings, &mut unattended)
+            .render(&scene.world, &*scene.camera, &settings)
             .expect("valid settings")
     };
     let one = render(1);
@@ -161,9 +160,7 @@ fn the_adaptive_image_is_unbiased() -> Result {
                 ..Settings::default()
             };
             let integrator = Bidirectional { depth, ..Bidirectional::default() };
-            integrator
-                .render(&scene.world, &*scene.camera, &settings, &mut unattended)
-                .expect("valid settings")
+            integrator.render(&scene.world, &*scene.camera, &settings).expect("valid settings")
         });
         assert_same_mean(&scene.name, adaptive, plain, 0.03);
     }

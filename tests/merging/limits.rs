@@ -12,7 +12,7 @@ use pathspace::integrator::{
 };
 use pathspace::math::Rgb;
 use pathspace::path::Scratch;
-use pathspace::render::{Budget, Settings, render, unattended};
+use pathspace::render::{Budget, Settings, render};
 use pathspace::scene::{Material, WorldBuilder};
 use std::f64::consts::PI;
 
@@ -81,7 +81,7 @@ fn shared_walks_have_numbers_of_their_own() -> Result {
     let mut moments = Moments::default();
     for seed in 0..40 {
         let settings = Settings { seed, budget: Budget::Samples(2000), ..Settings::default() };
-        let rendering = render(&world, &eye, &integrator, &settings, &mut unattended)?;
+        let rendering = render(&world, &eye, &integrator, &settings)?;
         moments.add(rendering.image.mean().g());
     }
     let (mean, error) = (moments.mean(), moments.standard_error());

@@ -7,7 +7,7 @@ use pathspace::geometry::{Quad, Sphere};
 use pathspace::glam::{DVec3, UVec2};
 use pathspace::integrator::{Adaptive, Bidirectional, PathTracer, UniformArea, WithNeeds};
 use pathspace::math::Rgb;
-use pathspace::render::{Budget, Settings, unattended};
+use pathspace::render::{Budget, Settings};
 use pathspace::report::{
     Contestant, Method, MethodReport, Omission, Plan, Report, ReportError, SceneInfo, Study, study,
 };
@@ -116,9 +116,7 @@ fn assert_shows(cell: &str, value: f64) {
 fn the_image_of_the_unpruned_integrator_is_the_same_to_the_bit() {
     let (world, camera) = mirror();
     let settings = Settings { budget: Budget::Samples(8), ..Plan::default().settings };
-    let render = |method: &dyn Method<World>| {
-        method.render(&world, &camera, &settings, &mut unattended).unwrap()
-    };
+    let render = |method: &dyn Method<World>| method.render(&world, &camera, &settings).unwrap();
     let paths = PathTracer::up_to(4);
     let [pruned, unpruned] = [render(&paths), render(&WithNeeds::all(paths))];
     assert_eq!(pruned.image, unpruned.image);

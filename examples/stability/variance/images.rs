@@ -2,7 +2,7 @@
 
 use pathspace::endpoint::Camera;
 use pathspace::math::statistics::Estimate;
-use pathspace::render::{Budget, Render, Settings, unattended};
+use pathspace::render::{Budget, Render, Settings};
 use pathspace::sampler::SamplerKind;
 use pathspace::scene::Scene;
 use std::time::Instant;
@@ -64,8 +64,7 @@ impl Images {
         let sampler = SamplerKind::Independent;
         let settings = Settings { budget, seed, threads: Some(1), sampler, ..Settings::default() };
         let start = Instant::now();
-        let rendering =
-            integrator.render(scene, camera, &settings, &mut unattended).expect("an image");
+        let rendering = integrator.render(scene, camera, &settings).expect("an image");
         self.prices.push(match effort.price {
             Price::Time => start.elapsed().as_secs_f64(),
             Price::Rays => rendering.counters.rays() as f64,

@@ -14,10 +14,11 @@ mod race;
 
 pub use decision::{Candidate, Decision};
 
+use super::any_run::on_world;
 use super::bidirectional::Pairs;
 use super::{
     Bidirectional, Crew, Depth, Integrator, LightTracer, Notes, PathTracer, PathTracing, Run,
-    SingleWalk, Stage, Started,
+    SingleWalk, Stage, StartOnWorld, Started,
 };
 use crate::film::{Sample, Sink};
 use crate::math::Rgb;
@@ -126,6 +127,8 @@ impl<S: Scene + ?Sized> Integrator<S> for Adaptive {
     where
         S: 'a;
 
+    const ON_WORLD: Option<StartOnWorld<Self>> = Some(on_world::adaptive);
+
     fn name(&self) -> &'static str {
         "adaptive"
     }
@@ -161,8 +164,9 @@ impl<'a, S: Scene + ?Sized> Run<'a, S> for Adapted<'a, S> {
     }
 
     /// The pilot's energy is none of the image's.
-    fn preparation(&self) -> Counters {
-        Counters { truncated_subpaths: 0, ledger: Ledger::default(), ..self.counters }
+    fn take_preparation(&mut self) -> Counters {
+        let counters = std::mem::take(&mut self.counters);
+        Counters { truncated_subpaths: 0, ledger: Ledger::default(), ..counters }
     }
 
     fn draw<P: Sampler>(

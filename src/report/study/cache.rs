@@ -9,7 +9,7 @@ use super::plan::{ReferencePlan, Step};
 use crate::endpoint::Camera;
 use crate::film::{Image, replace_file};
 use crate::math::Rgb;
-use crate::render::{Budget, Settings, unattended};
+use crate::render::{Budget, Settings};
 use crate::report::error::{ReportError, file_error};
 use crate::report::stats::{Batch, Layout, Reference};
 use crate::scene::Scene;
@@ -84,7 +84,7 @@ fn path_of<S: Scene + ?Sized>(
     for half in halves {
         hash.add(half.name.as_bytes());
         let settings = Settings { budget: Budget::Samples(1), ..plan.settings };
-        let rendering = half.method.render(scene, camera, &settings, &mut unattended);
+        let rendering = half.method.render(scene, camera, &settings);
         let image = rendering
             .map_err(|source| ReportError::Render { name: half.name.clone(), source })?
             .image;

@@ -62,7 +62,7 @@ impl Reference {
                 let mut stopped = false;
                 let rendering = halves[half]
                     .method
-                    .render(scene, camera, &settings, &mut |p| {
+                    .render_with_progress(scene, camera, &settings, &mut |p| {
                         let flow = progress(&Step {
                             label: "reference",
                             fraction: (done + p.fraction) / total,

@@ -85,7 +85,7 @@ impl Runs {
         };
         let warm_up = Settings { budget: trial, seed: !settings.seed, ..settings };
         let mut curve = Vec::new();
-        let rendering = task.contestant.method.render(
+        let rendering = task.contestant.method.render_with_progress(
             task.scene,
             task.camera,
             &warm_up,
@@ -151,7 +151,7 @@ impl Runs {
             && estimator == Estimator::Unbiased
             && !is_correlated;
         let mut watch = Watch::new(task.reference, samples, has_batches, seed == 0);
-        let rendering = task.contestant.method.render(
+        let rendering = task.contestant.method.render_with_progress(
             task.scene,
             task.camera,
             &settings,
@@ -178,7 +178,6 @@ impl Runs {
             self.non_finite = Some(rendering.non_finite().clone());
         }
         self.decisions.extend(rendering.notes.decision);
-        self.notes.shared_bytes = self.notes.shared_bytes.max(rendering.notes.shared_bytes);
         Ok(())
     }
 

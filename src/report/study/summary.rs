@@ -115,7 +115,7 @@ fn method(
             clamped: per_sample(ledger.clamped),
         },
         shared: SharedReport {
-            bytes: run.notes.shared_bytes,
+            bytes: run.counters.shared_bytes,
             photons: run.counters.photons,
             queries: run.counters.queries,
             merges: run.counters.merges,

@@ -245,6 +245,12 @@ impl Scene for World {
     type Bsdf<'a> = SurfaceBsdf<'a>;
     type Light = AnyLight;
 
+    fn fingerprint(&self) -> Option<u64> {
+        Some(self.print())
+    }
+
+    const AS_WORLD: Option<fn(&Self) -> &World> = Some(|world| world);
+
     #[inline]
     fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
         // The point is made where it is needed.
