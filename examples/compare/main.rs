@@ -25,9 +25,10 @@ use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Depth};
 use pathspace::path::Roulette;
-use pathspace::render::{Budget, Settings};
+use pathspace::render::{Budget, Settings, Shard};
 use pathspace::report::{
     Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, study,
+    study_of_shards, study_shard,
 };
 use pathspace::scene::World;
 use std::error::Error;
@@ -106,6 +107,12 @@ struct Options {
     /// same bytes. Without --reference, the reference has 16 times the samples
     #[arg(long, requires = "samples", conflicts_with = "reference_time")]
     no_clocks: bool,
+    /// Render part I of N of the runs, integrators and seeds, into files in OUT/SCENE/shard-I-of-N
+    #[arg(long, value_name = "I/N", requires = "samples", conflicts_with = "target_error")]
+    shard: Option<Shard>,
+    /// Make the page of the runs in OUT/SCENE/shard-*, in place of rendering them
+    #[arg(long, requires = "samples", conflicts_with_all = ["shard", "target_error"])]
+    merge: bool,
     /// Directory for the results; a directory is made in it for each scene
     #[arg(long, default_value = "target/compare")]
     out: PathBuf,
@@ -190,8 +197,6 @@ fn compare(
         filter: scene.filter,
         ..Plan::default().settings
     };
-    let reference = reference(options, scene, depth, &settings, interrupted)?;
-    println!("{}\n", wrapped(&format!("reference: {}", reference.origin())));
     let plan = Plan {
         budget: options.samples.map_or(Budget::Time(options.time), Budget::Samples),
         seeds: options.seeds,
@@ -208,10 +213,24 @@ fn compare(
         max_bounces: depth,
         ..SceneInfo::default()
     };
+    let (world, camera) = (&scene.world, &*scene.camera.0);
     let bar = progress_bar("comparing");
     let mut show = |step: &Step<'_>| show_step(&bar, step, interrupted);
-    let mut study =
-        study(&scene.world, &*scene.camera.0, &info, &contestants, reference, &plan, &mut show)?;
+    if let Some(shard) = options.shard {
+        let runs = directory.join(format!("shard-{}-of-{}", shard.index(), shard.count()));
+        let files = study_shard(world, camera, &contestants, &plan, shard, &runs, &mut show)?;
+        bar.finish_and_clear();
+        println!("wrote {} runs to {}\n", files.len(), runs.display());
+        return Ok(true);
+    }
+    let reference = reference(options, scene, depth, &settings, interrupted)?;
+    println!("{}\n", wrapped(&format!("reference: {}", reference.origin())));
+    let mut study = if options.merge {
+        let shards = shards(directory)?;
+        study_of_shards(world, camera, &info, &contestants, reference, &plan, &shards, &mut show)?
+    } else {
+        study(world, camera, &info, &contestants, reference, &plan, &mut show)?
+    };
     bar.finish_and_clear();
     if options.no_clocks {
         study = study.without_clocks();
@@ -221,6 +240,24 @@ fn compare(
     write(&study, directory)?;
     println!("wrote {}\n", directory.join("index.html").display());
     Ok(study.report.is_clean())
+}
+
+/// The directories of the shards of a study.
+fn shards(directory: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let unreadable = |error| format!("{}: {error}", directory.display());
+    let mut shards = Vec::new();
+    for entry in std::fs::read_dir(directory).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_dir() && name.starts_with("shard-") {
+            shards.push(path);
+        }
+    }
+    shards.sort();
+    match shards.is_empty() {
+        true => Err(format!("{}: there are no directories shard-*", directory.display()).into()),
+        false => Ok(shards),
+    }
 }
 
 /// Two halves by different integrators, if two of them see everything.
@@ -287,7 +324,7 @@ fn command_line() -> String {
     while let Some(argument) = given.next() {
         if argument == "--out" {
             given.next();
-        } else if !argument.starts_with("--out=") {
+        } else if !argument.starts_with("--out=") && argument != "--merge" {
             arguments.push(quote(argument));
         }
     }
