@@ -9,12 +9,14 @@
 
 mod chunks;
 mod compiled;
+mod measure;
 mod queue;
 mod settings;
 mod target;
 #[cfg(test)]
 mod tests;
 
+pub use measure::{Measurement, measure};
 pub use settings::{Budget, RenderError, Settings};
 
 use crate::endpoint::Camera;
@@ -93,6 +95,13 @@ pub struct Rendering {
 }
 
 impl Rendering {
+    /// The blind spots of the integrator: paths that the image lacks, as far as the scene has them;
+    /// the same as [`Render::blind_spots`] tells before.
+    #[must_use]
+    pub fn blind_spots(&self) -> &[MissingPaths] {
+        &self.notes.missing
+    }
+
     /// Contributions that were infinite or not a number: none, unless something is wrong.
     #[must_use]
     pub fn non_finite(&self) -> &NonFinite {
@@ -333,12 +342,17 @@ pub trait Render<S: Scene + ?Sized>: Sync {
         progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Rendering, RenderError>;
 
-    /// The paths that its image will lack, as far as the scene has them, known before it is
-    /// rendered ([`Notes::missing`]). By default it does not know of any.
+    /// The blind spots of the integrator: paths that its image will lack, as far as the scene has
+    /// them, known before it is rendered. By default it does not know of any. Afterwards
+    /// [`Rendering::blind_spots`] tells the same.
     ///
     /// # Errors
     /// If the integrator cannot render the scene.
-    fn missing(&self, scene: &S, camera: &dyn Camera) -> Result<Vec<MissingPaths>, RenderError> {
+    fn blind_spots(
+        &self,
+        scene: &S,
+        camera: &dyn Camera,
+    ) -> Result<Vec<MissingPaths>, RenderError> {
         let _ = (scene, camera);
         Ok(Vec::new())
     }
@@ -359,7 +373,11 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
         render_with_progress(scene, camera, self, settings, progress)
     }
 
-    fn missing(&self, scene: &S, camera: &dyn Camera) -> Result<Vec<MissingPaths>, RenderError> {
-        (Compiled::NEAREST.missing)(scene, camera, self)
+    fn blind_spots(
+        &self,
+        scene: &S,
+        camera: &dyn Camera,
+    ) -> Result<Vec<MissingPaths>, RenderError> {
+        (Compiled::NEAREST.blind_spots)(scene, camera, self)
     }
 }
