@@ -180,7 +180,7 @@ fn find(scene: &NamedScene, options: &Options) -> Result<Option<Found>, Box<dyn 
     let source = Independent { seed: options.seed };
     let size = camera.film().resolution.as_dvec2();
     for sample in 0..MOST_SAMPLES {
-        if sample % LIGHT_WALKS == 0 && run.learns() {
+        if sample % LIGHT_WALKS == 0 && run.prepares() {
             run.begin_pass(sample / LIGHT_WALKS, &Caller)?;
         }
         let weighting = *run.weighting();

@@ -6,6 +6,8 @@
 //! cargo run --release --example render -- --scene scene.xml -D resx=256 -D resy=256 --strict
 //! cargo run --release --example render -- --scene model.glb --environment sky.hdr --view left
 //! cargo run --release --example render -- --scene model.glb --info
+//! cargo run --release --example render -- --samples 4096 --checkpoint target/box.npz --resume
+//! cargo run --release --example render -- --samples 4096 --shard 1/8
 //! cargo run --release --example render -- --scene list
 //! ```
 
@@ -17,18 +19,21 @@ use common::{
     AnyIntegrator, FileOptions, FilterName, INTERRUPTED, NamedScene, SamplerName, SharedWalks,
 };
 use cpu_time::ProcessTime;
-use pathspace::film::check_replaceable;
+use pathspace::film::{ImageFile, check_replaceable};
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Depth, Estimator};
 use pathspace::math::Rgb;
 use pathspace::path::Roulette;
-use pathspace::render::{Budget, Rendering, Settings};
+use pathspace::render::{
+    Budget, Checkpoint, CheckpointFileError, Progress, RenderError, Rendering, Settings, Shard,
+};
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Renders one image of a scene with one integrator.
 #[derive(Debug, Parser)]
@@ -91,9 +96,27 @@ struct Arguments {
         allow_hyphen_values = true
     )]
     exposure: f64,
-    /// Image file to write, .exr, .hdr or .png [default: target/SCENE-INTEGRATOR.exr]
+    /// Image file to write, .exr, .hdr or .png [default: target/SCENE-INTEGRATOR.exr, and none of a
+    /// shard]
     #[arg(long, value_parser = common::parse_image_path)]
     out: Option<PathBuf>,
+    /// File of the rendering so far, from which --resume goes on; written from time to time, when the
+    /// process is asked to end, and in the end
+    #[arg(long, value_name = "FILE.npz")]
+    checkpoint: Option<PathBuf>,
+    /// Time from one checkpoint to the next
+    #[arg(long, default_value = "60s", value_name = "TIME", value_parser = common::parse_duration)]
+    every: Duration,
+    /// Go on from the checkpoint, if it is there; the image is that of a rendering without a break
+    #[arg(long)]
+    resume: bool,
+    /// Render part I of N, into a checkpoint; the example `merge` makes one image of all
+    /// [checkpoint: target/SCENE-INTEGRATOR-I-of-N.npz]
+    #[arg(long, value_name = "I/N", conflicts_with_all = ["time", "target_error"])]
+    shard: Option<Shard>,
+    /// Leave out of files what a clock decides: the same rendering makes the same bytes
+    #[arg(long)]
+    no_clocks: bool,
 }
 
 fn main() -> ExitCode {
@@ -141,17 +164,8 @@ fn run(
     max_bounces: Option<u32>,
 ) -> Result<Stopped, Box<dyn Error>> {
     let name = arguments.integrator.name();
-    // Before rendering: an hour's work must not end with a missing directory.
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("target/{}-{name}.exr", scene.name)));
-    if let Some(directory) = out.parent().filter(|directory| !directory.as_os_str().is_empty()) {
-        std::fs::create_dir_all(directory)
-            .map_err(|error| format!("directory {}: {error}", directory.display()))?;
-    }
-    check_replaceable(&out).map_err(|error| format!("image file {}: {error}", out.display()))?;
-
+    let files = Files::of(arguments, &format!("target/{}-{name}", scene.name));
+    files.probe()?;
     let settings = Settings {
         budget: match arguments.time {
             Some(time) => Budget::Time(time),
@@ -168,6 +182,8 @@ fn run(
         threads: arguments.threads.map(usize::from),
         filter: arguments.filter.map_or(scene.filter, Into::into),
         sampler: arguments.sampler.into(),
+        shard: arguments.shard.unwrap_or_default(),
+        keeps_checkpoint: files.keeps_checkpoint,
         ..Settings::default()
     };
     let depth = Depth { min_bounces: arguments.min_bounces, max_bounces };
@@ -178,37 +194,130 @@ fn run(
     if missing.is_empty() && !scene.is_complete(arguments.integrator, &missing) {
         eprintln!("not in this image: some light, since {name} cannot draw every path");
     }
-    let interrupted = common::interrupt_flag();
-    let bar = common::progress_bar(name);
-    let clock = ProcessTime::now();
-    let rendering = integrator.render_with_progress(
-        &scene.world,
-        &*scene.camera.0,
-        &settings,
-        &mut |progress| {
-            common::show(&bar, progress)?;
-            match interrupted.load(Ordering::Relaxed) {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
-            }
-        },
-    )?;
-    let processors = clock.elapsed();
-    bar.finish_and_clear();
-    let mut file = rendering.to_file();
-    file.exposure = arguments.exposure;
     let depth = max_bounces.map_or_else(|| "unbounded".to_owned(), |max| max.to_string());
-    let entries = [
+    let metadata: BTreeMap<String, String> = [
         ("scene", arguments.scene.clone()),
         ("max_bounces", depth),
         ("min_bounces", arguments.min_bounces.to_string()),
-    ];
-    file.metadata.extend(entries.map(|(key, value)| (key.to_owned(), value)));
-    file.save(&out)?;
-
+        ("exposure", arguments.exposure.to_string()),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into();
+    let from = if arguments.resume { files.checkpoint()? } else { None };
+    if let Some(from) = &from {
+        if from.metadata != metadata {
+            let (there, here) = (&from.metadata, &metadata);
+            return Err(
+                format!("{}: it is of {there:?}, not of {here:?}", files.npz.display()).into()
+            );
+        }
+        println!("resumed     {} after {} passes", files.npz.display(), from.passes().len());
+    }
+    let interrupted = common::interrupt_flag();
+    let bar = common::progress_bar(name);
+    let clock = ProcessTime::now();
+    let (mut saved, mut failed) = (Instant::now(), None);
+    let mut watch = |progress: &Progress<'_>| {
+        common::show(&bar, progress)?;
+        let is_interrupted = interrupted.load(Ordering::Relaxed);
+        if is_interrupted || files.keeps_checkpoint && saved.elapsed() >= arguments.every {
+            failed = files.save(progress.checkpoint(), &metadata).err();
+            saved = Instant::now();
+        }
+        match is_interrupted || failed.is_some() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    };
+    let (world, camera) = (&scene.world, &*scene.camera.0);
+    let rendering = match from {
+        Some(from) => integrator.resume(from, world, camera, &settings, &mut watch),
+        None => integrator.render_with_progress(world, camera, &settings, &mut watch),
+    };
+    let rendering = rendering.map_err(|error| match error {
+        RenderError::Checkpoint(error) => format!("{}: {error}", files.npz.display()),
+        error => error.to_string(),
+    })?;
+    let processors = clock.elapsed();
+    bar.finish_and_clear();
+    let stopped = Stopped(rendering.stopped);
+    let checkpoint = match &rendering.checkpoint {
+        Some(checkpoint) => files.save(checkpoint.clone(), &metadata),
+        None => Ok(()),
+    };
     print_summary(&rendering, processors, scene);
-    println!("image       {}", out.display());
-    Ok(Stopped(rendering.stopped))
+    if let Some(out) = &files.image {
+        let mut file = rendering.to_file();
+        file.exposure = arguments.exposure;
+        file.metadata.extend(metadata);
+        if arguments.no_clocks {
+            file.metadata.remove(ImageFile::CLOCK);
+        }
+        file.save(out)?;
+        println!("image       {}", out.display());
+    }
+    // The image is there all the same.
+    failed.map_or(checkpoint, Err)?;
+    if files.keeps_checkpoint || stopped.0 {
+        println!("checkpoint  {}", files.npz.display());
+    }
+    Ok(stopped)
+}
+
+/// The files of a rendering.
+struct Files {
+    image: Option<PathBuf>,
+    npz: PathBuf,
+    /// True if the checkpoint is written in any case, and not only when the process is asked to end.
+    keeps_checkpoint: bool,
+    has_clocks: bool,
+}
+
+impl Files {
+    fn of(arguments: &Arguments, default: &str) -> Self {
+        let image = arguments.out.clone();
+        let image = match arguments.shard {
+            None => Some(image.unwrap_or_else(|| PathBuf::from(format!("{default}.exr")))),
+            Some(_) => image,
+        };
+        let npz = arguments.checkpoint.clone().unwrap_or_else(|| match (arguments.shard, &image) {
+            (Some(shard), _) => {
+                PathBuf::from(format!("{default}-{}-of-{}.npz", shard.index(), shard.count()))
+            }
+            (None, Some(image)) => image.with_extension("npz"),
+            (None, None) => PathBuf::from(format!("{default}.npz")),
+        });
+        let keeps_checkpoint = arguments.checkpoint.is_some() || arguments.shard.is_some();
+        Self { image, npz, keeps_checkpoint, has_clocks: !arguments.no_clocks }
+    }
+
+    /// Finds out whether they can be written: an hour's work must not end with a missing directory.
+    fn probe(&self) -> Result<(), Box<dyn Error>> {
+        for file in self.image.iter().chain([&self.npz]) {
+            let directory = file.parent().filter(|directory| !directory.as_os_str().is_empty());
+            if let Some(directory) = directory {
+                std::fs::create_dir_all(directory)
+                    .map_err(|error| format!("directory {}: {error}", directory.display()))?;
+            }
+            check_replaceable(file).map_err(|error| format!("{}: {error}", file.display()))?;
+        }
+        Ok(())
+    }
+
+    /// The checkpoint to go on from, if it is there.
+    fn checkpoint(&self) -> Result<Option<Checkpoint>, CheckpointFileError> {
+        self.npz.exists().then(|| Checkpoint::load(&self.npz)).transpose()
+    }
+
+    fn save(
+        &self,
+        mut checkpoint: Checkpoint,
+        metadata: &BTreeMap<String, String>,
+    ) -> Result<(), CheckpointFileError> {
+        checkpoint.metadata.clone_from(metadata);
+        let checkpoint = if self.has_clocks { checkpoint } else { checkpoint.without_clocks() };
+        checkpoint.save(&self.npz)
+    }
 }
 
 fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene) {
@@ -239,7 +348,7 @@ fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene
             counters.photons,
             counters.queries,
             counters.merges,
-            rendering.notes.shared_bytes as f64 / 1e6
+            counters.shared_bytes as f64 / 1e6
         );
     }
     if rendering.notes.estimator != Estimator::Unbiased {

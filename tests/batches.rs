@@ -45,7 +45,7 @@ fn check<I: Integrator<World>>(
     let (world, camera): (&World, &dyn Camera) = (&scene.world, &*scene.camera);
     let what = format!("{} in {} by {kind:?}", integrator.name(), scene.name);
     let mut run = integrator.start(Stage::new(world, camera), &Caller).expect("a run");
-    if run.learns() {
+    if run.prepares() {
         run.begin_pass(0, &Caller).expect("memory");
     }
     let (mut one, mut many) = (Scratch::default(), Scratch::default());

@@ -52,6 +52,7 @@ fn bits(rendering: &Rendering) -> Vec<u64> {
         photons,
         queries,
         merges,
+        shared_bytes,
         non_finite,
         truncated_subpaths,
         ledger,
@@ -70,6 +71,7 @@ fn bits(rendering: &Rendering) -> Vec<u64> {
             photons,
             queries,
             merges,
+            shared_bytes,
             non_finite,
             truncated_subpaths,
         ])

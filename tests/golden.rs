@@ -91,7 +91,7 @@ fn films_are_the_same_to_the_bit() -> Result<(), Box<dyn Error>> {
                     ..Settings::default()
                 };
                 let rendering = integrator.render(&scene.world, &*scene.camera, &settings)?;
-                let hash = hash(rendering.film.sums().iter().flat_map(|sum| sum.0));
+                let hash = hash(rendering.film.sums().flat_map(|sum| sum.0));
                 writeln!(found, "{name} {integrator_name} {sampler:?} {hash:016x}")?;
             }
         }

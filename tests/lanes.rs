@@ -110,7 +110,7 @@ fn film<S: Scene>(
 ) -> Result<Sums, Box<dyn Error>> {
     let settings = Settings { budget: Budget::Samples(16), seed: 3, ..Settings::default() };
     let rendering = integrator.render(scene, &*of.camera, &settings)?;
-    Ok(rendering.film.sums().iter().map(|sum| sum.0.map(f64::to_bits)).collect())
+    Ok(rendering.film.sums().map(|sum| sum.0.map(f64::to_bits)).collect())
 }
 
 #[test]
@@ -199,7 +199,7 @@ fn drawn<S: Scene>(
     let settings =
         Settings { budget: Budget::Samples(8), seed: 5, filter, sampler, ..Settings::default() };
     let rendering = integrator.render(scene, camera, &settings)?;
-    let sums = rendering.film.sums().iter().map(|sum| sum.0.map(f64::to_bits)).collect();
+    let sums = rendering.film.sums().map(|sum| sum.0.map(f64::to_bits)).collect();
     Ok((sums, rendering.counters))
 }
 

@@ -61,8 +61,9 @@ fn passes<I: Integrator<World>>(
         let stage = Stage { seed, ..Stage::new(world, camera) };
         let mut run = integrator.start(stage, &Caller).expect("a run");
         run.begin_pass(0, &Caller).expect("memory");
-        assert_eq!(run.preparation().light_subpaths, u64::from(SAMPLES));
-        run.preparation()
+        let counters = run.take_preparation();
+        assert_eq!(counters.light_subpaths, u64::from(SAMPLES));
+        counters
     };
     (0..BATCHES).map(pass).collect()
 }

@@ -3,6 +3,8 @@
 
 mod common;
 
+#[path = "report/answer.rs"]
+mod answer;
 #[path = "report/consistent.rs"]
 mod consistent;
 #[path = "report/files.rs"]
@@ -72,6 +74,12 @@ fn cornell_box(size: u32) -> gallery::GalleryScene {
 
 /// An integrator whose contributions are numbers from a formula: a user's own, for any scene.
 struct Synthetic<F>(F);
+
+impl<F> std::fmt::Debug for Synthetic<F> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Synthetic")
+    }
+}
 
 impl<S: Scene + ?Sized, F: Fn(&mut dyn Sampler) -> f64 + Sync> Integrator<S> for Synthetic<F> {
     type Run<'a>

@@ -9,7 +9,7 @@ use pathspace::sampler::SamplerKind;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// More pixels than this are taken for a typing mistake: 2²⁸ pixels need 6 GiB.
+/// More pixels than this are taken for a typing mistake: 2²⁸ pixels need 20 GiB.
 const MOST_PIXELS: u64 = 1 << 28;
 
 /// An image size, `WIDTHxHEIGHT` or one number for a square.

@@ -167,12 +167,12 @@ impl<'a> Probe<'a> {
         let region = self.camera.film();
         let stage = Stage { seed, ..Stage::new(self.world, self.camera) };
         let mut run = integrator.start(stage, &Caller).expect("a run");
-        let (each, observations) = match run.learns() {
+        let (each, observations) = match run.prepares() {
             true => (self.pass, samples.div_ceil(self.pass).max(FEWEST_PASSES)),
             false => (1, samples),
         };
         for observation in 0..observations {
-            if run.learns() {
+            if run.prepares() {
                 run.begin_pass(observation as u32, &Caller).expect("memory");
             }
             let mut sum = Sum::default();
@@ -187,7 +187,7 @@ impl<'a> Probe<'a> {
             measured.non_finite += sum.non_finite;
         }
         measured.samples = each * observations;
-        scratch.counters += run.preparation();
+        scratch.counters += run.take_preparation();
         let counters = scratch.counters;
         measured.non_finite += counters.non_finite;
         measured.rays = counters.rays();

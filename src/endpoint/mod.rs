@@ -102,6 +102,7 @@
 //!
 //! Source: Veach 1997, chapter 4, for importance as the dual of radiance.
 
+mod answers;
 mod any_light;
 mod area;
 mod check;
@@ -124,6 +125,7 @@ mod spot;
 mod thin_lens;
 mod view;
 
+pub(crate) use answers::answers;
 pub use any_light::AnyLight;
 pub use area::AreaLight;
 pub use directional::DirectionalLight;

@@ -10,7 +10,7 @@
 //! | pixel filter | [`Filter`], [`Kernel`] |
 //! | estimate of one path, and the technique that drew it | [`Contribution`], [`Technique`] |
 //! | receiver of contributions, splats included | [`Sink`] |
-//! | sums per pixel, in an order that no number of threads changes | [`Film`], [`ChunkFilm`] |
+//! | sums per pixel, which no order of contributions changes | [`Film`], [`ChunkFilm`] |
 //! | contributions that are infinite or not a number | [`NonFinite`] |
 //! | finished image, and its files (feature `image`) | [`Image`], `ImageFile` |
 //!
@@ -22,7 +22,7 @@ mod image;
 #[cfg(feature = "image")]
 mod output;
 mod sums;
-#[cfg(feature = "image")]
+#[cfg(any(feature = "image", feature = "checkpoint"))]
 mod whole;
 
 pub use filter::{Filter, FilterError, Kernel};
@@ -30,8 +30,8 @@ pub use image::{Image, linear_from_srgb, srgb_from_linear};
 #[cfg(feature = "image")]
 pub use output::{ImageFile, OutputError};
 pub use sums::{ChunkFilm, Film, FilmError, NonFinite, NonFiniteContribution};
-#[cfg(feature = "image")]
-pub use whole::{check_replaceable, replace_file};
+#[cfg(any(feature = "image", feature = "checkpoint"))]
+pub use whole::{check_replaceable, replace_file, replace_file_with};
 
 use crate::math::Rgb;
 use crate::sampler::{Sampler, Stream};
@@ -149,6 +149,7 @@ pub struct Sample<P> {
 /// A technique connects the two subpaths by an edge, or merges their ends: then both have found the
 /// vertex where they meet, and the path has one vertex less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 pub struct Technique {
     /// Number of vertices drawn from the light.
     pub s: u16,

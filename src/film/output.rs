@@ -80,6 +80,10 @@ impl From<Image> for ImageFile {
 }
 
 impl ImageFile {
+    /// The key of the metadata that a clock decides, and not what was rendered: seconds of
+    /// rendering. Without it, the same rendering makes the same file.
+    pub const CLOCK: &'static str = "seconds";
+
     /// Writes the file in the format of its extension: `.png`, `.hdr` or `.exr`. The same contents
     /// make the same bytes. Under the name there is the old file or the new one, whole, at any time
     /// ([`replace_file`]).

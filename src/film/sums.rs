@@ -1,20 +1,21 @@
-//! The film: sums of contributions per pixel, filled chunk by chunk in a fixed order.
+//! The film: sums of contributions per pixel, filled chunk by chunk in any order.
 
 use super::image::Image;
 use super::{Contribution, FilmRegion, Sink, Technique};
-use crate::math::Rgb;
+use crate::math::{ExactSums, Rgb};
 use glam::UVec2;
 use std::ops::Range;
 
-/// Sums of contributions over the window of a film, in f64.
+/// Sums of contributions over the window of a film.
 ///
-/// Floating-point sums depend on their order. Samples are therefore grouped into chunks, each
-/// recorded by a [`ChunkFilm`], and the chunks are merged in the order of their numbers: the image
-/// is the same to the bit however many threads filled the chunks.
+/// Samples are grouped into chunks, each recorded by a [`ChunkFilm`], and merged into sums that
+/// [never round](ExactSums): the image is the same to the bit in whatever order chunks come, and
+/// however many threads or machines filled them. A pixel takes 48 bytes.
 #[derive(Clone, Debug)]
 pub struct Film {
     region: FilmRegion,
-    sums: Vec<Rgb>,
+    /// Three for each pixel.
+    sums: ExactSums,
     non_finite: NonFinite,
 }
 
@@ -51,10 +52,31 @@ impl Film {
         let pixels =
             u64::from(window_max.x - window_min.x) * u64::from(window_max.y - window_min.y);
         let pixels = u32::try_from(pixels).map_err(|_| FilmError::TooLarge(region))? as usize;
-        let mut sums = Vec::new();
-        sums.try_reserve_exact(pixels).map_err(|_| FilmError::TooLarge(region))?;
-        sums.resize(pixels, Rgb::BLACK);
+        let sums = pixels.checked_mul(3).and_then(|count| ExactSums::new(count).ok());
+        let sums = sums.ok_or(FilmError::TooLarge(region))?;
         Ok(Self { region, sums, non_finite: NonFinite::default() })
+    }
+
+    /// A film of these sums, three for each pixel of the window.
+    ///
+    /// # Errors
+    /// If the window is empty, not inside the film, or too large.
+    #[cfg(feature = "checkpoint")]
+    pub(crate) fn of(
+        region: FilmRegion,
+        sums: ExactSums,
+        non_finite: NonFinite,
+    ) -> Result<Self, FilmError> {
+        match Self::contains_window(&region) {
+            true => Ok(Self { region, sums, non_finite }),
+            false => Err(FilmError::Window(region)),
+        }
+    }
+
+    /// The sums, three for each pixel.
+    #[cfg(feature = "checkpoint")]
+    pub(crate) fn exact_sums(&self) -> &ExactSums {
+        &self.sums
     }
 
     /// True if the window has pixels and they are all inside the film.
@@ -70,9 +92,13 @@ impl Film {
     }
 
     /// Sums over all contributions per pixel of the window, row-major.
-    #[must_use]
-    pub fn sums(&self) -> &[Rgb] {
-        &self.sums
+    pub fn sums(&self) -> impl ExactSizeIterator<Item = Rgb> {
+        (0..self.region.pixels()).map(|pixel| self.sum(pixel))
+    }
+
+    fn sum(&self, pixel: u32) -> Rgb {
+        let first = pixel as usize * 3;
+        Rgb([0, 1, 2].map(|channel| self.sums.get(first + channel)))
     }
 
     /// The values that were not added because they were infinite or not a number.
@@ -81,26 +107,31 @@ impl Film {
         &self.non_finite
     }
 
-    /// Adds what a chunk recorded. Chunks must come in a fixed order for the sums to be
-    /// reproducible.
-    pub fn merge(&mut self, chunk: &ChunkFilm) {
+    /// Adds what a chunk recorded.
+    pub fn add(&mut self, chunk: &ChunkFilm) {
         for &(pixel, value) in &chunk.entries {
-            if let Some(sum) = self.sums.get_mut(pixel as usize) {
-                *sum += value;
+            for (sum, value) in (pixel as usize * 3..).zip(value.0) {
+                self.sums.add(sum, value);
             }
         }
         self.non_finite.merge(&chunk.non_finite);
+    }
+
+    /// Adds what another film of the same window recorded.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        debug_assert_eq!(self.region, other.region);
+        self.sums.merge(&other.sums);
+        self.non_finite.merge(&other.non_finite);
     }
 
     /// The image after `samples` samples, spread evenly over the window: the sums times pixels /
     /// samples. Black if there are no samples.
     #[must_use]
     pub fn image(&self, samples: u64) -> Image {
-        let scale = if samples == 0 { 0.0 } else { self.sums.len() as f64 / samples as f64 };
+        let pixels = f64::from(self.region.pixels());
+        let scale = if samples == 0 { 0.0 } else { pixels / samples as f64 };
         let size = self.region.window_size();
-        Image::from_fn(size.x, size.y, |x, y| {
-            self.sums[y as usize * size.x as usize + x as usize] * scale
-        })
+        Image::from_fn(size.x, size.y, |x, y| self.sum(y * size.x + x) * scale)
     }
 }
 
@@ -145,6 +176,14 @@ impl NonFinite {
         self.first.as_ref()
     }
 
+    /// These counts and the first one.
+    #[cfg(feature = "checkpoint")]
+    pub(crate) fn of(counts: &[(Technique, u64)], first: Option<NonFiniteContribution>) -> Self {
+        let mut non_finite = Self { counts: Vec::new(), first };
+        counts.iter().for_each(|(technique, n)| non_finite.add(*technique, *n));
+        non_finite
+    }
+
     fn add(&mut self, technique: Technique, n: u64) {
         match self.counts.binary_search_by_key(&technique, |&(t, _)| t) {
             Ok(i) => self.counts[i].1 += n,
@@ -152,11 +191,12 @@ impl NonFinite {
         }
     }
 
-    fn merge(&mut self, later: &Self) {
-        for &(technique, n) in &later.counts {
+    fn merge(&mut self, other: &Self) {
+        for &(technique, n) in &other.counts {
             self.add(technique, n);
         }
-        self.first = self.first.or(later.first);
+        let order = |first: &NonFiniteContribution| (first.pass, first.pixel_index);
+        self.first = [self.first, other.first].into_iter().flatten().min_by_key(order);
     }
 }
 
@@ -335,8 +375,8 @@ mod tests {
         chunk.add(1, &contribution(2.1, 3.1, 1.0, 0.0));
         chunk.add(1, &contribution(4.5, 4.5, 10.0, 1.0));
         chunk.finish();
-        film.merge(&chunk);
-        let sums: Vec<f64> = film.sums().iter().map(|s| s.g()).collect();
+        film.add(&chunk);
+        let sums: Vec<f64> = film.sums().map(|s| s.g()).collect();
         assert_eq!(sums, [2.0, 0.0, 0.0, 0.0, 0.0, 11.0]);
         assert_eq!(film.non_finite().count(), 0);
         let image = film.image(12);
@@ -361,13 +401,13 @@ mod tests {
         invalid.iter().for_each(|c| chunk.add(0, c));
         chunk.add(0, &Contribution { technique: Technique::new(0, 3), ..invalid[1] });
         chunk.finish();
-        film.merge(&chunk);
+        film.add(&chunk);
         let lost = film.non_finite();
         assert_eq!(lost.by_technique(), [(Technique::new(0, 3), 1), (Technique::new(1, 2), 6)]);
         let first = lost.first().unwrap();
         assert_eq!((first.pixel, first.pass, first.pixel_index), (UVec2::new(3, 2), 9, 5));
         assert!(first.contribution.value.r().is_nan());
-        assert_eq!(film.sums().iter().copied().sum::<Rgb>(), Rgb::WHITE);
+        assert_eq!(film.sums().sum::<Rgb>(), Rgb::WHITE);
         chunk.clear();
         assert_eq!(chunk.non_finite().count(), 0);
     }
@@ -397,7 +437,7 @@ mod tests {
         }
         chunk.finish();
         for _ in 0..1 << 16 {
-            film.merge(&chunk);
+            film.add(&chunk);
         }
         assert_eq!(film.image(1 << 26).get(0, 0), Some(Rgb::WHITE));
     }

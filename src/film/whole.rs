@@ -1,6 +1,6 @@
 //! Files that are whole at any time.
 
-use std::fs::Permissions;
+use std::fs::{File, Permissions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile};
@@ -13,12 +13,23 @@ use tempfile::{Builder, NamedTempFile};
 /// If the directory of the file cannot be written to, or the disk is full: the old file is
 /// untouched.
 pub fn replace_file(path: impl AsRef<Path>, contents: &[u8]) -> io::Result<()> {
+    replace_file_with(path, |file| file.write_all(contents))
+}
+
+/// [`replace_file`] with contents that are written bit by bit.
+///
+/// # Errors
+/// Those of [`replace_file`], and those of `write`: the old file is untouched.
+pub fn replace_file_with(
+    path: impl AsRef<Path>,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+) -> io::Result<()> {
     let path = path.as_ref();
     if is_special(path) {
-        return std::fs::write(path, contents);
+        return write(&mut File::options().write(true).open(path)?);
     }
     let (path, mut file) = beside(path)?;
-    file.write_all(contents)?;
+    write(file.as_file_mut())?;
     if let Ok(old) = std::fs::metadata(&path) {
         file.as_file().set_permissions(old.permissions())?;
     }
@@ -48,8 +59,10 @@ fn is_special(path: &Path) -> bool {
 fn beside(path: &Path) -> io::Result<(PathBuf, NamedTempFile)> {
     let path = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let directory = path.parent().filter(|directory| !directory.as_os_str().is_empty());
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let prefix = format!(".{name}.");
     let mut builder = Builder::new();
-    builder.prefix(".").suffix(".partial");
+    builder.prefix(&prefix).suffix(".partial");
     #[cfg(unix)]
     builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
     let file = builder.tempfile_in(directory.unwrap_or(Path::new(".")))?;

@@ -7,6 +7,7 @@ use crate::film::{Sample, Sink};
 use crate::path::{Counters, Scratch, TechniqueSet};
 use crate::sampler::{AnySampler, Sampler};
 use crate::scene::{Scene, World};
+use std::fmt;
 use std::sync::{Mutex, PoisonError};
 
 /// A [`Run`] as an object, for one type of samplers. It keeps the states of its chunks itself.
@@ -15,6 +16,8 @@ pub trait AnyRun<'a, S: Scene + ?Sized, P>: Sync {
     fn techniques(&self) -> TechniqueSet;
     /// See [`Run::notes`].
     fn notes(&self) -> Notes;
+    /// See [`Run::prepares`].
+    fn prepares(&self) -> bool;
     /// See [`Run::learns`].
     fn learns(&self) -> bool;
     /// Makes room for so many chunks, if the run [`learns`](Run::learns).
@@ -34,8 +37,8 @@ pub trait AnyRun<'a, S: Scene + ?Sized, P>: Sync {
     );
     /// Learns from all chunks; see [`Run::collect`].
     fn collect(&mut self);
-    /// See [`Run::preparation`].
-    fn preparation(&self) -> Counters;
+    /// See [`Run::take_preparation`].
+    fn take_preparation(&mut self) -> Counters;
 }
 
 /// A run with the states of its chunks.
@@ -51,6 +54,10 @@ impl<'a, S: Scene + ?Sized + 'a, P: Sampler, R: Run<'a, S>> AnyRun<'a, S, P> for
 
     fn notes(&self) -> Notes {
         self.run.notes()
+    }
+
+    fn prepares(&self) -> bool {
+        self.run.prepares()
     }
 
     fn learns(&self) -> bool {
@@ -86,8 +93,8 @@ impl<'a, S: Scene + ?Sized + 'a, P: Sampler, R: Run<'a, S>> AnyRun<'a, S, P> for
         }
     }
 
-    fn preparation(&self) -> Counters {
-        self.run.preparation()
+    fn take_preparation(&mut self) -> Counters {
+        self.run.take_preparation()
     }
 }
 
@@ -95,7 +102,7 @@ impl<'a, S: Scene + ?Sized + 'a, P: Sampler, R: Run<'a, S>> AnyRun<'a, S, P> for
 pub type BoxedRun<'a, S, P> = Box<dyn AnyRun<'a, S, P> + 'a>;
 
 /// An [`Integrator`] as an object, for one type of scenes and one of samplers.
-pub trait AnyIntegrator<S: Scene + ?Sized, P>: Sync {
+pub trait AnyIntegrator<S: Scene + ?Sized, P>: fmt::Debug + Sync {
     /// See [`Integrator::name`].
     fn name(&self) -> &'static str;
     /// See [`Integrator::chooses_lights`].

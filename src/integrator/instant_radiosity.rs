@@ -84,12 +84,12 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for VirtualLightPasses<'a, S> {
         self.lights.notes(&self.plan)
     }
 
-    fn learns(&self) -> bool {
+    fn prepares(&self) -> bool {
         self.plan.techniques.connections
     }
 
-    fn preparation(&self) -> Counters {
-        self.lights.counters
+    fn take_preparation(&mut self) -> Counters {
+        std::mem::take(&mut self.lights.counters)
     }
 
     fn begin_pass(&mut self, pass: u32, crew: &dyn Crew) -> Result<(), IntegratorError> {

@@ -76,12 +76,12 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for PhotonPasses<'a, S> {
         self.maps.notes(&self.plan)
     }
 
-    fn learns(&self) -> bool {
+    fn prepares(&self) -> bool {
         self.plan.techniques.merges > 0
     }
 
-    fn preparation(&self) -> Counters {
-        self.maps.counters
+    fn take_preparation(&mut self) -> Counters {
+        std::mem::take(&mut self.maps.counters)
     }
 
     fn begin_pass(&mut self, pass: u32, crew: &dyn Crew) -> Result<(), IntegratorError> {

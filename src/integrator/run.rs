@@ -11,7 +11,10 @@ use crate::scene::Scene;
 use std::fmt;
 
 /// A way to estimate the image, as plain settings. Open for users to implement.
-pub trait Integrator<S: Scene + ?Sized>: Sync {
+///
+/// Its debug output holds all settings: by it, a rendering that goes on from a
+/// [`Checkpoint`](crate::render::Checkpoint) knows them again.
+pub trait Integrator<S: Scene + ?Sized>: fmt::Debug + Sync {
     /// One rendering by these settings.
     type Run<'a>: Run<'a, S>
     where
@@ -58,15 +61,21 @@ pub trait Run<'a, S: Scene + ?Sized + 'a>: Sync {
         Notes::default()
     }
 
-    /// True if a pass is prepared, or depends on those before it. If so, the driver calls
-    /// [`begin_pass`](Self::begin_pass) before and [`collect`](Self::collect) after each pass, and
-    /// threads wait for each other in between. If not, it calls neither, and threads go on with the
-    /// next pass.
+    /// True if passes are prepared: the driver calls [`begin_pass`](Self::begin_pass) before each,
+    /// and threads wait for each other. If not, they go on with the next pass.
+    fn prepares(&self) -> bool {
+        self.learns()
+    }
+
+    /// True if passes depend on those before them: the driver calls [`collect`](Self::collect) after
+    /// each. Such a run has to draw all passes, from the first one on; the passes of others can be
+    /// drawn alone, by any machine.
     fn learns(&self) -> bool {
         false
     }
 
-    /// Prepares a pass, while nobody draws; passes are numbered from 0.
+    /// Prepares a pass, while nobody draws; passes are numbered from 0. What it makes depends on the
+    /// pass alone, if the run does not learn.
     ///
     /// # Errors
     /// If there is not enough memory.
@@ -87,8 +96,9 @@ pub trait Run<'a, S: Scene + ?Sized + 'a>: Sync {
     /// Learns from a chunk after a pass, in the order of the chunks.
     fn collect(&mut self, _chunk: &mut Self::Chunk) {}
 
-    /// Counts of the work beside drawing samples so far: by [`Integrator::start`] and `begin_pass`.
-    fn preparation(&self) -> Counters {
+    /// Counts of the work beside drawing samples, by [`Integrator::start`] and `begin_pass`, since
+    /// it was asked for last.
+    fn take_preparation(&mut self) -> Counters {
         Counters::default()
     }
 
@@ -159,8 +169,6 @@ pub struct Notes {
     /// True if samples depend on one another, as those do that share light walks: then the variance
     /// of single ones says nothing of that of their mean.
     pub is_correlated: bool,
-    /// Bytes of the largest map that the pixels of a pass shared; 0 without one.
-    pub shared_bytes: u64,
 }
 
 impl Notes {

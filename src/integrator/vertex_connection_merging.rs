@@ -77,12 +77,12 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for MergingPairs<'a, S> {
         self.merges.maps.notes(&self.pairs.plan)
     }
 
-    fn learns(&self) -> bool {
+    fn prepares(&self) -> bool {
         self.pairs.plan.techniques.merges > 0
     }
 
-    fn preparation(&self) -> Counters {
-        self.merges.maps.counters
+    fn take_preparation(&mut self) -> Counters {
+        std::mem::take(&mut self.merges.maps.counters)
     }
 
     fn begin_pass(&mut self, pass: u32, crew: &dyn Crew) -> Result<(), IntegratorError> {

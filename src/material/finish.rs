@@ -276,6 +276,15 @@ impl Finish {
         Some(sides.map(|is_lit| if is_lit { lambert.albedo() } else { Rgb::BLACK }))
     }
 
+    /// The BSDF of a user's own, if it is one.
+    pub fn as_custom(&self) -> Option<&CustomBsdf> {
+        match self {
+            Self::Custom(bsdf) => Some(bsdf),
+            Self::Culled(front) => front.as_custom(),
+            _ => None,
+        }
+    }
+
     /// The lobes of both sides, anywhere.
     pub fn lobes(&self) -> Lobes {
         match self {

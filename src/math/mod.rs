@@ -6,6 +6,8 @@
 //! | linear RGB | [`spectrum`] |
 //! | maps from the unit square to disks, spheres, cones and triangles | [`warp`] |
 //! | discrete and piecewise-constant distributions | [`distribution`] |
+//! | sums that never round | [`ExactSums`] |
+//! | numbers that tell things apart | [`Fingerprint`] |
 //! | hypothesis tests and running moments | [`statistics`] |
 //! | Student's t distribution | [`student`] |
 //! | sines, cosines and angles, the same on every platform | `angle` |
@@ -17,11 +19,15 @@ pub(crate) mod angle;
 pub(crate) mod binomial;
 pub mod distribution;
 pub(crate) mod erf;
+mod exact_sums;
+mod fingerprint;
 pub mod measure;
 pub mod spectrum;
 pub mod statistics;
 pub mod student;
 pub mod warp;
 
+pub use exact_sums::ExactSums;
+pub use fingerprint::Fingerprint;
 pub use measure::{PerArea, PerProjected, PerSolidAngle};
 pub use spectrum::Rgb;

@@ -24,6 +24,20 @@ pub struct Ledger {
     pub clamped: Rgb,
 }
 
+impl Ledger {
+    /// All entries, in the order above.
+    pub(crate) fn to_array(self) -> [Rgb; 6] {
+        [self.emitted, self.absorbed, self.escaped, self.truncated, self.rejected, self.clamped]
+    }
+
+    /// The ledger of these entries.
+    pub(crate) fn from_array(
+        [emitted, absorbed, escaped, truncated, rejected, clamped]: [Rgb; 6],
+    ) -> Self {
+        Self { emitted, absorbed, escaped, truncated, rejected, clamped }
+    }
+}
+
 impl AddAssign for Ledger {
     fn add_assign(&mut self, other: Self) {
         self.emitted += other.emitted;
@@ -37,6 +51,7 @@ impl AddAssign for Ledger {
 
 /// Counts of what integrators did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 pub struct Counters {
     /// Samples, each a camera subpath, a light subpath, or one of each.
     pub samples: u64,
@@ -57,6 +72,8 @@ pub struct Counters {
     pub queries: u64,
     /// Photons found in reach, for each of which scattering was evaluated.
     pub merges: u64,
+    /// Bytes of the largest map that the pixels of a pass shared; 0 without one.
+    pub shared_bytes: u64,
     /// Contributions that were infinite or not a number; they were not added to the film.
     pub non_finite: u64,
     /// Walks that the library's own limit on bounces ([`MAX_BOUNCES`]) cut off, whose light is
@@ -64,6 +81,7 @@ pub struct Counters {
     /// was asked for and are not among them.
     pub truncated_subpaths: u64,
     /// Energy ledger of the light subpaths.
+    #[cfg_attr(feature = "checkpoint", serde(skip))]
     pub ledger: Ledger,
 }
 
@@ -96,6 +114,11 @@ impl Counters {
         }
     }
 
+    /// Records the size of a map that the pixels of a pass share.
+    pub(crate) fn share(&mut self, bytes: usize) {
+        self.shared_bytes = self.shared_bytes.max(bytes as u64);
+    }
+
     /// All rays.
     #[must_use]
     pub fn rays(&self) -> u64 {
@@ -114,6 +137,7 @@ impl AddAssign for Counters {
         self.photons += other.photons;
         self.queries += other.queries;
         self.merges += other.merges;
+        self.shared_bytes = self.shared_bytes.max(other.shared_bytes);
         self.non_finite += other.non_finite;
         self.truncated_subpaths += other.truncated_subpaths;
         self.ledger += other.ledger;

@@ -8,6 +8,7 @@
 use super::RenderError;
 use super::queue::{Queue, Turn};
 use super::settings::Threads;
+use super::state::State;
 use crate::film::{ChunkFilm, Film, FilmRegion, FilmSample, Kernel, Sample};
 use crate::integrator::{AnyRun, Crew};
 use crate::path::{Counters, Scratch};
@@ -23,14 +24,6 @@ pub(super) struct Job<'j, N> {
     pub kernel: Kernel,
     pub region: FilmRegion,
     pub threads: &'j Threads,
-}
-
-/// The sums over the samples so far.
-pub(super) struct Totals {
-    pub film: Film,
-    pub counters: Counters,
-    /// Time that all threads together spent on them.
-    pub thread_time: Duration,
 }
 
 /// Samples that an integrator gets at a time: enough rays for the scene, and their paths stay in
@@ -82,34 +75,44 @@ struct Workbench<'a, P, S: Scene + ?Sized> {
 }
 
 impl<N: SampleSource> Job<'_, N> {
-    /// Renders at most so many passes of one sample per pixel. `after_pass` gets to know each, and
-    /// what there is after it, and says whether another one follows.
+    /// Renders the passes of one sample per pixel that follow those of the state, up to `end`.
+    /// `after_pass` gets to know what there is after each, and says whether another one follows.
     pub fn render<'a, S: Scene + ?Sized + 'a>(
         &self,
         run: &mut dyn AnyRun<'a, S, N::Sampler>,
-        most: u32,
-        totals: &mut Totals,
+        end: u32,
+        state: &mut State,
         crew: &dyn Crew,
-        mut after_pass: impl FnMut(u32, &dyn AnyRun<'a, S, N::Sampler>, &Totals) -> ControlFlow<()>,
+        mut after_pass: impl FnMut(&mut State) -> ControlFlow<()>,
     ) -> Result<(), RenderError> {
-        if !run.learns() {
+        let first = state.passes.end;
+        if !run.prepares() {
             let run = &*run;
             let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, chunk| {
                 run.draw(samples, film, chunk, scratch);
             };
-            self.passes(0..most, &draw, totals, |pass, totals| after_pass(pass, run, totals));
+            self.passes(first..end, &draw, state, after_pass);
             return Ok(());
         }
         run.keep_chunks(Partition::new(self.region).chunks() as usize);
-        for pass in 0..most {
+        // The passes that a run has to learn from although their sums are there already.
+        let known = if run.learns() { 0..first } else { first..first };
+        let unused = (!known.is_empty()).then(|| Film::new(self.region)).transpose()?;
+        let mut unused = unused.map(|film| State::before(0, film));
+        for pass in known.start..end {
             run.begin_pass(pass, crew)?;
+            let state = match &mut unused {
+                Some(unused) if pass < first => unused,
+                _ => &mut *state,
+            };
+            state.counters.add(&Counters { samples: 0, ..run.take_preparation() });
             let drawing = &*run;
             let draw = |samples: &mut [_], film: &mut ChunkFilm, scratch: &mut _, chunk| {
                 drawing.draw(samples, film, chunk, scratch);
             };
-            self.passes(pass..pass + 1, &draw, totals, |_, _| ControlFlow::Continue(()));
+            self.passes(pass..pass + 1, &draw, state, |_| ControlFlow::Continue(()));
             run.collect();
-            if after_pass(pass + 1, run, totals).is_break() {
+            if pass >= first && after_pass(state).is_break() {
                 break;
             }
         }
@@ -122,8 +125,8 @@ impl<N: SampleSource> Job<'_, N> {
         &self,
         passes: Range<u32>,
         draw: &(impl Fn(&mut [Sample<N::Sampler>], &mut ChunkFilm, &mut Scratch<'a, S>, usize) + Sync),
-        totals: &mut Totals,
-        mut after_pass: impl FnMut(u32, &Totals) -> ControlFlow<()>,
+        state: &mut State,
+        mut after_pass: impl FnMut(&mut State) -> ControlFlow<()>,
     ) {
         let partition = Partition::new(self.region);
         let (chunks, threads) = (partition.chunks(), self.threads);
@@ -155,14 +158,17 @@ impl<N: SampleSource> Job<'_, N> {
                     match queue.turn(next..end) {
                         Turn::Take(records) => {
                             next += records.len() as u64;
-                            records.iter().for_each(|record| totals.add(record));
+                            for Record { film, counters, time } in &records {
+                                state.add(film, counters, *time);
+                            }
                             merged().extend(records);
                         }
                         Turn::Render(number) => render(number, &mut bench),
                         Turn::End => return,
                     }
                 }
-                if after_pass(pass + 1, totals).is_break() {
+                state.passes.end = pass + 1;
+                if after_pass(state).is_break() {
                     break;
                 }
             }
@@ -201,13 +207,5 @@ impl<N: SampleSource> Job<'_, N> {
 impl<P, S: Scene + ?Sized> Workbench<'_, P, S> {
     fn new() -> Self {
         Self { samples: Vec::new(), scratch: Scratch::default() }
-    }
-}
-
-impl Totals {
-    fn add(&mut self, record: &Record) {
-        self.film.merge(&record.film);
-        self.counters += record.counters;
-        self.thread_time += record.time;
     }
 }

@@ -4,12 +4,13 @@
 //! Which of both is a constant, so that what is not taken is not compiled: a host that renders
 //! worlds need not compile an integrator.
 
-use super::{Progress, RenderError, Rendering, Settings, drive_ready_made};
+use super::{Checkpoint, Progress, RenderError, Rendering, Settings, drive};
 use crate::endpoint::Camera;
 use crate::integrator::{AnyIntegrator, BoxedRun, Caller, Crew, Integrator, Stage, Started};
 use crate::path::MissingPaths;
 use crate::sampler::AnySampler;
 use crate::scene::{Scene, World};
+use std::fmt;
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
 
@@ -20,10 +21,9 @@ pub(super) struct Compiled<S: ?Sized, I> {
 }
 
 type Render<S, I> = fn(
-    &S,
-    &dyn Camera,
-    &I,
+    (&S, &dyn Camera, &I),
     &Settings,
+    Option<Checkpoint>,
     &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError>;
 
@@ -31,9 +31,9 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Compiled<S, I> {
     /// With this crate, if it was.
     pub const NEAREST: Self = match (S::AS_WORLD, I::ON_WORLD) {
         (Some(_), Some(_)) => Self {
-            render: |scene, camera, integrator, settings, progress| {
+            render: |(scene, camera, integrator), settings, from, progress| {
                 let integrator = &OnWorld(integrator, PhantomData::<fn(&S)>);
-                render_world(as_world(scene), camera, integrator, settings, progress)
+                render_world((as_world(scene), camera, integrator), settings, from, progress)
             },
             blind_spots: |scene, camera, integrator| {
                 let integrator = &OnWorld(integrator, PhantomData::<fn(&S)>);
@@ -41,8 +41,8 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Compiled<S, I> {
             },
         },
         _ => Self {
-            render: |scene, camera, integrator, settings, progress| {
-                drive_ready_made(scene, camera, integrator, settings, progress)
+            render: |(scene, camera, integrator), settings, from, progress| {
+                drive_ready_made((scene, camera, integrator), settings, from, progress)
             },
             blind_spots: |scene, camera, integrator| blind_spots(scene, camera, integrator),
         },
@@ -56,6 +56,12 @@ fn as_world<S: Scene + ?Sized>(scene: &S) -> &World {
 
 /// An integrator as it was compiled with this crate.
 struct OnWorld<'i, S: ?Sized, I>(&'i I, PhantomData<fn(&S)>);
+
+impl<S: ?Sized, I: fmt::Debug> fmt::Debug for OnWorld<'_, S, I> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
 
 impl<S: Scene + ?Sized, I: Integrator<S>> AnyIntegrator<World, AnySampler> for OnWorld<'_, S, I> {
     fn name(&self) -> &'static str {
@@ -78,13 +84,22 @@ impl<S: Scene + ?Sized, I: Integrator<S>> AnyIntegrator<World, AnySampler> for O
 
 #[inline(never)]
 fn render_world(
-    world: &World,
-    camera: &dyn Camera,
-    integrator: &dyn AnyIntegrator<World, AnySampler>,
+    of: (&World, &dyn Camera, &dyn AnyIntegrator<World, AnySampler>),
     settings: &Settings,
+    from: Option<Checkpoint>,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
-    drive_ready_made(world, camera, integrator, settings, progress)
+    drive_ready_made(of, settings, from, progress)
+}
+
+/// A rendering by objects with the settings' own source of random numbers.
+fn drive_ready_made<S: Scene + ?Sized>(
+    of: (&S, &dyn Camera, &dyn AnyIntegrator<S, AnySampler>),
+    settings: &Settings,
+    from: Option<Checkpoint>,
+    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+) -> Result<Rendering, RenderError> {
+    drive((&settings.source(), Some(settings.sampler)), of, settings, from, progress)
 }
 
 #[inline(never)]

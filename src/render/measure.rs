@@ -1,6 +1,6 @@
 //! One number with its error: the mean over a window of the film, or what a meter reads.
 
-use super::{Budget, Render, RenderError, Settings};
+use super::{Budget, Render, RenderError, Settings, Shard};
 use crate::endpoint::Camera;
 use crate::film::Filter;
 use crate::integrator::Notes;
@@ -88,7 +88,7 @@ impl Measurement {
 /// A pixel is a window of one. The budget is divided among 16 renderings, or as many as there are
 /// samples per pixel if these are fewer, but at least two, with seeds that follow from that of the
 /// settings; each takes one sample per pixel at least, and a rest is left. The pixel filter is the
-/// box, and there is no target error: both would be others for a window's mean.
+/// box; there is no target error, no shard and no checkpoint.
 ///
 /// ```
 /// use pathspace::gallery;
@@ -139,6 +139,8 @@ pub fn measure<S: Scene + ?Sized>(
                 seed: settings.seed.wrapping_add(replication.wrapping_mul(SEED_STEP)),
                 filter: Filter::Box,
                 target_error: None,
+                shard: Shard::WHOLE,
+                keeps_checkpoint: false,
                 ..*settings
             },
         )?;

@@ -7,34 +7,47 @@
 //! numbers. Random numbers depend on (seed, pixel, pass). So the same settings give the same image
 //! to the bit for any number of threads, after every pass.
 
+mod checkpoint;
 mod chunks;
 mod compiled;
+mod driver;
+mod identity;
+#[cfg(feature = "image")]
+mod image_file;
 mod measure;
+#[cfg(feature = "checkpoint")]
+mod npz;
 mod queue;
 mod settings;
+mod shard;
+mod state;
 mod target;
 #[cfg(test)]
 mod tests;
 
+pub use checkpoint::{Checkpoint, CheckpointError, MergeError, Merger};
 pub use measure::{Measurement, measure};
+#[cfg(feature = "checkpoint")]
+pub use npz::CheckpointFileError;
 pub use settings::{Budget, RenderError, Settings};
+pub use shard::{Shard, ShardError};
 
 use crate::endpoint::Camera;
 use crate::film::{Film, Filter, Image, NonFinite};
-use crate::integrator::{AnyIntegrator, Arrivals, Crew, Integrator, Notes, Stage};
+use crate::integrator::{Integrator, Notes};
 use crate::path::{Counters, MissingPaths, TechniqueSet};
-use crate::sampler::{AnySampler, SampleSource, SamplerKind};
+use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
-use chunks::{Job, Totals};
 use compiled::Compiled;
-use settings::Threads;
+use driver::drive;
+use state::State;
+use std::fmt;
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
-use target::Watch;
+use std::sync::Arc;
+use std::time::Duration;
 
 /// The state of a rendering after a pass.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Progress<'a> {
     /// Passes done: samples per pixel so far.
     pub passes: u32,
@@ -48,13 +61,33 @@ pub struct Progress<'a> {
     pub film: &'a Film,
     /// Counts of what was done so far.
     pub counters: &'a Counters,
+    state: &'a State,
+    /// Makes a checkpoint of it.
+    keep: &'a dyn Fn(&State) -> Checkpoint,
+}
+
+impl fmt::Debug for Progress<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { passes, fraction, wall, .. } = self;
+        let mut progress = f.debug_struct("Progress");
+        progress.field("passes", passes).field("fraction", fraction).field("wall", wall);
+        progress.finish_non_exhaustive()
+    }
 }
 
 impl Progress<'_> {
     /// The image so far.
     #[must_use]
     pub fn image(&self) -> Image {
-        self.film.image(samples(self.film, self.passes))
+        self.state.image()
+    }
+
+    /// The rendering so far, from which [`resume`](resume()) goes on. It costs little if it is
+    /// dropped before the next pass, else a copy of the film; the first one takes the scene's
+    /// [fingerprint](Scene::fingerprint).
+    #[must_use]
+    pub fn checkpoint(&self) -> Checkpoint {
+        (self.keep)(self.state)
     }
 }
 
@@ -64,8 +97,8 @@ pub struct Rendering {
     /// The image of the film's window, in radiance.
     pub image: Image,
     /// The sums that the image comes from.
-    pub film: Film,
-    /// Samples per pixel, the same in all pixels.
+    pub film: Arc<Film>,
+    /// Samples per pixel, the same in all pixels; of a shard, its own.
     pub samples_per_pixel: u32,
     /// Counts of what was done. `non_finite` includes the contributions that the film refused.
     pub counters: Counters,
@@ -92,6 +125,9 @@ pub struct Rendering {
     pub estimated_error: Option<f64>,
     /// True if the progress callback stopped the rendering. The image is valid all the same.
     pub stopped: bool,
+    /// The rendering as something to go on from, if the
+    /// [settings](Settings::keeps_checkpoint) ask for it.
+    pub checkpoint: Option<Checkpoint>,
 }
 
 impl Rendering {
@@ -106,29 +142,6 @@ impl Rendering {
     #[must_use]
     pub fn non_finite(&self) -> &NonFinite {
         self.film.non_finite()
-    }
-
-    /// The image with its window and metadata (integrator, sampler, seed, filter, samples per
-    /// pixel, time, rays), ready to be saved.
-    #[cfg(feature = "image")]
-    #[must_use]
-    pub fn to_file(&self) -> crate::film::ImageFile {
-        let mut file = crate::film::ImageFile::from(self.image.clone());
-        file.region = Some(self.film.region());
-        let entries = [
-            ("integrator", self.integrator.to_owned()),
-            ("filter", format!("{:?}", self.filter)),
-            ("samples_per_pixel", self.samples_per_pixel.to_string()),
-            ("seconds", format!("{:.3}", self.wall.as_secs_f64())),
-            ("rays", self.counters.rays().to_string()),
-            ("non_finite", self.counters.non_finite.to_string()),
-        ];
-        file.metadata.extend(entries.map(|(key, value)| (key.to_owned(), value)));
-        if let Some((sampler, seed)) = self.sampling {
-            file.metadata.insert("sampler".to_owned(), format!("{sampler:?}"));
-            file.metadata.insert("seed".to_owned(), seed.to_string());
-        }
-        file
     }
 }
 
@@ -158,20 +171,7 @@ pub fn render_with_progress<S: Scene + ?Sized, I: Integrator<S>>(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
-    (Compiled::NEAREST.render)(scene, camera, integrator, settings, progress)
-}
-
-/// A rendering by objects with the settings' own source of random numbers.
-fn drive_ready_made<S: Scene + ?Sized>(
-    scene: &S,
-    camera: &dyn Camera,
-    integrator: &dyn AnyIntegrator<S, AnySampler>,
-    settings: &Settings,
-    progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
-) -> Result<Rendering, RenderError> {
-    let source = settings.sampler.source(settings.seed, settings.strata());
-    let rendering = drive(&source, scene, camera, integrator, settings, progress)?;
-    Ok(Rendering { sampling: Some((settings.sampler, settings.seed)), ..rendering })
+    (Compiled::NEAREST.render)((scene, camera, integrator), settings, None, progress)
 }
 
 /// [`render_with_progress`] with the given source of random numbers, in place of the settings' `seed`
@@ -187,127 +187,25 @@ pub fn render_with_source<N: SampleSource, S: Scene + ?Sized, I: Integrator<S>>(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
-    drive(source, scene, camera, integrator, settings, progress)
+    drive((source, None), (scene, camera, integrator), settings, None, progress)
 }
 
-/// A rendering by objects: compiled once for all integrators on a type of scenes.
-fn drive<N: SampleSource, S: Scene + ?Sized>(
-    source: &N,
+/// [`render_with_progress`] from a checkpoint on: the result is that of a rendering without a break,
+/// to the bit. One that [`learns`](crate::integrator::Run::learns) draws all passes again to learn
+/// from them.
+///
+/// # Errors
+/// Those of [`render()`], and if the checkpoint is of another rendering.
+pub fn resume<S: Scene + ?Sized, I: Integrator<S>>(
+    checkpoint: Checkpoint,
     scene: &S,
     camera: &dyn Camera,
-    integrator: &dyn AnyIntegrator<S, N::Sampler>,
+    integrator: &I,
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
 ) -> Result<Rendering, RenderError> {
-    if settings.budget == Budget::Samples(0) {
-        return Err(RenderError::NoSamples);
-    }
-    if let Some(target) =
-        settings.target_error.filter(|target| !(*target > 0.0 && target.is_finite()))
-    {
-        return Err(RenderError::TargetError(target));
-    }
-    let kernel = settings.filter.kernel()?;
-    let threads = Threads::new(settings.threads)?;
-    let film = Film::new(camera.film())?;
-    let region = film.region();
-    let start = Instant::now();
-    let crew = TimedCrew { threads: &threads, nanoseconds: AtomicU64::new(0) };
-    let stage = Stage {
-        scene,
-        camera,
-        film: region,
-        kernel,
-        needs: scene.needs(),
-        samples: samples(&film, settings.budget.samples().unwrap_or(UNKNOWN_BUDGET)),
-        seed: settings.seed,
-        arrival: None,
-    };
-    let observes = settings.observes_lights && integrator.chooses_lights();
-    let arrivals = observes.then(|| Arrivals::observe(stage, &crew)).flatten();
-    let stage = Stage { arrival: arrivals.as_ref().map(|a| &a.arrival), ..stage };
-    let observed = arrivals.as_ref().map_or_else(Counters::default, |a| a.counters);
-    let mut run = integrator.start(stage, &crew)?;
-    let preparation = start.elapsed();
-    let job = Job { source, kernel, region, threads: &threads };
-    let mut totals = Totals { film, counters: Counters::default(), thread_time: Duration::ZERO };
-    let mut watch = settings.target_error.map(Watch::new);
-    let (mut wall, mut paused) = (Duration::ZERO, Duration::ZERO);
-    let (mut passes, mut stopped) = (0, false);
-    let most = settings.budget.samples().unwrap_or(u32::MAX);
-    job.render(&mut *run, most, &mut totals, &crew, |pass, run, totals| {
-        let since = start.elapsed();
-        (passes, wall) = (pass, since - paused);
-        let (film, counters) =
-            (&totals.film, &with_preparation(totals.counters, [observed, run.preparation()]));
-        let mut fraction = settings.budget.fraction(passes, wall);
-        if let Some(watch) = &mut watch {
-            watch.look(passes, || film.image(samples(film, passes)));
-            fraction = watch.fraction(passes).max(fraction);
-        }
-        stopped = progress(&Progress { passes, fraction, wall, film, counters }).is_break();
-        let is_reached = watch.as_ref().is_some_and(|watch| watch.fraction(passes) >= 1.0);
-        let is_enough =
-            stopped || is_reached || settings.budget.is_spent(passes, wall, preparation);
-        paused += start.elapsed() - since;
-        if is_enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    })?;
-    let Totals { film, counters, thread_time } = totals;
-    Ok(Rendering {
-        image: film.image(samples(&film, passes)),
-        film,
-        samples_per_pixel: passes,
-        counters: with_preparation(counters, [observed, run.preparation()]),
-        wall,
-        preparation,
-        thread_time: thread_time + crew.time(),
-        techniques: run.techniques(),
-        notes: run.notes(),
-        integrator: integrator.name(),
-        filter: settings.filter,
-        sampling: None,
-        estimated_error: watch.and_then(|watch| watch.error(passes)),
-        stopped,
-    })
-}
-
-/// Counts of samples and of what was done beside them, whose rays are rays but whose samples are
-/// none of the image's.
-fn with_preparation(mut counters: Counters, preparations: [Counters; 2]) -> Counters {
-    for preparation in preparations {
-        counters += Counters { samples: 0, ..preparation };
-    }
-    counters
-}
-
-/// The threads, with the time that they spend on what is no sample.
-struct TimedCrew<'t> {
-    threads: &'t Threads,
-    nanoseconds: AtomicU64,
-}
-
-impl TimedCrew<'_> {
-    fn time(&self) -> Duration {
-        Duration::from_nanos(self.nanoseconds.load(Ordering::Relaxed))
-    }
-}
-
-impl Crew for TimedCrew<'_> {
-    fn each(&self, count: usize, task: &(dyn Fn(usize) + Sync)) {
-        self.threads.each(count, &|i| {
-            let start = Instant::now();
-            task(i);
-            self.nanoseconds.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
-        });
-    }
-}
-
-/// Samples per pixel that are expected of a budget of time.
-const UNKNOWN_BUDGET: u32 = 64;
-
-/// Samples over the whole window after a number of passes.
-fn samples(film: &Film, passes: u32) -> u64 {
-    u64::from(film.region().pixels()) * u64::from(passes)
+    let of = (scene, camera, integrator);
+    (Compiled::NEAREST.render)(of, settings, Some(checkpoint), progress)
 }
 
 /// An integrator that renders scenes of type `S`, as an object: `&[&dyn Render<S>]` is a
@@ -336,6 +234,19 @@ pub trait Render<S: Scene + ?Sized>: Sync {
     /// Those of [`Self::render`].
     fn render_with_progress(
         &self,
+        scene: &S,
+        camera: &dyn Camera,
+        settings: &Settings,
+        progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<Rendering, RenderError>;
+
+    /// The rendering from a checkpoint on; see [`resume`](resume()).
+    ///
+    /// # Errors
+    /// Those of [`resume`](resume()).
+    fn resume(
+        &self,
+        checkpoint: Checkpoint,
         scene: &S,
         camera: &dyn Camera,
         settings: &Settings,
@@ -371,6 +282,17 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
         progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Rendering, RenderError> {
         render_with_progress(scene, camera, self, settings, progress)
+    }
+
+    fn resume(
+        &self,
+        checkpoint: Checkpoint,
+        scene: &S,
+        camera: &dyn Camera,
+        settings: &Settings,
+        progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
+    ) -> Result<Rendering, RenderError> {
+        resume(checkpoint, scene, camera, self, settings, progress)
     }
 
     fn blind_spots(

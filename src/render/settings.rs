@@ -1,8 +1,10 @@
 //! Settings of a rendering: budget, seed, threads, filter and sampler.
 
+use super::{CheckpointError, Shard};
 use crate::film::{FilmError, Filter, FilterError};
 use crate::integrator::{Crew, IntegratorError};
-use crate::sampler::SamplerKind;
+use crate::sampler::{AnySource, SamplerKind};
+use std::ops::Range;
 use std::time::Duration;
 
 /// When a rendering ends.
@@ -71,6 +73,12 @@ pub struct Settings {
     /// The source of random numbers. Default: scrambled Sobol' points, which leave the least
     /// variance for their time, however many samples there will be.
     pub sampler: SamplerKind,
+    /// The part of the passes to draw. Default: all of them.
+    pub shard: Shard,
+    /// True if the rendering is to [have](super::Rendering::checkpoint) its checkpoint in the end.
+    /// The scene's [fingerprint](crate::scene::Scene::fingerprint) is made for it, which takes about
+    /// a second for a million triangles. Default: false.
+    pub keeps_checkpoint: bool,
     /// True to see first which lights [arrive](crate::integrator::Arrivals) in the picture and to
     /// choose among them by that, where there are several. Default: true.
     pub observes_lights: bool,
@@ -85,19 +93,34 @@ impl Default for Settings {
             threads: None,
             filter: Filter::Box,
             sampler: SamplerKind::default(),
+            shard: Shard::WHOLE,
+            keeps_checkpoint: false,
             observes_lights: true,
         }
     }
 }
 
 impl Settings {
-    /// Strata per pixel for stratified sampling: the samples per pixel if they are known, sets of
-    /// 64 otherwise.
-    pub(super) fn strata(&self) -> u32 {
-        match self.budget {
-            Budget::Samples(samples) => samples,
-            Budget::Time(_) => 64,
+    /// The source of random numbers. Strata per pixel for stratified sampling are the samples per
+    /// pixel if they are known, sets of 64 otherwise.
+    pub(super) fn source(&self) -> AnySource {
+        self.sampler.source(self.seed, self.budget.samples().unwrap_or(64))
+    }
+
+    /// The passes to draw, if the settings are valid.
+    pub(super) fn check(&self) -> Result<Range<u32>, RenderError> {
+        if self.budget == Budget::Samples(0) {
+            return Err(RenderError::NoSamples);
         }
+        if let Some(target) = self.target_error {
+            if !(target > 0.0 && target.is_finite()) {
+                return Err(RenderError::TargetError(target));
+            }
+            if self.shard != Shard::WHOLE {
+                return Err(RenderError::ShardOfTarget(self.shard));
+            }
+        }
+        self.shard.passes(self.budget.samples())
     }
 }
 
@@ -117,6 +140,31 @@ pub enum RenderError {
     /// The threads could not be started; the reason.
     #[error("threads could not be started: {0}")]
     ThreadPool(String),
+    /// A rendering that ends with its time has no parts.
+    #[error("shard {0} of a budget in time is not known before: use samples per pixel")]
+    ShardOfTime(Shard),
+    /// A rendering that ends with its error has no parts, since each sees its own error alone.
+    #[error("shard {0} does not know the error of the whole image: use no target error")]
+    ShardOfTarget(Shard),
+    /// There are fewer passes than shards.
+    #[error("shard {shard} has no passes: there are {passes} samples per pixel in all")]
+    EmptyShard {
+        /// The shard.
+        shard: Shard,
+        /// The passes of the whole rendering.
+        passes: u32,
+    },
+    /// The integrator learns from all passes.
+    #[error("{integrator} learns from the passes before, so it cannot draw shard {shard} alone")]
+    ShardOfLearner {
+        /// The integrator's name.
+        integrator: &'static str,
+        /// The shard.
+        shard: Shard,
+    },
+    /// The checkpoint is not one of this rendering.
+    #[error("{0}")]
+    Checkpoint(#[from] CheckpointError),
     /// The pixel filter is invalid.
     #[error("{0}")]
     Filter(#[from] FilterError),

@@ -12,6 +12,7 @@
 
 use crate::film::Image;
 use crate::math::Rgb;
+use std::sync::Arc;
 
 /// Before this many passes nothing is believed: most pixels may have seen nothing yet.
 const FEWEST_PASSES: u32 = 8;
@@ -19,12 +20,12 @@ const FEWEST_PASSES: u32 = 8;
 const EPSILON: f64 = 0.01;
 
 /// Watches an image on its way to an error.
-#[derive(Debug)]
-pub(super) struct Watch {
+#[derive(Clone, Debug)]
+pub(crate) struct Watch {
     target: f64,
-    before: Option<Image>,
+    pub before: Option<Arc<Image>>,
     /// Estimated error times passes: the variance of one sample, relative.
-    variance: Option<f64>,
+    pub variance: Option<f64>,
 }
 
 impl Watch {
@@ -42,7 +43,7 @@ impl Watch {
             self.variance =
                 relative_change(before, &image).map(|change| change * f64::from(passes));
         }
-        self.before = Some(image);
+        self.before = Some(Arc::new(image));
     }
 
     /// The estimated relMSE after this many passes.

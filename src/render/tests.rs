@@ -7,14 +7,14 @@ use crate::film::{
     Contribution, FilmError, FilmRegion, FilmSample, Filter, Sample, Sink, Technique,
 };
 use crate::geometry::SurfacePoint;
-use crate::integrator::{IntegratorError, Run, Started};
+use crate::integrator::{Crew, IntegratorError, Run, Stage, Started};
 use crate::math::{PerArea, PerProjected, Rgb};
 use crate::path::Scratch;
 use crate::sampler::{Independent, Sampler, SamplerKind, Stream};
 use crate::scene::Needs;
 use glam::{DVec2, DVec3, UVec2};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::ThreadId;
 
 struct Nothing;
@@ -93,7 +93,7 @@ impl Camera for FilmOnly {
 }
 
 /// The contribution of an [`Arithmetic`] integrator to a sample.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 enum Kind {
     /// Radiance 0.7 everywhere, by camera walks.
     Constant,
@@ -115,6 +115,7 @@ enum Kind {
 
 static HAS_PANICKED: AtomicBool = AtomicBool::new(false);
 
+#[derive(Debug)]
 struct Arithmetic(Kind);
 
 impl<S: Scene + ?Sized> Integrator<S> for Arithmetic {
@@ -374,7 +375,7 @@ fn what_progress_sees_is_the_same_to_the_bit_for_any_number_of_threads() {
         let settings = Settings { budget: Budget::Samples(6), threads, ..Settings::default() };
         let mut seen = Vec::new();
         let mut look = |p: &Progress<'_>| {
-            seen.push((p.passes, p.film.sums().to_vec(), *p.counters));
+            seen.push((p.passes, p.film.sums().collect::<Vec<_>>(), *p.counters));
             if p.passes == 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let rendering = render_with_progress(
@@ -385,7 +386,8 @@ fn what_progress_sees_is_the_same_to_the_bit_for_any_number_of_threads() {
             &mut look,
         )
         .unwrap();
-        assert_eq!((rendering.film.sums(), rendering.counters), (&seen[4].1[..], seen[4].2));
+        let sums: Vec<_> = rendering.film.sums().collect();
+        assert_eq!((sums, rendering.counters), (seen[4].1.clone(), seen[4].2));
         seen
     };
     let reference = passes(Some(1));
@@ -586,6 +588,7 @@ fn a_rendering_becomes_a_file_with_its_metadata() {
 
 /// An integrator that learns: each chunk counts its samples, a pass adds the number of samples that
 /// all chunks counted before it, and chunks are collected in their order.
+#[derive(Debug)]
 struct Learning {
     /// The pass that there is not enough memory for.
     fails_at: u32,
@@ -597,6 +600,8 @@ struct Lessons {
     /// Samples in earlier passes.
     known: u64,
     passes: u32,
+    /// Passes prepared since that was asked for.
+    prepared: u32,
     /// Samples of each chunk, pass after pass.
     collected: Vec<u64>,
 }
@@ -632,6 +637,7 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Lessons {
         assert_eq!(self.passes, pass);
         assert_eq!(crew.collect(5, |i| i * i), [0, 1, 4, 9, 16]);
         self.passes += 1;
+        self.prepared += 1;
         self.known = self.collected.iter().sum();
         if pass == self.fails_at {
             let reason = "not enough memory".to_owned();
@@ -662,8 +668,9 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Lessons {
         self.collected.push(std::mem::take(now));
     }
 
-    fn preparation(&self) -> Counters {
-        Counters { samples: 1000, closest_rays: u64::from(self.passes), ..Counters::default() }
+    fn take_preparation(&mut self) -> Counters {
+        let closest_rays = u64::from(std::mem::take(&mut self.prepared));
+        Counters { samples: 1000, closest_rays, ..Counters::default() }
     }
 }
 
@@ -678,10 +685,10 @@ fn a_run_that_learns_knows_all_of_the_passes_before() {
     let one = render(1);
     let pixels = u64::from(window().pixels());
     // 0 + 1 + 2 + 3 times the pixels in each.
-    assert!(one.film.sums().iter().all(|sum| sum.r() == (6 * pixels) as f64));
+    assert!(one.film.sums().all(|sum| sum.r() == (6 * pixels) as f64));
     assert_eq!((one.counters.samples, one.counters.closest_rays), (4 * pixels, 4));
     for threads in [2, 7, 64] {
-        assert_eq!(render(threads).film.sums(), one.film.sums(), "{threads} threads");
+        assert!(render(threads).film.sums().eq(one.film.sums()), "{threads} threads");
     }
 }
 
@@ -693,4 +700,60 @@ fn a_pass_that_cannot_be_prepared_is_an_error() {
     let error = result.unwrap_err();
     assert_eq!(error.to_string(), "learning: not enough memory");
     assert!(std::error::Error::source(&error).is_some());
+}
+
+/// Even if passes depend on those before them, and more than once.
+#[test]
+fn what_is_resumed_is_the_same_to_the_bit() {
+    fn check<I: Integrator<Nothing>>(integrator: &I, target_error: Option<f64>) {
+        let settings = Settings {
+            budget: Budget::Samples(40),
+            target_error,
+            keeps_checkpoint: true,
+            ..Settings::default()
+        };
+        let camera = FilmOnly(window());
+        let whole = render(&Nothing, &camera, integrator, &settings).unwrap();
+        for breaks in [&[1][..], &[5, 6, 17], &[39]] {
+            let (mut breaks, mut from) = (breaks.iter(), None::<Checkpoint>);
+            let resumed = loop {
+                let end = breaks.next().copied().unwrap_or(u32::MAX);
+                let mut stop = |progress: &Progress<'_>| match progress.passes >= end {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(()),
+                };
+                let rendering = match from.take() {
+                    Some(from) => resume(from, &Nothing, &camera, integrator, &settings, &mut stop),
+                    None => {
+                        render_with_progress(&Nothing, &camera, integrator, &settings, &mut stop)
+                    }
+                }
+                .unwrap();
+                if !rendering.stopped {
+                    break rendering;
+                }
+                from = rendering.checkpoint;
+            };
+            assert_eq!(resumed.samples_per_pixel, whole.samples_per_pixel);
+            assert!(resumed.film.sums().eq(whole.film.sums()));
+            assert_eq!(resumed.estimated_error, whole.estimated_error);
+            assert_eq!(resumed.counters, whole.counters);
+        }
+    }
+    check(&Learning { fails_at: u32::MAX }, None);
+    check(&Arithmetic(Kind::Mixed), None);
+    // Reached after 34 of 40 passes or so.
+    check(&Arithmetic(Kind::Noise), Some(0.01));
+}
+
+#[test]
+fn a_shard_of_what_learns_is_refused() {
+    let shard = Shard::new(1, 2).unwrap();
+    let settings = Settings { shard, ..Settings::default() };
+    let learning = Learning { fails_at: u32::MAX };
+    let error = render(&Nothing, &FilmOnly(window()), &learning, &settings).unwrap_err();
+    assert_eq!(error, RenderError::ShardOfLearner { integrator: "learning", shard });
+    let settings = Settings { target_error: Some(0.1), ..settings };
+    let error = render(&Nothing, &FilmOnly(window()), &learning, &settings).unwrap_err();
+    assert_eq!(error, RenderError::ShardOfTarget(shard));
 }

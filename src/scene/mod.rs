@@ -164,6 +164,14 @@ pub trait Scene: Sync {
         None
     }
 
+    /// A number that differs between scenes that look different, by which a rendering that goes on
+    /// from a [`Checkpoint`](crate::render::Checkpoint) knows its scene again; `None` if the scene
+    /// has none, and is then not told apart from others. [`Fingerprint`](crate::math::Fingerprint)
+    /// makes one.
+    fn fingerprint(&self) -> Option<u64> {
+        None
+    }
+
     /// The features that rendering this scene takes; integrators leave out the rest.
     fn needs(&self) -> Needs {
         Needs::ALL

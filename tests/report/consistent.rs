@@ -28,7 +28,7 @@ const NOISE: f64 = 0.5;
 
 /// A method that shares something between the samples of a pass, as photon mapping does. A sample
 /// of pass i = 1, 2 … is 1, plus a bias, plus noise of its own and of the pass.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Progressive {
     claim: Estimator,
     is_correlated: bool,

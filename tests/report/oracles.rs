@@ -75,6 +75,7 @@ fn square_light() -> (World, PinholeCamera) {
 /// ```
 ///
 /// over both samples. A cosine sample that misses the light has f = 0, u = 1.
+#[derive(Debug)]
 struct OptimalWeights {
     balance: PathTracer,
     alpha: [f64; 2],

@@ -14,6 +14,7 @@ use pathspace::sampler::Sampler;
 use pathspace::scene::{Scene, World};
 
 /// Scales or spoils what another integrator contributes.
+#[derive(Debug)]
 struct Planted<I> {
     inner: I,
     factor: f64,

@@ -82,12 +82,12 @@ fn stress_s39_contributions_that_are_not_finite() {
         );
     }
     chunk.finish();
-    film.merge(&chunk);
+    film.add(&chunk);
     let counts: Vec<u64> =
         film.non_finite().by_technique().iter().map(|(_, count)| *count).collect();
     assert_eq!((film.non_finite().count(), counts), (4, vec![2, 2]));
     assert_eq!(film.non_finite().first().map(|first| first.pass), Some(0));
-    assert_eq!(film.sums(), [Rgb::WHITE]);
+    assert!(film.sums().eq([Rgb::WHITE]));
 }
 
 /// Bitwise the same image from any number of threads. More of it in determinism.rs.
@@ -162,9 +162,9 @@ fn stress_s45_film_of_many_samples() {
             chunk.add(0, &one);
         }
         chunk.finish();
-        film.merge(&chunk);
+        film.add(&chunk);
     }
-    assert_eq!(film.sums(), [Rgb::splat((1u64 << 26) as f64)]);
+    assert!(film.sums().eq([Rgb::splat((1u64 << 26) as f64)]));
     assert_eq!(film.image(1 << 26).mean(), Rgb::WHITE);
 }
 

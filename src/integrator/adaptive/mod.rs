@@ -167,8 +167,9 @@ impl<'a, S: Scene + ?Sized> Run<'a, S> for Adapted<'a, S> {
     }
 
     /// The pilot's energy is none of the image's.
-    fn preparation(&self) -> Counters {
-        Counters { truncated_subpaths: 0, ledger: Ledger::default(), ..self.counters }
+    fn take_preparation(&mut self) -> Counters {
+        let counters = std::mem::take(&mut self.counters);
+        Counters { truncated_subpaths: 0, ledger: Ledger::default(), ..counters }
     }
 
     fn draw<P: Sampler>(

@@ -17,10 +17,8 @@ pub struct PhotonMaps<P = Photon> {
     settings: Merging,
     first_radius: f64,
     map: Option<PhotonMap<P>>,
-    /// Counts of the work for all maps so far.
+    /// Counts of the work for maps.
     pub counters: Counters,
-    /// Bytes of the largest map so far.
-    pub most_bytes: usize,
 }
 
 impl<P: AsRef<Photon> + Send + Sync> PhotonMaps<P> {
@@ -37,7 +35,7 @@ impl<P: AsRef<Photon> + Send + Sync> PhotonMaps<P> {
         let first_radius =
             if merges { settings.first_radius(plan.stage, integrator)? } else { 0.0 };
         let (map, counters) = (None, Counters::default());
-        Ok(Self { integrator, settings, first_radius, map, counters, most_bytes: 0 })
+        Ok(Self { integrator, settings, first_radius, map, counters })
     }
 
     /// The radius in a pass; passes are numbered from 0.
@@ -71,7 +69,7 @@ impl<P: AsRef<Photon> + Send + Sync> PhotonMaps<P> {
             integrator: self.integrator,
             reason: error.to_string(),
         })?;
-        self.most_bytes = self.most_bytes.max(map.bytes());
+        self.counters.share(map.bytes());
         self.map = Some(map);
         Ok(())
     }
@@ -123,12 +121,7 @@ impl<P: AsRef<Photon> + Send + Sync> PhotonMaps<P> {
             _ if self.settings.alpha < 1.0 => Estimator::Consistent,
             _ => Estimator::Biased,
         };
-        Notes {
-            estimator,
-            is_correlated: plan.techniques.merges > 0,
-            shared_bytes: self.most_bytes as u64,
-            ..Notes::of(plan)
-        }
+        Notes { estimator, is_correlated: plan.techniques.merges > 0, ..Notes::of(plan) }
     }
 }
 

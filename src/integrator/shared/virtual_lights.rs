@@ -18,7 +18,7 @@ pub struct VirtualLights<'a, S: Scene + ?Sized + 'a> {
     /// g, above which geometry terms count as g.
     bound: f64,
     compensates: bool,
-    /// Counts of the work for those of all passes.
+    /// Counts of the work for them.
     pub counters: Counters,
 }
 
@@ -56,12 +56,7 @@ impl<'a, S: Scene + ?Sized + 'a> VirtualLights<'a, S> {
         let is_exact =
             self.compensates || !plan.techniques.connections || self.bound == f64::INFINITY;
         let estimator = if is_exact { Estimator::Unbiased } else { Estimator::Biased };
-        Notes {
-            estimator,
-            is_correlated: plan.techniques.connections,
-            shared_bytes: size_of_val(self.lights.as_slice()) as u64,
-            ..Notes::of(plan)
-        }
+        Notes { estimator, is_correlated: plan.techniques.connections, ..Notes::of(plan) }
     }
 
     /// Draws the light walks of a pass.
@@ -90,6 +85,7 @@ impl<'a, S: Scene + ?Sized + 'a> VirtualLights<'a, S> {
         self.lights = lights;
         self.counters += counters;
         self.counters.photons += self.lights.len() as u64;
+        self.counters.share(size_of_val(self.lights.as_slice()));
         Ok(())
     }
 

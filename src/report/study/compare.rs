@@ -3,15 +3,17 @@
 //!
 //! Runs alternate (all integrators with the first seed, then all with the second …, each time
 //! beginning with another one), so that a machine that slows down slows all alike. A run before the
-//! first is discarded: it warms up and tells how many samples a budget of time makes. All runs of
-//! an integrator have the same number of samples, and checkpoints at powers of two.
+//! first is discarded: it warms up and tells how many samples a budget of time makes. Those whose
+//! first run misses its time all the same make it again, once; and an integrator has as many runs
+//! as its time allows. All its runs have the same number of samples, and checkpoints at powers of
+//! two.
 
 use super::machine::setup;
 use super::method::Contestant;
 use super::plan::{Plan, Step, run_seed};
 use super::pyramid::measure_pyramid;
 use super::runs::{Runs, Task};
-use super::summary::{baseline, methods};
+use super::summary::{baseline, methods, rankable};
 use crate::endpoint::Camera;
 use crate::path::TechniqueSet;
 use crate::render::{Budget, RenderError, Settings};
@@ -19,7 +21,7 @@ use crate::report::error::ReportError;
 use crate::report::result::{
     MethodImages, Pyramid, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, Study, WithoutTechnique,
 };
-use crate::report::stats::{Layout, Measured, Reference, test_pairs};
+use crate::report::stats::{Layout, Measured, Ranking, Reference, test_pairs};
 use crate::scene::Scene;
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -60,7 +62,8 @@ pub fn study<S: Scene + ?Sized>(
     let stopped = Cell::new(false);
     let total = contestants.len() * (1 + plan.seeds as usize);
     let mut report = |label: &str, done: usize, part: f64| {
-        let flow = progress(&Step { label, fraction: (done as f64 + part) / total as f64 });
+        let flow =
+            progress(&Step { label, fraction: ((done as f64 + part) / total as f64).min(1.0) });
         stopped.set(stopped.get() | flow.is_break());
         flow
     };
@@ -76,15 +79,22 @@ pub fn study<S: Scene + ?Sized>(
         }
         runs.push((task, run));
     }
-    let turns = (0..plan.seeds)
-        .flat_map(|seed| (0..runs.len()).map(move |turn| (seed, turn)))
-        .collect::<Vec<_>>();
-    for (seed, turn) in turns.into_iter().take_while(|_| !stopped.get()) {
-        let index = (turn + seed as usize) % runs.len();
-        let (task, run) = &mut runs[index];
-        let done = contestants.len() * (1 + seed as usize) + turn;
-        run.render(task, seed, &mut |part| report(&task.contestant.name, done, part))
-            .map_err(naming(task.contestant))?;
+    let (mut seed, mut may_correct) = (0, true);
+    while !stopped.get() && runs.iter().any(|(_, run)| run.lacks(plan, seed)) {
+        for turn in 0..runs.len() {
+            let index = (turn + seed as usize) % runs.len();
+            let (task, run) = &mut runs[index];
+            let done = contestants.len() * (1 + seed as usize) + turn;
+            if !stopped.get() && run.lacks(plan, seed) {
+                run.render(task, seed, &mut |part| report(&task.contestant.name, done, part))
+                    .map_err(naming(task.contestant))?;
+            }
+        }
+        // All that missed their time at once: what else the machine does is the same for them.
+        let corrects = |any, (_, run): &mut (_, Runs)| run.corrects_length(plan) || any;
+        if !std::mem::take(&mut may_correct) || !runs.iter_mut().fold(false, corrects) {
+            seed += 1;
+        }
     }
     let stopped = stopped.get();
     runs.retain(|(_, run)| !run.measured.finals.is_empty());
@@ -106,6 +116,7 @@ pub fn study<S: Scene + ?Sized>(
         _ => None,
     };
     let baseline = baseline(&runs, plan);
+    let ranked: Vec<&Measured> = rankable(&runs).collect();
     let measured: Vec<&Measured> = runs.iter().map(|run| &run.measured).collect();
     let report = Report {
         schema: SCHEMA,
@@ -114,6 +125,7 @@ pub fn study<S: Scene + ?Sized>(
         setup: Setup { baseline: baseline.map(|m| m.name.clone()), ..setup },
         reference: ReferenceInfo::of(&reference),
         methods: methods(&runs, baseline, &reference, plan.target),
+        rankings: Ranking::all(&ranked),
         pairs: test_pairs(&measured, layout),
         pyramid: pyramid.as_ref().map(Pyramid::report),
         left_out,

@@ -34,11 +34,11 @@ pub(super) fn observe<S: Scene + ?Sized, I: Integrator<S>>(
     let stage = Stage { samples, seed: settings.seed, kernel, ..Stage::new(scene, camera) };
     let mut scratch = Scratch::default();
     let mut run = integrator.start(stage, &Caller)?;
-    // One that learns does so from the whole window at once.
+    // One that prepares passes does so for the whole window at once.
     let mut chunk = <I::Run<'_> as Run<'_, S>>::Chunk::default();
     let passes = for_each_sample(region, settings, |pixel, pass, film, sampler| {
         let mut sink = |_: usize, contribution: &Contribution| observer.add(contribution);
-        if run.learns() {
+        if run.prepares() {
             if pixel == 0 {
                 if pass > 0 {
                     run.collect(&mut chunk);
@@ -51,7 +51,7 @@ pub(super) fn observe<S: Scene + ?Sized, I: Integrator<S>>(
         }
         Ok(observer.end_sample(pixel))
     })?;
-    let rays = run.preparation().rays() + scratch.counters.rays();
+    let rays = run.take_preparation().rays() + scratch.counters.rays();
     let rays = rays as f64 / scratch.counters.samples.max(1) as f64;
     Ok(passes.map(|passes| (passes, rays)))
 }

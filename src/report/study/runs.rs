@@ -1,7 +1,9 @@
 //! The runs of one integrator: a warm-up that decides how long they are, then one rendering per
 //! seed that is watched on its way.
 //!
-//! All runs of an integrator have the same number of samples. Where the runs shall reach a target
+//! All runs of an integrator have the same number of samples. Under a budget of time the first run
+//! tells whether the warm-up found the right one; if not, it is made again with another. Whatever
+//! else the machine does on the way, runs are made until the time is used. Where the runs shall reach a target
 //! error, the warm-up is what goes on until it is reached, with a seed of its own: so the length of
 //! the runs does not depend on what they find, which would make them too dark.
 
@@ -26,6 +28,11 @@ const PROBE_PART: u32 = 16;
 /// too.
 const MARGIN: f64 = 1.25;
 
+/// The part of its time by which the first run may miss it.
+const TOLERANCE: f64 = 0.1;
+/// The most runs, over those that are planned.
+const MOST_RUNS: u32 = 4;
+
 /// The object, plan and reference of a measurement.
 pub(super) struct Task<'a, S: Scene + ?Sized> {
     pub scene: &'a S,
@@ -38,6 +45,8 @@ pub(super) struct Task<'a, S: Scene + ?Sized> {
 /// The runs of one integrator.
 pub(super) struct Runs {
     settings: Settings,
+    /// Seconds before the first pass, in the warm-up.
+    preparation: f64,
     pub techniques: TechniqueSet,
     /// Of the warm-up; the bytes are those of the largest map of any run.
     pub notes: Notes,
@@ -90,33 +99,30 @@ impl Runs {
                 if error <= plan.target { ControlFlow::Break(()) } else { flow }
             },
         )?;
+        let preparation = rendering.preparation.as_secs_f64();
         let most = match limit {
             Budget::Samples(samples) => samples,
-            Budget::Time(time) => {
-                let drawing = rendering.wall.saturating_sub(rendering.preparation);
-                let pass =
-                    drawing.as_secs_f64().max(1e-9) / f64::from(rendering.samples_per_pixel.max(1));
-                let left = time.saturating_sub(rendering.preparation);
-                (left.as_secs_f64() / pass).round().clamp(1.0, 1e9) as u32
-            }
+            Budget::Time(time) => samples_within(
+                time.as_secs_f64(),
+                rendering.wall.as_secs_f64(),
+                preparation,
+                rendering.samples_per_pixel,
+            ),
         };
         let needed = time_to_error(&curve, plan.target)
             .map_or(f64::INFINITY, |samples| (MARGIN * samples).ceil());
         let samples = if needed < f64::from(most) { needed as u32 } else { most };
         Ok(Self {
             settings: Settings { budget: Budget::Samples(samples), ..settings },
+            preparation,
             techniques: rendering.techniques,
-            measured: Measured {
-                name: task.contestant.name.clone(),
-                complete: task.contestant.complete,
-                estimator: rendering.notes.estimator,
-                is_correlated: rendering.notes.is_correlated,
+            measured: Measured::new(
+                task.contestant.name.clone(),
+                task.contestant.complete,
+                rendering.notes.estimator,
+                rendering.notes.is_correlated,
                 samples,
-                marks: Vec::new(),
-                finals: Vec::new(),
-                batches: Vec::new(),
-                tail: None,
-            },
+            ),
             notes: rendering.notes,
             snapshots: Vec::new(),
             counters: Counters::default(),
@@ -172,8 +178,43 @@ impl Runs {
             self.non_finite = Some(rendering.non_finite().clone());
         }
         self.decisions.extend(rendering.notes.decision);
-        self.notes.shared_bytes = self.notes.shared_bytes.max(rendering.notes.shared_bytes);
         Ok(())
+    }
+
+    /// True if the run of this number is the next one and is to be made: as many as are planned; or
+    /// under a budget of time, but at least two, until another one would end farther from it.
+    pub fn lacks(&self, plan: &Plan, number: u32) -> bool {
+        let is_within = match plan.budget {
+            Budget::Time(time) if !plan.until_target => {
+                let (used, runs) = (self.total.wall, f64::from(number));
+                let is_nearer = used * (1.0 + 0.5 / runs) < time.as_secs_f64();
+                number < 2 || is_nearer && number < MOST_RUNS * plan.seeds
+            }
+            _ => number < plan.seeds,
+        };
+        is_within && self.measured.finals.len() == number as usize
+    }
+
+    /// Forgets the first run, and changes the number of samples, if it missed its time. True if so.
+    pub fn corrects_length(&mut self, plan: &Plan) -> bool {
+        let (Budget::Time(time), Some(first)) = (plan.budget, self.measured.costs().first()) else {
+            return false;
+        };
+        let (time, before) = ((time / plan.seeds).as_secs_f64(), self.measured.samples);
+        let samples = samples_within(time, first.wall, self.preparation, before);
+        let off = f64::from(samples.abs_diff(before)) / f64::from(before);
+        if plan.until_target || off <= TOLERANCE {
+            return false;
+        }
+        self.settings.budget = Budget::Samples(samples);
+        let Measured { name, complete, estimator, is_correlated, .. } = &self.measured;
+        self.measured = Measured::new(name.clone(), *complete, *estimator, *is_correlated, samples);
+        self.snapshots.clear();
+        self.counters = Counters::default();
+        self.non_finite = None;
+        self.total = Cost::default();
+        self.decisions.clear();
+        true
     }
 
     /// A look at single contributions.
@@ -190,4 +231,10 @@ impl Runs {
         self.energy_by_bounces = energy_by_bounces;
         Ok(())
     }
+}
+
+/// The number of samples per pixel that take this time, if so many took `wall`; at least one.
+fn samples_within(time: f64, wall: f64, preparation: f64, samples: u32) -> u32 {
+    let pass = (wall - preparation).max(1e-9) / f64::from(samples.max(1));
+    ((time - preparation) / pass).round().clamp(1.0, 1e9) as u32
 }

@@ -17,8 +17,12 @@ use crate::report::stats::{
 /// those that can have one.
 pub(super) fn baseline<'a>(runs: &'a [Runs], plan: &Plan) -> Option<&'a Measured> {
     let named = |m: &&Measured| plan.baseline.as_ref().is_none_or(|name| *name == m.name);
-    let measured = runs.iter().map(|run| &run.measured);
-    measured.filter(|m| has_speed_up(m)).find(named)
+    rankable(runs).find(named)
+}
+
+/// Those whose variance × cost tells all of them.
+pub(super) fn rankable(runs: &[Runs]) -> impl Iterator<Item = &Measured> {
+    runs.iter().map(|run| &run.measured).filter(|m| has_speed_up(m))
 }
 
 /// Variance × cost says all of an integrator if it sees everything, has no bias and has met enough;
@@ -111,7 +115,7 @@ fn method(
             clamped: per_sample(ledger.clamped),
         },
         shared: SharedReport {
-            bytes: run.notes.shared_bytes,
+            bytes: run.counters.shared_bytes,
             photons: run.counters.photons,
             queries: run.counters.queries,
             merges: run.counters.merges,

@@ -3,6 +3,7 @@
 //! The ray kernel answers rays, a primitive's surface leads to its material and its light, and
 //! lights are chosen by a [`LightTree`]. [`Needs`] are computed once, when the world is built.
 
+mod fingerprint;
 mod flat;
 mod media;
 mod needs;

@@ -245,6 +245,10 @@ impl Scene for World {
     type Bsdf<'a> = SurfaceBsdf<'a>;
     type Light = AnyLight;
 
+    fn fingerprint(&self) -> Option<u64> {
+        Some(self.print())
+    }
+
     const AS_WORLD: Option<fn(&Self) -> &World> = Some(|world| world);
 
     #[inline]
