@@ -55,8 +55,8 @@ impl Measurement {
         Rgb(self.replications.map(|channel| channel.standard_error()))
     }
 
-    /// The variance of a sample: that of the mean times the number of samples. Lower it is with
-    /// points that are spread better than independent ones.
+    /// The variance of a sample, by which integrators are compared: that of the mean times the number
+    /// of samples. It is less with points that are spread better than independent ones.
     #[must_use]
     pub fn variance(&self) -> Rgb {
         self.standard_error().map(|error| error * error * self.samples as f64)
