@@ -1,46 +1,54 @@
-//! Scenes in glTF 2.0, in Wavefront OBJ, and of the renderers Mitsuba 3 and pbrt.
+//! Scenes from files, by the readers that the program was built with.
 
-use super::scenes::{AnyCamera, FileOptions, NamedScene};
+use super::cargo_command;
+use super::scenes::{AnyCamera, FileOptions, NamedScene, SIZE};
 use pathspace::glam::UVec2;
-use pathspace::import::{Import, gltf, mitsuba, obj, pbrt};
+use pathspace::import::{self, Import};
 use std::error::Error;
 use std::path::Path;
 
-/// Loads a Mitsuba file, which brings its own film.
-pub fn load_mitsuba(
+/// Loads a scene file by the reader for its extension, which is in lower case. Films of glTF and
+/// OBJ files have the size that is wished for, or a default; files of the others bring their own.
+pub fn load(
     path: &Path,
+    extension: &str,
     size: Option<UVec2>,
     options: &FileOptions,
 ) -> Result<NamedScene, Box<dyn Error>> {
-    let parameters = options.define.iter().cloned();
-    named(path, mitsuba::load(path, &options.options(size), parameters)?, options)
+    match read(path, extension, size, options)? {
+        Some(import) => named(path, import, options),
+        None => Err(format!(
+            "{}: this program was built without the reader of such files; `{} -- …` builds it with \
+             all readers",
+            path.display(),
+            cargo_command(true)
+        )
+        .into()),
+    }
 }
 
-/// Loads a pbrt file, which brings its own film.
-pub fn load_pbrt(
+#[cfg_attr(not(feature = "readers"), allow(unused_variables, reason = "readers take them"))]
+fn read(
     path: &Path,
+    extension: &str,
     size: Option<UVec2>,
     options: &FileOptions,
-) -> Result<NamedScene, Box<dyn Error>> {
-    named(path, pbrt::load(path, &options.options(size))?, options)
-}
-
-/// Loads a glTF file; its cameras bring their aspect ratio.
-pub fn load_gltf(
-    path: &Path,
-    resolution: UVec2,
-    options: &FileOptions,
-) -> Result<NamedScene, Box<dyn Error>> {
-    named(path, gltf::load(path, resolution, &options.options(None))?, options)
-}
-
-/// Loads a Wavefront OBJ file.
-pub fn load_obj(
-    path: &Path,
-    resolution: UVec2,
-    options: &FileOptions,
-) -> Result<NamedScene, Box<dyn Error>> {
-    named(path, obj::load(path, resolution, &options.options(None))?, options)
+) -> Result<Option<Import>, import::Error> {
+    let fixed = size.unwrap_or(SIZE);
+    Ok(match extension {
+        #[cfg(feature = "obj")]
+        "obj" => Some(import::obj::load(path, fixed, &options.options(None))?),
+        #[cfg(feature = "gltf")]
+        "gltf" | "glb" => Some(import::gltf::load(path, fixed, &options.options(None))?),
+        #[cfg(feature = "mitsuba")]
+        "xml" => {
+            let parameters = options.define.iter().cloned();
+            Some(import::mitsuba::load(path, &options.options(size), parameters)?)
+        }
+        #[cfg(feature = "pbrt")]
+        "pbrt" | "gz" => Some(import::pbrt::load(path, &options.options(size))?),
+        _ => None,
+    })
 }
 
 /// The scene with the camera that is wished for, or the first.
