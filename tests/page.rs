@@ -1,12 +1,17 @@
-//! The page in a real browser: it loads, two images are flipped, and the console stays empty.
+//! The page in a real browser: it loads, pictures are flipped, zoomed, exposed, compared and
+//! measured, and the console stays empty.
 //! Without Chromium the test says so and passes.
 #![allow(missing_docs, reason = "a test program")]
 
+use pathspace::film::Image;
 use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, PathTracer};
 use pathspace::render::{Budget, Settings};
-use pathspace::report::{Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, study};
+use pathspace::report::{
+    Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, exposure, signed_error_map,
+    study,
+};
 use pathspace::scene::World;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -14,27 +19,91 @@ use std::process::{Command, Output};
 
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
-/// Clicks through the page and leaves the outcome in an attribute of the document.
-const PROBE: &str = "<script>
+/// Works with the page as a reader does, and leaves the outcome in an attribute of the document.
+const PROBE: &str = r#"<script>
 const outcome = [];
 const check = (name, ok) => { if (!ok) outcome.push(name); };
 const $ = (id) => document.getElementById(id);
-check('images', [...document.images].every((i) => i.complete && i.naturalWidth > 0));
-const [first, second] = [$('flip-first'), $('flip-second')];
-check('choices', first.options.length > 4 && first.value !== second.value);
-check('start', $('flip-a').src === $(first.value).src && $('flip-b').src === $(second.value).src && $('flip-a').src !== $('flip-b').src);
-const clip = () => $('flip-b').style.clipPath;
-const before = clip();
-$('flip-button').click();
-const after = clip();
-$('flip-button').click();
-check('flip', before !== after && after !== clip());
-first.selectedIndex = 0;
-first.dispatchEvent(new Event('change'));
-check('change', $('flip-a').src === $('image-0').src);
-check('width', document.documentElement.scrollWidth <= document.documentElement.clientWidth);
-document.documentElement.dataset.outcome = outcome.length ? 'failed: ' + outcome.join(', ') : 'passed';
-</script></body>";
+const view = document.querySelector('#stage .view');
+const image = (name, row) => document.querySelector(`img[data-name="${name}"][data-row="${row}"]`);
+const shown = () => view.querySelector('img').src;
+const press = (key, more) => {
+  view.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true, ...more }));
+};
+const until = async (name, done) => {
+  for (let i = 0; i < 200 && !done(); i++) await new Promise((go) => setTimeout(go, 10));
+  check(name, done());
+};
+const seen = (img) => {
+  const [a, b] = [img, img.parentElement].map((element) => element.getBoundingClientRect());
+  return [(b.left - a.left) / a.width, (b.top - a.top) / a.height, a.width / b.width];
+};
+(async () => {
+  await until('images', () => [...document.images].every((i) => i.complete && i.naturalWidth > 0));
+  check('choices', $('choices').children.length === 3 && $('row').options.length === 4);
+  const [reference, best] = [image('reference', 'all runs'), image('bidirectional', 'all runs')];
+  press('1');
+  check('first', shown() === reference.src);
+  press('ArrowRight');
+  check('next', shown() === image('path-tracing', 'all runs').src);
+  press('3');
+  check('third', shown() === best.src);
+  press(' ');
+  check('flip', shown() === image('path-tracing', 'all runs').src);
+  press('ArrowDown');
+  check('budget', shown() === image('path-tracing', '1/16 of a run').src);
+  press('ArrowUp');
+  $('choices').children[2].click();
+  check('click', shown() === best.src);
+  check('pressed', $('choices').children[2].getAttribute('aria-pressed') === 'true');
+  press('+');
+  press('+');
+  press('ArrowRight', { shiftKey: true });
+  const parts = [...document.querySelectorAll('.view img')].map(seen);
+  const same = (a, b) => a.every((x, i) => Math.abs(x - b[i]) < 0.02);
+  check('zoom', parts.every((part) => same(part, [0.4375, 0.375, 4])));
+  await until('values', () => $('readout').innerText.includes('(18, 16)'));
+  const cells = [...$('readout').querySelectorAll('tr')].map((row) => row.innerText.split(/\s+/));
+  const values = VALUES;
+  check('pixel', values.every(([red, green, blue], i) =>
+    [red, green, blue].every((x, c) => Math.abs(cells[i + 1][c + 1] / x - 1) < 0.006)));
+  press('e');
+  press('e');
+  await until('exposure', () => document.querySelectorAll('.view canvas').length === 10);
+  const canvas = view.querySelector('canvas');
+  const pixel = (canvas) => [...canvas.getContext('2d').getImageData(18, 16, 1, 1).data];
+  check('brighter', pixel(canvas).every((x, i) => Math.abs(x - EXPOSED[i]) <= 1));
+  press('d');
+  await until('difference', () => view.querySelector('canvas') && view.querySelector('canvas') !== canvas);
+  check('error', pixel(view.querySelector('canvas')).every((x, i) => Math.abs(x - ERROR[i]) <= 2));
+  press('0');
+  await until('reset', () => !document.querySelector('.view canvas'));
+  check('whole', same(seen(best), [0, 0, 1]));
+  const focused = document.querySelectorAll('.strip .view')[1];
+  focused.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true, cancelable: true }));
+  check('brought', shown() === focused.querySelector('img').src && document.activeElement === view);
+  check('width', document.documentElement.scrollWidth <= document.documentElement.clientWidth);
+  check('labels', [...document.querySelectorAll('img')].every((i) => i.alt)
+    && [...document.querySelectorAll('select, input')].every((i) => i.closest('label')));
+  document.documentElement.dataset.outcome = outcome.length ? 'failed: ' + outcome.join(', ') : 'passed';
+})().catch((error) => { document.documentElement.dataset.outcome = 'failed: ' + error; });
+</script></body>"#;
+
+/// The probe, with what is expected at pixel (18, 16).
+fn probe(study: &Study) -> String {
+    let images = [study.reference.image(), &study.images[0].mean, &study.images[1].mean];
+    let [reference, _, best] = images.map(|image| image.get(18, 16).unwrap());
+    let gain = exposure(study.reference.image());
+    let colours = |image: &Image, stops| image.to_srgb8(stops)[3 * (16 * 32 + 18)..][..3].to_vec();
+    let map = signed_error_map(images[2], images[0]);
+    let opaque =
+        |colours: Vec<u8>| format!("[{}, {}, {}, 255]", colours[0], colours[1], colours[2]);
+    assert!((best.luminance() / reference.luminance() - 1.0).abs() > 0.01);
+    PROBE
+        .replace("VALUES", &format!("{:?}", images.map(|image| image.get(18, 16).unwrap().0)))
+        .replace("EXPOSED", &opaque(colours(images[2], gain + 1.0)))
+        .replace("ERROR", &opaque(colours(&map, 0.0)))
+}
 
 fn browse(browser: &str, page: &Path, profile: &Path, width: u32) -> std::io::Result<Output> {
     Command::new(browser)
@@ -50,6 +119,7 @@ fn browse(browser: &str, page: &Path, profile: &Path, width: u32) -> std::io::Re
             "--disable-component-update",
             "--disable-sync",
             "--enable-logging=stderr",
+            "--virtual-time-budget=20000",
             "--dump-dom",
         ])
         .arg(format!("--user-data-dir={}", profile.display()))
@@ -85,7 +155,7 @@ fn the_page_works_in_a_browser() {
     let directory = std::env::temp_dir().join(format!("pathspace-page-{}", std::process::id()));
     std::fs::create_dir_all(&directory).unwrap();
     let page = directory.join("index.html");
-    std::fs::write(&page, study.page().replace("</body>", PROBE)).unwrap();
+    std::fs::write(&page, study.page().replace("</body>", &probe(&study))).unwrap();
     for width in [400, 1200] {
         let output =
             browse(browser, &page, &directory.join(format!("profile-{width}")), width).unwrap();

@@ -9,24 +9,26 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod columns;
 mod picture;
 mod table;
 
 use clap::Parser;
+use columns::wrapped;
 use common::{
     AnyIntegrator, End, FileOptions, MANY, NamedScene, SharedWalks, exit_code, interrupt_flag,
     parse_count, parse_duration, parse_error, parse_size, progress_bar, scene_list, scene_or_file,
 };
 use indicatif::ProgressBar;
-use pathspace::film::{ImageFile, replace_file};
+use pathspace::film::replace_file;
 use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Depth};
 use pathspace::path::Roulette;
-use pathspace::render::{Budget, Settings};
+use pathspace::render::{Budget, Settings, Shard};
 use pathspace::report::{
-    Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, exposure,
-    study,
+    Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, study,
+    study_of_shards, study_shard,
 };
 use pathspace::scene::World;
 use std::error::Error;
@@ -102,6 +104,16 @@ struct Options {
     /// limit [default: use up the budget, and say when 0.01 was reached]
     #[arg(long, value_name = "E", value_parser = parse_error)]
     target_error: Option<f64>,
+    /// Leave out of the files what clocks tell and the machine: two runs with one seed write the
+    /// same bytes. Without --reference, the reference has 16 times the samples
+    #[arg(long, requires = "samples", conflicts_with = "reference_time")]
+    no_clocks: bool,
+    /// Render part I of N of the runs, integrators and seeds, into files in OUT/SCENE/shard-I-of-N
+    #[arg(long, value_name = "I/N", requires = "samples", conflicts_with = "target_error")]
+    shard: Option<Shard>,
+    /// Make the page of the runs in OUT/SCENE/shard-*, in place of rendering them
+    #[arg(long, requires = "samples", conflicts_with_all = ["shard", "target_error"])]
+    merge: bool,
     /// Directory for the results; a directory is made in it for each scene
     #[arg(long, default_value = "target/compare")]
     out: PathBuf,
@@ -156,7 +168,7 @@ fn compare(
     interrupted: &AtomicBool,
 ) -> Result<bool, Box<dyn Error>> {
     let depth = options.max_bounces.or(scene.max_bounces);
-    println!("{}: {}", scene.name, scene.description);
+    println!("{}", wrapped(&format!("{}: {}", scene.name, scene.description)));
     let mut integrators: Vec<AnyIntegrator> = Vec::new();
     for integrator in &options.integrators {
         if !integrators.contains(integrator) {
@@ -182,8 +194,6 @@ fn compare(
         filter: scene.filter,
         ..Plan::default().settings
     };
-    let reference = reference(options, scene, depth, &settings, interrupted)?;
-    println!("reference: {}", reference.origin());
     let plan = Plan {
         budget: options.samples.map_or(Budget::Time(options.time), Budget::Samples),
         seeds: options.seeds,
@@ -200,16 +210,51 @@ fn compare(
         max_bounces: depth,
         ..SceneInfo::default()
     };
+    let (world, camera) = (&scene.world, &*scene.camera.0);
     let bar = progress_bar("comparing");
     let mut show = |step: &Step<'_>| show_step(&bar, step, interrupted);
-    let study =
-        study(&scene.world, &*scene.camera.0, &info, &contestants, reference, &plan, &mut show)?;
+    if let Some(shard) = options.shard {
+        let runs = directory.join(format!("shard-{}-of-{}", shard.index(), shard.count()));
+        let files = study_shard(world, camera, &contestants, &plan, shard, &runs, &mut show)?;
+        bar.finish_and_clear();
+        println!("wrote {} runs to {}\n", files.len(), runs.display());
+        return Ok(true);
+    }
+    let reference = reference(options, scene, depth, &settings, interrupted)?;
+    println!("{}\n", wrapped(&format!("reference: {}", reference.origin())));
+    let mut study = if options.merge {
+        let shards = shards(directory)?;
+        study_of_shards(world, camera, &info, &contestants, reference, &plan, &shards, &mut show)?
+    } else {
+        study(world, camera, &info, &contestants, reference, &plan, &mut show)?
+    };
     bar.finish_and_clear();
+    if options.no_clocks {
+        study = study.without_clocks();
+    }
 
     table::print(&study.report);
     write(&study, directory)?;
     println!("wrote {}\n", directory.join("index.html").display());
     Ok(study.report.is_clean())
+}
+
+/// The directories of the shards of a study.
+fn shards(directory: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let unreadable = |error| format!("{}: {error}", directory.display());
+    let mut shards = Vec::new();
+    for entry in std::fs::read_dir(directory).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_dir() && name.starts_with("shard-") {
+            shards.push(path);
+        }
+    }
+    shards.sort();
+    match shards.is_empty() {
+        true => Err(format!("{}: there are no directories shard-*", directory.display()).into()),
+        false => Ok(shards),
+    }
 }
 
 /// Two halves by different integrators, if two of them see everything.
@@ -230,10 +275,11 @@ fn reference(
     let methods = [AnyIntegrator::Bidirectional, second]
         .map(|integrator| (integrator, integrator.build_up_to(depth)));
     let halves = [0, 1].map(|i| Contestant::new(methods[i].0.name(), &*methods[i].1, true));
-    let budget =
-        options.reference_samples.map_or(Budget::Time(options.reference_time), Budget::Samples);
-    let runs =
-        options.reference_samples.map_or(REFERENCE_RUNS, |samples| REFERENCE_RUNS.min(samples / 2));
+    // Without clocks the budget may not be in time.
+    let enough = options.samples.filter(|_| options.no_clocks).map(|n| n.saturating_mul(16));
+    let samples = options.reference_samples.or(enough);
+    let budget = samples.map_or(Budget::Time(options.reference_time), Budget::Samples);
+    let runs = samples.map_or(REFERENCE_RUNS, |samples| REFERENCE_RUNS.min(samples / 2));
     let plan = ReferencePlan { budget, runs, settings: *settings };
     let bar = progress_bar("reference");
     let key = depth.map_or_else(|| scene.name.clone(), |depth| format!("{} {depth}", scene.name));
@@ -263,13 +309,22 @@ fn show_step(bar: &ProgressBar, step: &Step<'_>, interrupted: &AtomicBool) -> Co
     }
 }
 
-/// The command that was given, with cargo in place of the program's path.
+/// The command that was given, with cargo in place of the program's path, and without the
+/// directory, which changes nothing in the files.
 fn command_line(options: &Options) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=".contains(c);
     let quote = |text: String| {
         if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
     };
-    let arguments: Vec<String> = std::env::args().skip(1).map(quote).collect();
+    let mut arguments = Vec::new();
+    let mut given = std::env::args().skip(1);
+    while let Some(argument) = given.next() {
+        if argument == "--out" {
+            given.next();
+        } else if !argument.starts_with("--out=") && argument != "--merge" {
+            arguments.push(quote(argument));
+        }
+    }
     let command = common::cargo_command(Path::new(&options.scene).extension().is_some());
     format!("{command} -- {}", arguments.join(" ")).trim_end_matches([' ', '-']).to_owned()
 }
@@ -278,22 +333,5 @@ fn write(study: &Study, directory: &Path) -> Result<(), Box<dyn Error>> {
     study.save(directory)?;
     replace_file(directory.join("summary.md"), table::markdown(&study.report).as_bytes())?;
     picture::side_by_side(study).save(directory.join("compare.png"))?;
-    let save = |image: &pathspace::film::Image,
-                name: &str,
-                origin: (&str, String)|
-     -> Result<(), Box<dyn Error>> {
-        let mut file = ImageFile::from(image.clone());
-        file.metadata.insert("scene".to_owned(), study.report.scene.name.clone());
-        file.metadata.insert(origin.0.to_owned(), origin.1);
-        file.exposure = exposure(study.reference.image());
-        for extension in ["png", "exr"] {
-            file.save(directory.join(format!("{name}.{extension}")))?;
-        }
-        Ok(())
-    };
-    save(study.reference.image(), "reference", ("reference", study.reference.origin().to_owned()))?;
-    for (method, images) in study.report.methods.iter().zip(&study.images) {
-        save(&images.mean, &method.name, ("techniques", method.techniques.clone()))?;
-    }
     Ok(())
 }

@@ -20,17 +20,20 @@ impl fmt::Display for CaseWarning<'_> {
     }
 }
 
+/// The tables, no wider than a terminal of 80 columns. Lines of a case stand below its name.
 pub fn text(lines: &[Line], comparisons: &[Comparison], warnings: &[CaseWarning<'_>]) -> String {
     let mut out = format!(
-        "{:4} {:34} {:>10} {:7} {:>13} {:>13} {:>9} {:>6} {:>6} verdict\n",
-        "row", "case", "value", "by", "expected", "measured", "± SE", "digits", "not fin"
+        "{:>10} {:8} {:>13} {:>13} {:>8} {:>6} {:>7} verdict\n",
+        "value", "by", "expected", "measured", "± SE", "digits", "not fin"
     );
+    let mut case = ("", "");
     for line in lines {
+        if std::mem::replace(&mut case, (line.row, line.family)) != case {
+            let _ = writeln!(out, "{} {}", line.row, line.family);
+        }
         let _ = writeln!(
             out,
-            "{:4} {:34} {:>10.3e} {:7} {:>13.6e} {:>13.6e} {:>9.1e} {:>6.1} {:>6} {}",
-            line.row,
-            line.family,
+            "{:>10.3e} {:8} {:>13.6e} {:>13.6e} {:>8.1e} {:>6.1} {:>7} {}",
             line.value,
             line.method.key(),
             line.expected,
@@ -54,24 +57,18 @@ pub fn text(lines: &[Line], comparisons: &[Comparison], warnings: &[CaseWarning<
     }
     let _ = writeln!(
         out,
-        "variance × time over that of …\n{:4} {:46} {:>9} {:8} {:>15} {:>15} {:>15} {:>15} {:>5} verdict",
-        "row",
-        "case",
-        "value",
-        "by",
-        "the best",
-        "uniform choice",
-        "by power",
-        "useful alone",
-        "off"
+        "\nvariance × time over that of …\n{:>7} {:8} {:>12} {:>12} {:>12} {:>12} {:>4} verdict",
+        "value", "by", "the best", "uniform", "by power", "useful alone", "off"
     );
+    let mut case = ("", "");
     for comparison in comparisons {
+        if std::mem::replace(&mut case, (comparison.row, comparison.family)) != case {
+            let _ = writeln!(out, "{} {}", comparison.row, comparison.family);
+        }
         let [best, uniform, power, alone] = ratios(comparison);
         let _ = writeln!(
             out,
-            "{:4} {:46} {:>9.1e} {:8} {best:>15} {uniform:>15} {power:>15} {alone:>15} {:>5.1} {}",
-            comparison.row,
-            comparison.family,
+            "{:>7.1e} {:8} {best:>12} {uniform:>12} {power:>12} {alone:>12} {:>4.1} {}",
             comparison.value,
             comparison.method,
             comparison.off,
@@ -86,7 +83,7 @@ fn ratios(comparison: &Comparison) -> [String; 4] {
     let Comparison { over_best, over_uniform, over_power, over_alone, .. } = *comparison;
     [Some(over_best), Some(over_uniform), Some(over_power), over_alone].map(|ratio| {
         ratio.map_or("".to_owned(), |Uncertain { value, error }| {
-            format!("{value:.2e} ± {:.0} %", 100.0 * error)
+            format!("{value:.1e} ± {:.0} %", 100.0 * error)
         })
     })
 }

@@ -50,7 +50,10 @@ impl AddAssign for Ledger {
 
 /// Counts of what integrators did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    any(feature = "checkpoint", feature = "report"),
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub struct Counters {
     /// Samples, each a camera subpath, a light subpath, or one of each.
     pub samples: u64,
@@ -78,7 +81,7 @@ pub struct Counters {
     /// Walks that the limit on bounces cut off.
     pub truncated_subpaths: u64,
     /// Energy ledger of the light subpaths.
-    #[cfg_attr(feature = "checkpoint", serde(skip))]
+    #[cfg_attr(any(feature = "checkpoint", feature = "report"), serde(skip))]
     pub ledger: Ledger,
 }
 

@@ -25,6 +25,8 @@ mod target;
 mod tests;
 
 pub use checkpoint::{Checkpoint, CheckpointError, MergeError, Merger};
+#[cfg(feature = "report")]
+pub(crate) use identity::Identity;
 #[cfg(feature = "checkpoint")]
 pub use npz::CheckpointFileError;
 pub use settings::{Budget, RenderError, Settings};

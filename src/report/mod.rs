@@ -39,20 +39,21 @@ mod page;
 mod result;
 pub mod stats;
 mod study;
+pub mod text;
 
 pub use error::ReportError;
 pub use page::{Axis, ERROR_SCALE, error_colour, error_plot, exposure, signed_error_map};
 pub use result::{
-    CandidateReport, DecisionReport, Layer, LedgerReport, MethodImages, MethodReport,
+    CandidateReport, DecisionReport, Layer, LedgerReport, Machine, MethodImages, MethodReport,
     MissingReport, Omission, Pyramid, PyramidReport, ReferenceInfo, Report, SCHEMA, SceneInfo,
     Setup, SharedReport, Snapshot, Study, TechniqueShare, WithoutTechnique,
 };
 pub use stats::{
-    BIAS_SIGNIFICANCE, Bias, Checkpoint, Cost, Errors, Interval, Outcome, Pair, REFERENCE_SHARE,
-    Reference, SIGNIFICANCE, Slope, SpeedUp, Split, Tail, TimeToTarget, Undecided, Welch,
-    median_of_means,
+    BIAS_SIGNIFICANCE, Behind, Bias, Checkpoint, Cost, Errors, Interval, Outcome, Pair, Price,
+    REFERENCE_SHARE, Ranking, Reference, SIGNIFICANCE, Slope, SpeedUp, Split, Tail, TimeToTarget,
+    Undecided, Welch, median_of_means,
 };
 pub use study::{
     Contestant, Method, Plan, Probe, ReferencePlan, Step, cached_reference, measure_pyramid,
-    measure_techniques, study,
+    measure_techniques, study, study_of_shards, study_shard,
 };

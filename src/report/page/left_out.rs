@@ -1,7 +1,8 @@
 //! The section on omissions, and on the decisions of integrators that adapt themselves.
 
-use super::table::{number, table};
+use super::table::table;
 use crate::report::result::{CandidateReport, DecisionReport, MethodReport, Omission, Report};
+use crate::report::text::number;
 use maud::{Markup, html};
 
 pub(super) fn left_out(report: &Report) -> Markup {
@@ -18,7 +19,7 @@ pub(super) fn left_out(report: &Report) -> Markup {
             "Exactly, before the first sample: techniques and path lengths that carry no light in \
              this scene."
         }
-        (table("integrator", ["left out"], measured.chain(idle)))
+        (table("what is left out", "integrator", ["left out"], measured.chain(idle)))
         @for method in report.methods.iter().filter(|m| !m.decisions.is_empty()) {
             h3 { "What " (method.name) " decided" }
             (decisions(&method.decisions))
@@ -74,7 +75,7 @@ fn decisions(decisions: &[DecisionReport]) -> Markup {
              techniques with the least variance × cost. Gain: over plain bidirectional path \
              tracing, as the pilot predicts."
         }
-        (table("run", columns, rows))
+        (table("decisions", "run", columns, rows))
         p { "The sets that the first run chose from; the better ones drew more samples." }
         (candidates(&decisions[0].candidates))
     }
@@ -92,5 +93,6 @@ fn candidates(candidates: &[CandidateReport]) -> Markup {
             }
         }
     });
-    table("techniques", ["variance", "cost in rays", "variance × cost", "samples"], rows)
+    let columns = ["variance", "cost in rays", "variance × cost", "samples"];
+    table("sets of techniques", "techniques", columns, rows)
 }

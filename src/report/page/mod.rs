@@ -1,7 +1,9 @@
 //! The page: one HTML file with everything in it, for screens of any size and for paper.
 //!
-//! Each section has a file: the summary of all integrators, error plots, images beside each other,
-//! omissions, the pyramid of techniques. The same numbers are written as JSON and CSV.
+//! It opens with what was asked, then come the best pictures, then the rest. Each section has a
+//! file: the summary of all integrators, error plots, pictures, omissions, the pyramid of
+//! techniques. `view.js` and `stage.js` let pictures be zoomed, flipped and measured; without them
+//! everything can be read all the same. The same numbers are written as JSON and CSV.
 
 mod csv;
 mod files;
@@ -12,21 +14,33 @@ mod plot;
 mod pyramid;
 mod summary;
 mod table;
+mod values;
 
 pub use picture::{ERROR_SCALE, error_colour, exposure, signed_error_map};
 pub use plot::{Axis, error_plot};
 
-use crate::report::result::{Report, Study};
+use crate::report::result::{Machine, Report, Study};
 use crate::report::stats::{
     BIAS_SIGNIFICANCE, FEWEST_CONTRIBUTIONS, REFERENCE_SHARE, SIGNIFICANCE, Tail,
 };
+use crate::report::text::{number, with_error};
 use images::Images;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use plot::plots;
-use table::number;
 
 const STYLE: &str = include_str!("style.css");
-const SCRIPT: &str = include_str!("flip.js");
+/// In a block, so that its names are its own.
+const SCRIPT: &str = concat!(
+    "'use strict';{\n",
+    include_str!("view.js"),
+    include_str!("values.js"),
+    include_str!("stage.js"),
+    "}"
+);
+
+/// The files of numbers that the page names.
+const FILES: [&str; 6] =
+    ["report.json", "report.csv", "verdicts.csv", "missing.csv", "left-out.csv", "decisions.csv"];
 
 impl Study {
     /// The report as one self-contained HTML page.
@@ -34,7 +48,10 @@ impl Study {
     pub fn page(&self) -> String {
         let report = &self.report;
         let mut images = Images::new(self);
-        let gain = exposure(self.reference.image());
+        let (best, on_the_way) = (images.best(), images.on_the_way());
+        let gain = images.gain;
+        let ranked = report.rankings.first().map(|ranking| &ranking.best);
+        let winner = report.methods.iter().position(|m| Some(&m.name) == ranked).unwrap_or(0);
         let pyramids = report.methods.iter().zip(&self.images);
         let pyramids =
             pyramids.filter_map(|(m, images)| images.pyramid.as_ref().map(|p| (&m.name, p)));
@@ -43,19 +60,23 @@ impl Study {
             html lang="en" {
                 head {
                     meta charset="utf-8";
+                    meta name="color-scheme" content="light dark";
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     link rel="icon" href="data:,";
                     title { (report.scene.name) ": error against run time" }
                     style { (PreEscaped(STYLE)) }
                 }
-                body {
+                body data-gain=(gain) data-stops=(images.stops) data-factor=(images.factor)
+                    data-error-scale=(ERROR_SCALE) data-first=(winner + 1) {
                     (header(report))
-                    (images.strips())
+                    h2 { "The pictures" }
+                    (images::stage())
+                    (best)
                     (against_cost(report))
                     h2 { "In numbers" }
                     (summary::summary(report))
                     (footnotes())
-                    (images.flip())
+                    (on_the_way)
                     @if let Some(pyramid) = &self.pyramid {
                         h2 { "Techniques of bidirectional path tracing" }
                         (pyramid::pyramid(pyramid, gain))
@@ -66,7 +87,8 @@ impl Study {
                     }
                     (left_out::left_out(report))
                     (what_is_seen(report))
-                    (reproduce(report))
+                    (reproduce(report, images.bytes))
+                    div #readout hidden {}
                     script { (PreEscaped(SCRIPT)) }
                 }
             }
@@ -79,6 +101,12 @@ fn header(report: &Report) -> Markup {
     let scene = &report.scene;
     html! {
         h1 { (scene.name) ": error against run time" }
+        div.answer {
+            @for (i, answer) in report.answers().iter().enumerate() {
+                p { @if i == 0 { strong { (answer) } } @else { (answer) } }
+            }
+        }
+        div.verdict { @for verdict in report.verdicts() { p { (verdict) } } }
         p { (scene.description) }
         p {
             (scene.width) " × " (scene.height) " pixels, "
@@ -86,14 +114,11 @@ fn header(report: &Report) -> Markup {
                 Some(bounces) => { "at most " (bounces) " scattering events; " }
                 None => { "no limit on scattering events; " }
             }
-            (report.setup.seeds) " independent runs for each integrator within "
-            (report.setup.budget) ", interleaved."
+            "independent runs of each integrator, interleaved, within " (report.setup.budget) "."
         }
-        div.verdict { @for verdict in report.verdicts() { div { (verdict) } } }
         p {
             "Reference: " (report.reference.origin) ". Mean luminance "
-            (format!("{:.6}", report.reference.mean)) " ± "
-            (number(report.reference.mean_standard_error)) "."
+            (with_error(report.reference.mean, report.reference.mean_standard_error)) "."
         }
     }
 }
@@ -114,7 +139,7 @@ fn against_cost(report: &Report) -> Markup {
 
 fn footnotes() -> Markup {
     html! {
-        p { small {
+        p.notes { small {
             "Intervals are of 95 % confidence over the runs. Errors are averaged over pixels and \
              channels, the reference's own variance is subtracted from MSE and relMSE. \
              relMSE: (I − R)² / (R² + 0.01 mean(R)²). MAPE: |I − R| / (|R| + 0.01 mean(R)). \
@@ -160,7 +185,7 @@ fn what_is_seen(report: &Report) -> Markup {
         h2 { "Do the integrators agree?" }
         p {
             "Three tests for every pair of unbiased integrators that see every path, each wrong \
-             with probability " (format!("{SIGNIFICANCE:e}")) ": Welch's t of the image means; the \
+             with probability " (number(SIGNIFICANCE)) ": Welch's t of the image means; the \
              worst of the blocks of 8 × 8 pixels, with Šidák's correction for their number; and \
              the mean of t² over all blocks, which is 1 if they agree. Where rare, bright \
              contributions make up much of the noise of one of them, blocks in which it is too \
@@ -170,7 +195,7 @@ fn what_is_seen(report: &Report) -> Markup {
     }
 }
 
-fn reproduce(report: &Report) -> Markup {
+fn reproduce(report: &Report, pictures: usize) -> Markup {
     let setup = &report.setup;
     html! {
         h2 { "Make this page again" }
@@ -179,15 +204,20 @@ fn reproduce(report: &Report) -> Markup {
             "Seed " (setup.seed) ", " (setup.seeds) " runs, " (setup.sampler) " sampler, "
             (setup.filter) " filter, "
             @match setup.threads { Some(n) => { (n) " threads" } None => { "all threads" } }
-            ", 64-bit floats, no clamping. Measured on " (setup.processor) " with "
-            (setup.processors) " processors"
-            @if let Some(load) = &setup.load { "; load averages " (load) " at the start" }
+            ", 64-bit floats, no clamping"
+            @if let Some(Machine { processor, processors, load }) = &setup.machine {
+                ". Measured on " (processor) " with " (processors) " processors"
+                @if let Some(load) = load { "; load averages " (load) " at the start" }
+            }
             "; pathspace " (report.version) ". Seeds decide errors to the bit if the budget is in \
              samples; times differ."
         }
         p {
-            "The same numbers are in report.json, report.csv, verdicts.csv, missing.csv, \
-             left-out.csv and decisions.csv."
+            "The same numbers, with all digits, are in "
+            @for name in FILES { a href=(name) { (name) } ", " }
+            "the pictures as 32-bit floats in the EXR files. Those in this page take "
+            (number(pictures as f64 * 1e-6))
+            " MB of it: 8-bit PNG, and half floats for values and exposure."
         }
     }
 }

@@ -5,6 +5,7 @@
 use crate::integrator::Estimator;
 use crate::report::result::{MethodReport, ReferenceInfo, Report};
 use crate::report::stats::{Checkpoint, Interval};
+use crate::report::text::number;
 use maud::{Markup, html};
 
 /// The horizontal axis of a plot: a cost of one run.
@@ -155,12 +156,15 @@ fn curves(report: &Report, axis: Axis, measure: Measure) -> Vec<Curve> {
 
 /// The plots of a study, with the names of their files.
 pub(super) fn plots(report: &Report) -> Vec<(&'static str, Markup)> {
+    let cost = if report.has_clocks() { Axis::Wall } else { Axis::Rays };
     let mut plots = vec![
-        ("time.svg", Axis::Wall, Measure::RelativeMse),
         ("samples.svg", Axis::Samples, Measure::RelativeMse),
         ("rays.svg", Axis::Rays, Measure::RelativeMse),
-        ("smape.svg", Axis::Wall, Measure::Smape),
+        ("smape.svg", cost, Measure::Smape),
     ];
+    if report.has_clocks() {
+        plots.insert(0, ("time.svg", Axis::Wall, Measure::RelativeMse));
+    }
     if report.methods.iter().any(|m| m.estimator != Estimator::Unbiased) {
         plots.push(("bias.svg", Axis::Samples, Measure::Parts));
     }
@@ -235,14 +239,14 @@ fn grid(scales: &Scales) -> Markup {
             @let x = scales.x(value);
             line x1=(px(x)) x2=(px(x)) y1=(top) y2=(bottom) stroke=(colour(labelled)) {}
             @if labelled {
-                text x=(px(x)) y=(bottom + 18.0) text-anchor="middle" { (number(value)) }
+                text x=(px(x)) y=(bottom + 18.0) text-anchor="middle" { (round(value)) }
             }
         }
         @for (value, labelled) in ticks(scales.y) {
             @let y = scales.y(value);
             line x1=(left) x2=(right) y1=(px(y)) y2=(px(y)) stroke=(colour(labelled)) {}
             @if labelled {
-                text x=(left - 6.0) y=(px(y + 5.0)) text-anchor="end" { (number(value)) }
+                text x=(left - 6.0) y=(px(y + 5.0)) text-anchor="end" { (round(value)) }
             }
         }
     }
@@ -262,7 +266,8 @@ fn ticks([low, high]: [f64; 2]) -> impl Iterator<Item = (f64, bool)> {
     .filter(move |(value, _)| low <= *value && *value <= high)
 }
 
-fn number(value: f64) -> String {
+/// A round number, which needs no digit but its first.
+fn round(value: f64) -> String {
     if (0.001..100_000.0).contains(&value) {
         format!("{}", (value * 1e6).round() / 1e6)
     } else {
@@ -332,7 +337,7 @@ fn label(method: &MethodReport) -> String {
     let is_whole = method.estimator == Estimator::Unbiased;
     let slopes = method.slopes.iter().map(|slope| {
         let of = if is_whole { "slope" } else { &slope.measure };
-        format!(", {of} {:.2}", slope.value.value)
+        format!(", {of} {}", number(slope.value.value))
     });
     format!("{}{}", method.name, slopes.collect::<String>())
 }
@@ -344,10 +349,10 @@ mod tests {
     #[test]
     fn ticks_are_round_numbers_inside_the_range() {
         let labels: Vec<String> =
-            ticks([0.8, 25.0]).filter(|(_, labelled)| *labelled).map(|(v, _)| number(v)).collect();
+            ticks([0.8, 25.0]).filter(|(_, labelled)| *labelled).map(|(v, _)| round(v)).collect();
         assert_eq!(labels, ["1", "2", "5", "10", "20"]);
         let labels: Vec<String> =
-            ticks([1e-7, 1e-2]).filter(|(_, labelled)| *labelled).map(|(v, _)| number(v)).collect();
+            ticks([1e-7, 1e-2]).filter(|(_, labelled)| *labelled).map(|(v, _)| round(v)).collect();
         assert_eq!(labels, ["1e-7", "1e-6", "1e-5", "1e-4", "0.001", "0.01"]);
     }
 }

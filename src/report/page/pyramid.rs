@@ -1,8 +1,10 @@
 //! The techniques of bidirectional path tracing, as images and as a table.
 
-use super::picture::{data_uri, exposure, shrunk};
-use super::table::{number, percent, row, table};
+use super::images::view;
+use super::picture::{exposure, shrunk};
+use super::table::{row, table};
 use crate::report::result::{Layer, Pyramid};
+use crate::report::text::{number, percent};
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 
@@ -57,15 +59,15 @@ fn figure(layer: &Layer, gain: f64) -> Markup {
     let [unweighted, weighted] =
         [&layer.unweighted, &layer.weighted].map(|image| shrunk(image, LAYER_WIDTH));
     let name = layer.technique.to_string();
-    let [energy, variance] = [layer.share.energy, layer.share.variance].map(|x| 100.0 * x);
+    let [energy, variance] = [layer.share.energy, layer.share.variance].map(percent);
     html! {
         figure {
-            img src=(data_uri(&unweighted, exposure(&unweighted))) alt={ (name) " alone" };
-            img src=(data_uri(&weighted, gain)) alt={ (name) " weighted" };
+            (view(&unweighted, exposure(&unweighted), &format!("{name} alone")))
+            (view(&weighted, gain, &format!("{name} weighted")))
             figcaption {
                 b { (name) }
-                br; (format!("energy {energy:.1} %"))
-                br; (format!("variance {variance:.1} %"))
+                br; "energy " (energy)
+                br; "variance " (variance)
             }
         }
     }
@@ -78,11 +80,11 @@ fn shares(pyramid: &Pyramid) -> Markup {
         let [cost, without] = match (share.cost, share.efficiency_without) {
             (cost, _) if cost.is_nan() => ["–"; 2].map(str::to_owned),
             (cost, needed) if needed.is_nan() => [percent(cost), "needed".to_owned()],
-            (cost, factor) => [percent(cost), format!("× {factor:.3}")],
+            (cost, factor) => [percent(cost), format!("× {}", number(factor))],
         };
         let [energy, variance] = [share.energy, share.variance].map(percent);
         let bounces = layer.technique.bounces().to_string();
         row(layer.technique.to_string(), [bounces, energy, variance, cost, without])
     });
-    table("(s, t)", columns, rows)
+    table("shares of the techniques", "(s, t)", columns, rows)
 }

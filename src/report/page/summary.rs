@@ -1,30 +1,23 @@
 //! The tables of all integrators: key figures, what they see, where their light went, whether they
 //! agree.
 
-use super::table::{interval, number, row, scientific, table};
+use super::table::{interval, row, table};
 use crate::integrator::Estimator;
 use crate::report::result::{MethodReport, Report};
 use crate::report::stats::{Checkpoint, Interval, Outcome};
+use crate::report::text::{number, percent, percent_with_error, signed, with_error};
 use maud::{Markup, Render, html};
 
 /// Rows are measures, columns integrators.
 pub(super) fn summary(report: &Report) -> Markup {
-    let baseline = report.setup.baseline.as_deref().unwrap_or("the baseline");
-    let speed_up = |cost: &str| format!("speed-up over {baseline}, {cost}");
-    let target = format!("time to relMSE {} [s]", number(report.setup.target));
-    let rows = [
+    let rows = vec![
         measure(report, "sees every path", |m| if m.complete { "yes" } else { "no" }),
         measure(report, "estimator", |m| m.estimator.to_string()),
         measure(report, "runs × samples per pixel", |m| {
             format!("{} × {}", m.runs, m.samples_per_pixel)
         }),
-        measure(report, "wall time, all runs", |m| number(m.total.wall) + " s"),
-        measure(report, "processor time, all runs", |m| number(m.total.cpu) + " s"),
         measure(report, "rays per sample", |m| number(m.rays_per_sample)),
-        measure(report, "million rays per second", |m| number(m.total.rays / m.total.wall * 1e-6)),
-        measure(report, "mean luminance ± SE", |m| {
-            format!("{:.5} ± {}", m.mean, number(m.mean_standard_error))
-        }),
+        measure(report, "mean luminance ± SE", |m| with_error(m.mean, m.mean_standard_error)),
         measure(report, "effective contributions", |m| number(m.effective_contributions)),
         measure(report, "verdict", verdict),
         measure(report, "bias ± SE", bias),
@@ -47,11 +40,40 @@ pub(super) fn summary(report: &Report) -> Markup {
             number(m.median_of_means.relative_mse)
         }),
         measure(report, "variance of a sample", |m| settled(m, &m.variance_per_sample)),
+        measure(report, "variance × rays per pixel", |m| settled(m, &m.variance_times_rays)),
+        measure(report, &speed_up(report, "rays"), |m| known(m.speed_up, |s| interval(&s.rays))),
+        measure(report, "slope of the error", slopes),
+        measure(report, "tail index ± SE", |m| {
+            let tail = known(m.tail, |t| {
+                html! {
+                    @if t.index.is_infinite() { "none" }
+                    @else { (with_error(t.index, t.standard_error)) }
+                }
+            });
+            html! { (tail) (heavy(m)) }
+        }),
+        measure(report, "non-finite contributions", |m| count(m.non_finite_contributions)),
+        measure(report, "non-finite pixels", |m| count(m.non_finite_pixels)),
+    ];
+    let clocks = if report.has_clocks() { times(report) } else { Vec::new() };
+    table("key figures", "", names(report), clocks.into_iter().chain(rows).chain(shared(report)))
+}
+
+/// What clocks tell.
+fn times(report: &Report) -> Vec<Markup> {
+    let target = format!("time to relMSE {} [s]", report.setup.target);
+    vec![
+        measure(report, "wall time, all runs [s]", |m| number(m.total.wall)),
+        measure(report, "processor time, all runs [s]", |m| number(m.total.cpu)),
+        measure(report, "million rays per second", |m| number(m.total.rays / m.total.wall * 1e-6)),
         measure(report, "variance × wall time [s]", |m| settled(m, &m.variance_times_wall)),
         measure(report, "variance × processor time [s]", |m| settled(m, &m.variance_times_cpu)),
-        measure(report, &speed_up("wall time"), |m| known(m.speed_up, |s| interval(&s.wall))),
-        measure(report, &speed_up("processor time"), |m| known(m.speed_up, |s| interval(&s.cpu))),
-        measure(report, &speed_up("rays"), |m| known(m.speed_up, |s| interval(&s.rays))),
+        measure(report, &speed_up(report, "wall time"), |m| {
+            known(m.speed_up, |s| interval(&s.wall))
+        }),
+        measure(report, &speed_up(report, "processor time"), |m| {
+            known(m.speed_up, |s| interval(&s.cpu))
+        }),
         measure(report, &target, |m| {
             known(m.time_to_target, |t| {
                 html! {
@@ -60,20 +82,12 @@ pub(super) fn summary(report: &Report) -> Markup {
                 }
             })
         }),
-        measure(report, "slope of the error", slopes),
-        measure(report, "tail index ± SE", |m| {
-            let tail = known(m.tail, |t| {
-                html! {
-                    @if t.index.is_infinite() { "none" }
-                    @else { (format!("{:.2} ± {:.2}", t.index, t.standard_error)) }
-                }
-            });
-            html! { (tail) (heavy(m)) }
-        }),
-        measure(report, "non-finite contributions", |m| count(m.non_finite_contributions)),
-        measure(report, "non-finite pixels", |m| count(m.non_finite_pixels)),
-    ];
-    table("", names(report), rows.into_iter().chain(shared(report)))
+    ]
+}
+
+fn speed_up(report: &Report, cost: &str) -> String {
+    let baseline = report.setup.baseline.as_deref().unwrap_or("the baseline");
+    format!("speed-up over {baseline}, {cost}")
 }
 
 /// Maps that pixels share, and light that bounds cut off, if any integrator has such.
@@ -110,7 +124,7 @@ fn measure<R: Render>(report: &Report, name: &str, cell: impl Fn(&MethodReport) 
 fn bias(m: &MethodReport) -> Markup {
     let b = &m.bias;
     html! {
-        (format!("{:+.3} % ± {:.3} %", 100.0 * b.relative, 100.0 * b.relative_standard_error))
+        (percent_with_error(b.relative, b.relative_standard_error))
         @if b.flagged { " " span.bad { "BIASED" } }
         @else if !m.complete { " *" }
         @else if m.undecided.is_some() { " ?" }
@@ -128,7 +142,7 @@ fn slopes(m: &MethodReport) -> Markup {
         @if m.slopes.is_empty() { "–" }
         @for (i, s) in m.slopes.iter().enumerate() {
             @if i > 0 { br; }
-            (format!("{:.3} ± {:.3}", s.value.value, s.standard_error))
+            (with_error(s.value.value, s.standard_error))
             br; small { (s.measure) ", " (s.from) "–" (s.to) " samples" }
         }
     }
@@ -196,7 +210,7 @@ pub(super) fn claims(report: &Report) -> Markup {
     };
     let techniques = |m: &MethodReport| html! { (m.techniques) };
     let claims = [texts("techniques that it runs here", techniques), texts("cannot draw", claim)];
-    table("scattering events", names(report), seen.chain(claims))
+    table("energy by scattering events", "scattering events", names(report), seen.chain(claims))
 }
 
 /// The table of the energy ledgers of the light subpaths.
@@ -210,11 +224,11 @@ pub(super) fn ledger(report: &Report) -> Markup {
         let rest = l.emitted - l.absorbed - l.escaped - l.truncated - l.rejected;
         let [emitted, absorbed, escaped, truncated, rejected] =
             [l.emitted, l.absorbed, l.escaped, l.truncated, l.rejected].map(number);
-        let rest = format!("{:+.2} %", 100.0 * rest / l.emitted);
+        let rest = percent(rest / l.emitted);
         row(&m.name, [emitted, absorbed, escaped, truncated, rejected, rest])
     });
     let columns = ["emitted", "absorbed", "escaped", "truncated", "rejected", "unaccounted"];
-    table("luminance of flux per sample", columns, rows)
+    table("energy ledger", "luminance of flux per sample", columns, rows)
 }
 
 /// Tests of agreement.
@@ -233,12 +247,12 @@ pub(super) fn pairs(report: &Report) -> Markup {
     ];
     let rows = report.pairs.iter().map(|pair| {
         let figures = [
-            format!("{:+.2}", pair.mean.t),
-            format!("{:+.2}", pair.worst.t),
-            scientific(pair.worst.p_value, 1),
-            scientific(pair.worst_limit, 1),
+            signed(pair.mean.t),
+            signed(pair.worst.t),
+            number(pair.worst.p_value),
+            number(pair.worst_limit),
             pair.place(),
-            format!("{:.2} ± {:.2}", pair.mean_square, pair.mean_square_error),
+            with_error(pair.mean_square, pair.mean_square_error),
         ];
         let verdict = html! {
             @match pair.outcome() {
@@ -252,5 +266,5 @@ pub(super) fn pairs(report: &Report) -> Markup {
         };
         row(pair.names.join(" – "), figures.iter().map(Render::render).chain([verdict]))
     });
-    table("pair", columns, rows)
+    table("agreement of pairs", "pair", columns, rows)
 }

@@ -7,6 +7,7 @@ use crate::integrator::Estimator;
 use crate::report::stats::{
     Bias, Checkpoint, Cost, Errors, Interval, Slope, SpeedUp, Tail, TimeToTarget,
 };
+use crate::report::text::with_error;
 use serde::{Deserialize, Serialize};
 
 /// The energy ledger of the light subpaths, as luminance of flux per sample.
@@ -76,6 +77,7 @@ pub struct MethodReport {
     /// Rays per sample.
     pub rays_per_sample: f64,
     /// Seconds of processor time per sample.
+    #[serde(with = "crate::report::stats::number")]
     pub cpu_per_sample: f64,
     /// Curves of error.
     pub checkpoints: Vec<Checkpoint>,
@@ -168,7 +170,7 @@ impl MethodReport {
     #[must_use]
     pub fn fall_of_bias(&self) -> Option<String> {
         let slope = self.slope("squared bias")?;
-        Some(format!("N^({:.2} ± {:.2})", 0.5 * slope.value.value, 0.5 * slope.standard_error))
+        Some(format!("N^({})", with_error(0.5 * slope.value.value, 0.5 * slope.standard_error)))
     }
 
     /// The slope of a measure: `MSE`, `MedSE`, `variance` or `squared bias`.

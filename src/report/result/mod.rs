@@ -6,6 +6,8 @@
 //! [`MissingReport`]s and its [`DecisionReport`], and a [`PyramidReport`] for the techniques of
 //! bidirectional path tracing.
 
+mod answer;
+mod clocks;
 mod left_out;
 mod method;
 mod missing;
@@ -18,7 +20,7 @@ pub use left_out::{CandidateReport, DecisionReport, Omission, WithoutTechnique};
 pub use method::{LedgerReport, MethodReport, SharedReport};
 pub use missing::MissingReport;
 pub use pyramid::{Layer, Pyramid, PyramidReport, TechniqueShare};
-pub use report::{ReferenceInfo, Report, SCHEMA, SceneInfo, Setup};
+pub use report::{Machine, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup};
 pub use study::{MethodImages, Snapshot, Study};
 
 pub(super) use left_out::omissions;

@@ -3,11 +3,11 @@
 use super::left_out::WithoutTechnique;
 use super::method::MethodReport;
 use super::pyramid::PyramidReport;
-use crate::report::stats::{Layout, Pair, Reference};
+use crate::report::stats::{Layout, Pair, Ranking, Reference};
 use serde::{Deserialize, Serialize};
 
 /// Number of the JSON schema: rises when a field changes its meaning or goes away.
-pub const SCHEMA: u32 = 5;
+pub const SCHEMA: u32 = 6;
 
 /// A whole study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,6 +24,8 @@ pub struct Report {
     pub reference: ReferenceInfo,
     /// One entry per integrator, in the order given.
     pub methods: Vec<MethodReport>,
+    /// Their order by time, unless clocks are left out, and by rays; empty if none can be ranked.
+    pub rankings: Vec<Ranking>,
     /// Tests of whether unbiased integrators that see everything agree.
     pub pairs: Vec<Pair>,
     /// Shares of the techniques of bidirectional path tracing, if they were measured.
@@ -54,7 +56,7 @@ pub struct SceneInfo {
 pub struct Setup {
     /// The command that makes this report again, if there is one.
     pub command: Option<String>,
-    /// Independent runs of each integrator.
+    /// Independent runs of each integrator, as planned.
     pub seeds: u32,
     /// The seed that theirs are derived from.
     pub seed: u64,
@@ -73,14 +75,21 @@ pub struct Setup {
     /// The integrator that speed-ups are relative to; `None` if no complete one has a finite
     /// variance.
     pub baseline: Option<String>,
+    /// The machine; `None` in a report [without clocks](super::Study::without_clocks).
+    pub machine: Option<Machine>,
+    /// True if debug assertions were compiled in, which makes times meaningless.
+    pub debug_build: bool,
+}
+
+/// The machine that a study ran on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Machine {
     /// Processor, as the operating system names it.
     pub processor: String,
     /// Processors that the program may use.
     pub processors: usize,
     /// Load averages over 1, 5 and 15 minutes when the study began, if the system tells.
     pub load: Option<String>,
-    /// True if debug assertions were compiled in, which makes times meaningless.
-    pub debug_build: bool,
 }
 
 /// The reference and its own error.

@@ -6,6 +6,7 @@ use super::report::Report;
 use crate::integrator::Estimator;
 use crate::path::DrawnBy;
 use crate::report::stats::{Interval, Outcome, REFERENCE_SHARE, ratio};
+use crate::report::text::{number, percent, percent_with_error, signed, with_error};
 
 impl Report {
     /// True if no test found a disagreement, a bias or a contribution that is not finite. What is
@@ -50,8 +51,9 @@ impl Report {
         let (own, target) = (self.reference.own_relative_mse, self.setup.target);
         if self.setup.until_target && own > REFERENCE_SHARE * target {
             verdicts.push(format!(
-                "The reference's own relMSE of {own:.2e} is more than {} % of the target \
-                 {target}: when the target is reached is known no better than that.",
+                "The reference's own relMSE of {} is more than {} % of the target {target}: when \
+                 the target is reached is known no better than that.",
+                number(own),
                 100.0 * REFERENCE_SHARE
             ));
         }
@@ -97,7 +99,7 @@ impl Report {
         let dark = match dark {
             0.0 => String::new(),
             share => {
-                format!("; blocks with up to {:.1} % of the light are undecided", 100.0 * share)
+                format!("; blocks with up to {} of the light are undecided", percent(share))
             }
         };
         let pairs = if decided == 1 { "pair" } else { "pairs" };
@@ -120,15 +122,14 @@ impl Report {
         let name = &method.name;
         let mut verdicts = Vec::new();
         if method.bias.flagged {
-            let (b, e) =
-                (100.0 * method.bias.relative, 100.0 * method.bias.relative_standard_error);
+            let (bias, error) = (method.bias.relative, method.bias.relative_standard_error);
             verdicts.push(if self.reference.mean == 0.0 {
                 format!(
-                    "BIAS: {name} has a mean of {:.3e} ± {:.1e}, and the reference is black.",
-                    method.mean, method.mean_standard_error
+                    "BIAS: {name} has a mean of {}, and the reference is black.",
+                    with_error(method.mean, method.mean_standard_error)
                 )
             } else {
-                format!("BIAS: {name} is off by {b:+.3} % ± {e:.3} %.")
+                format!("BIAS: {name} is off by {}.", percent_with_error(bias, error))
             });
         }
         verdicts.extend(self.stated_bias(method));
@@ -193,12 +194,11 @@ impl Report {
         };
         let is_known = method.complete && method.undecided.is_none();
         let end = method.last().filter(|_| is_known && self.reference.undecided.is_none())?;
-        let percent = |x: f64| 100.0 * ratio(x, self.reference.mean);
+        let percent = |x: f64| format!("{} %", signed(100.0 * ratio(x, self.reference.mean)));
         let Interval { value, low, high } = method.bias.mean_interval;
-        let interval = |i: &Interval| format!("{:.2e} ({:.1e} … {:.1e})", i.value, i.low, i.high);
-        let own = self.reference.own_mse;
         let limit = if end.reference_limited {
-            format!(", less the reference's own variance of {own:.2e},")
+            let own = number(self.reference.own_mse);
+            format!(", less the reference's own variance of {own},")
         } else {
             String::new()
         };
@@ -211,16 +211,15 @@ impl Report {
             false => format!(" Counted as bias is what the reference misses: {}.", more.join("; ")),
         };
         Some(format!(
-            "{} is {kind}: with {} samples per pixel the bias of its mean is {:+.3} % ({:+.3} … \
-             {:+.3}), the squared bias of its pixels{limit} {} beside a variance of {}. \
-             {prospect}{fall}.{more}",
+            "{} is {kind}: with {} samples per pixel the bias of its mean is {} ({} … {}), the \
+             squared bias of its pixels{limit} {} beside a variance of {}. {prospect}{fall}.{more}",
             method.name,
             end.samples,
             percent(value),
             percent(low),
             percent(high),
-            interval(&end.squared_bias),
-            interval(&end.variance),
+            end.squared_bias,
+            end.variance,
         ))
     }
 }

@@ -22,14 +22,23 @@ const LONG_TAILS: f64 = 0.05;
 /// Time and work of a rendering up to a checkpoint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
-    /// Wall-clock seconds.
+    /// Wall-clock seconds; NaN in a report without clocks.
+    #[serde(with = "super::number")]
     pub wall: f64,
-    /// Processor seconds of the process, all threads together.
+    /// Processor seconds of the process, all threads together; NaN in a report without clocks.
+    #[serde(with = "super::number")]
     pub cpu: f64,
     /// Rays.
     pub rays: f64,
     /// Scattering vertices sampled.
     pub scattered: f64,
+}
+
+impl Cost {
+    /// The work without the time that it took.
+    pub(in crate::report) fn without_clocks(self) -> Self {
+        Self { wall: f64::NAN, cpu: f64::NAN, ..self }
+    }
 }
 
 impl AddAssign for Cost {
@@ -129,6 +138,27 @@ impl Mark {
 }
 
 impl Measured {
+    /// An integrator without runs yet.
+    pub fn new(
+        name: String,
+        complete: bool,
+        estimator: Estimator,
+        is_correlated: bool,
+        samples: u32,
+    ) -> Self {
+        Self {
+            name,
+            complete,
+            estimator,
+            is_correlated,
+            samples,
+            marks: Vec::new(),
+            finals: Vec::new(),
+            batches: Vec::new(),
+            tail: None,
+        }
+    }
+
     /// Adds a run as samples per pixel, cost and image at each checkpoint; the last is the whole.
     pub fn add(&mut self, run: Vec<(u32, Cost, Image)>, reference: &Reference) {
         for (index, (samples, cost, image)) in run.into_iter().enumerate() {

@@ -7,6 +7,7 @@
 //! | interval of a mean from few runs | [`Interval`] |
 //! | variance and squared bias apart | [`Split`], in each [`Checkpoint`] |
 //! | cost, and efficiency `1 / (variance × cost)` over a baseline's | [`Cost`], [`SpeedUp`] |
+//! | order by what the same error costs | [`Ranking`] |
 //! | evidence of an estimate that has met little | [`Undecided`] |
 //! | agreement of two integrators | [`Pair`], [`Welch`] |
 //! | bias against the reference | [`Bias`] |
@@ -22,6 +23,7 @@ mod interval;
 mod measured;
 mod metrics;
 pub(super) mod number;
+mod ranking;
 mod reference;
 mod regression;
 mod tail;
@@ -34,6 +36,7 @@ pub use evidence::{FEWEST_CONTRIBUTIONS, Undecided};
 pub use interval::{CONFIDENCE, Interval};
 pub use measured::{Cost, SpeedUp, Split};
 pub use metrics::{Errors, median_of_means};
+pub use ranking::{Behind, Price, Ranking};
 pub use reference::{RELATIVE_EPSILON, Reference};
 pub use regression::{slope, time_to_error};
 pub use tail::{Largest, Tail};

@@ -2,7 +2,7 @@
 
 use super::plan::Plan;
 use crate::render::Budget;
-use crate::report::result::Setup;
+use crate::report::result::{Machine, Setup};
 
 /// The setup of a study, with the machine's load at the time of the call.
 pub(super) fn setup(plan: &Plan) -> Setup {
@@ -31,10 +31,12 @@ pub(super) fn setup(plan: &Plan) -> Setup {
         target: plan.target,
         until_target: plan.until_target,
         baseline: None,
-        processor: model.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
-        processors: std::thread::available_parallelism().map_or(1, usize::from),
-        load: read("/proc/loadavg")
-            .map(|text| text.split_whitespace().take(3).collect::<Vec<_>>().join(" ")),
+        machine: Some(Machine {
+            processor: model.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
+            processors: std::thread::available_parallelism().map_or(1, usize::from),
+            load: read("/proc/loadavg")
+                .map(|text| text.split_whitespace().take(3).collect::<Vec<_>>().join(" ")),
+        }),
         debug_build: cfg!(debug_assertions),
     }
 }

@@ -10,7 +10,8 @@ pub struct Plan {
     /// The budget of each integrator, all its runs together: when they end, or end at the latest if
     /// `until_target`.
     pub budget: Budget,
-    /// Independent runs of each integrator; at least two. Default: 8.
+    /// Independent runs of each integrator; at least two. A budget of time is cut into so many
+    /// parts, and as many runs are made as it allows in the end. Default: 8.
     pub seeds: u32,
     /// Filter, sampler, threads, and the seed that those of the runs are derived from. Its budget
     /// and target error are not used. Default: independent samples, whose variance does not depend

@@ -10,6 +10,7 @@ use crate::path::DrawnBy;
 use crate::render::{Budget, Settings};
 use crate::report::error::ReportError;
 use crate::report::stats::{Batch, BatchMean, Layout, Reference, Undecided, ratio};
+use crate::report::text::{number, signed};
 use crate::scene::Scene;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -122,7 +123,7 @@ impl Reference {
         let agreement = match undecided {
             [false, false] => {
                 let gap = ratio(gap.mean, gap.standard_error());
-                format!("the means of the halves differ by {gap:+.2} standard errors")
+                format!("the means of the halves differ by {} standard errors", signed(gap))
             }
             [true, true] => "both have met too little to tell".to_owned(),
             [first, _] => {
@@ -130,13 +131,14 @@ impl Reference {
             }
         };
         let origin = format!(
-            "{} ({} samples per pixel, weight {p:.2}) and {} ({}); standard error {:.2e} per pixel \
+            "{} ({} samples per pixel, weight {}) and {} ({}); standard error {} per pixel \
              and channel; {agreement}",
             names[0],
             samples[0],
+            number(p),
             names[1],
             samples[1],
-            variance.mean().mean().sqrt(),
+            number(variance.mean().mean().sqrt()),
         );
         Self::new(image, variance, origin, vec![(p, first), (q, second)])
     }

@@ -1,20 +1,22 @@
 //! The runs of one integrator: a warm-up that decides how long they are, then one rendering per
 //! seed that is watched on its way.
 //!
-//! All runs of an integrator have the same number of samples. Where the runs shall reach a target
+//! All runs of an integrator have the same number of samples. Under a budget of time the first run
+//! tells whether the warm-up found the right one; if not, it is made again with another. Whatever
+//! else the machine does on the way, runs are made until the time is used. Where the runs shall reach a target
 //! error, the warm-up is what goes on until it is reached, with a seed of its own: so the length of
 //! the runs does not depend on what they find, which would make them too dark.
 
 use super::method::{Contestant, Probe};
 use super::plan::{Plan, run_seed};
-use super::watch::Watch;
+use super::run_file::Drawn;
+use super::watch::{Shot, Watch};
 use crate::endpoint::Camera;
-use crate::film::NonFinite;
-use crate::integrator::{Decision, Estimator, Notes};
+use crate::integrator::{Estimator, Notes};
 use crate::path::{Counters, TechniqueSet};
-use crate::render::{Budget, Progress, RenderError, Settings};
-use crate::report::result::{Pyramid, Snapshot};
-use crate::report::stats::{Cost, Errors, Measured, Reference, time_to_error};
+use crate::render::{Budget, Identity, Progress, RenderError, Settings};
+use crate::report::result::{DecisionReport, Pyramid, Snapshot};
+use crate::report::stats::{Cost, Errors, Layout, Measured, Reference, time_to_error};
 use crate::sampler::SamplerKind;
 use crate::scene::Scene;
 use std::ops::ControlFlow;
@@ -26,37 +28,47 @@ const PROBE_PART: u32 = 16;
 /// too.
 const MARGIN: f64 = 1.25;
 
-/// The object, plan and reference of a measurement.
+/// The part of its time by which the first run may miss it.
+const TOLERANCE: f64 = 0.1;
+/// The most runs, over those that are planned.
+const MOST_RUNS: u32 = 4;
+
+/// The object and the plan of a measurement.
 pub(super) struct Task<'a, S: Scene + ?Sized> {
     pub scene: &'a S,
     pub camera: &'a dyn Camera,
     pub contestant: &'a Contestant<'a, S>,
     pub plan: &'a Plan,
-    pub reference: &'a Reference,
 }
 
 /// The runs of one integrator.
 pub(super) struct Runs {
     settings: Settings,
+    /// Seconds before the first pass, in the warm-up.
+    preparation: f64,
     pub techniques: TechniqueSet,
+    /// What the warm-up was of, if the runs are kept in files.
+    pub identity: Option<Identity>,
     /// Of the warm-up; the bytes are those of the largest map of any run.
     pub notes: Notes,
     pub measured: Measured,
     pub snapshots: Vec<Snapshot>,
     pub counters: Counters,
-    pub non_finite: Option<NonFinite>,
+    pub first_non_finite: Option<String>,
     pub total: Cost,
-    pub decisions: Vec<Decision>,
+    pub decisions: Vec<DecisionReport>,
     pub energy_by_bounces: Vec<f64>,
     pub pyramid: Option<Pyramid>,
 }
 
 impl Runs {
-    /// Warms up and decides on the number of samples. If `report` stops the warm-up, so should the
-    /// study.
+    /// Warms up and decides on the number of samples, by the reference if they depend on the error.
+    /// If `report` stops the warm-up, so should the study.
     pub fn prepare<S: Scene + ?Sized>(
         task: &Task<'_, S>,
         stream: u64,
+        reference: Option<&Reference>,
+        is_kept: bool,
         report: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Self, RenderError> {
         let plan = task.plan;
@@ -74,7 +86,8 @@ impl Runs {
             Budget::Samples(_) => Budget::Samples(1),
             Budget::Time(time) => Budget::Time(time / 4),
         };
-        let warm_up = Settings { budget: trial, seed: !settings.seed, ..settings };
+        let warm_up =
+            Settings { budget: trial, seed: !settings.seed, keeps_checkpoint: is_kept, ..settings };
         let mut curve = Vec::new();
         let rendering = task.contestant.method.render_with_progress(
             task.scene,
@@ -82,45 +95,44 @@ impl Runs {
             &warm_up,
             &mut |p: &Progress<'_>| {
                 let flow = report(p.fraction);
-                if !plan.until_target || !p.passes.is_power_of_two() {
+                let reference = reference.filter(|_| plan.until_target);
+                let Some(reference) = reference.filter(|_| p.passes.is_power_of_two()) else {
                     return flow;
-                }
-                let error = Errors::of(&p.image(), task.reference).relative_mse;
+                };
+                let error = Errors::of(&p.image(), reference).relative_mse;
                 curve.push((f64::from(p.passes), error));
                 if error <= plan.target { ControlFlow::Break(()) } else { flow }
             },
         )?;
+        let preparation = rendering.preparation.as_secs_f64();
         let most = match limit {
             Budget::Samples(samples) => samples,
-            Budget::Time(time) => {
-                let drawing = rendering.wall.saturating_sub(rendering.preparation);
-                let pass =
-                    drawing.as_secs_f64().max(1e-9) / f64::from(rendering.samples_per_pixel.max(1));
-                let left = time.saturating_sub(rendering.preparation);
-                (left.as_secs_f64() / pass).round().clamp(1.0, 1e9) as u32
-            }
+            Budget::Time(time) => samples_within(
+                time.as_secs_f64(),
+                rendering.wall.as_secs_f64(),
+                preparation,
+                rendering.samples_per_pixel,
+            ),
         };
         let needed = time_to_error(&curve, plan.target)
             .map_or(f64::INFINITY, |samples| (MARGIN * samples).ceil());
         let samples = if needed < f64::from(most) { needed as u32 } else { most };
         Ok(Self {
             settings: Settings { budget: Budget::Samples(samples), ..settings },
+            preparation,
             techniques: rendering.techniques,
-            measured: Measured {
-                name: task.contestant.name.clone(),
-                complete: task.contestant.complete,
-                estimator: rendering.notes.estimator,
-                is_correlated: rendering.notes.is_correlated,
+            identity: rendering.checkpoint.map(|checkpoint| checkpoint.identity),
+            measured: Measured::new(
+                task.contestant.name.clone(),
+                task.contestant.complete,
+                rendering.notes.estimator,
+                rendering.notes.is_correlated,
                 samples,
-                marks: Vec::new(),
-                finals: Vec::new(),
-                batches: Vec::new(),
-                tail: None,
-            },
+            ),
             notes: rendering.notes,
             snapshots: Vec::new(),
             counters: Counters::default(),
-            non_finite: None,
+            first_non_finite: None,
             total: Cost::default(),
             decisions: Vec::new(),
             energy_by_bounces: Vec::new(),
@@ -128,23 +140,29 @@ impl Runs {
         })
     }
 
-    /// The run with one seed. A run that is stopped leaves no trace.
-    pub fn render<S: Scene + ?Sized>(
-        &mut self,
+    /// The seed of a run.
+    pub fn seed(&self, run: u32) -> u64 {
+        self.settings.seed.wrapping_add(u64::from(run) << 20)
+    }
+
+    /// The rendering with one seed; none if it was stopped. `is_kept` says whether it is to go into
+    /// a file, which tells what it is of.
+    pub fn draw<S: Scene + ?Sized>(
+        &self,
         task: &Task<'_, S>,
         seed: u32,
+        is_kept: bool,
         report: &mut dyn FnMut(f64) -> ControlFlow<()>,
-    ) -> Result<(), RenderError> {
-        let settings = Settings {
-            seed: self.settings.seed.wrapping_add(u64::from(seed) << 20),
-            ..self.settings
-        };
+    ) -> Result<Option<Drawn>, RenderError> {
+        let settings =
+            Settings { seed: self.seed(seed), keeps_checkpoint: is_kept, ..self.settings };
         let Measured { samples, estimator, is_correlated, .. } = self.measured;
         // Passes with a bias of their own, and passes that depend on each other, are no batches.
         let has_batches = settings.sampler == SamplerKind::Independent
             && estimator == Estimator::Unbiased
             && !is_correlated;
-        let mut watch = Watch::new(task.reference, samples, has_batches, seed == 0);
+        let [width, height] = task.camera.film().window_size().to_array();
+        let mut watch = Watch::new(Layout { width, height }, samples, has_batches, seed == 0);
         let rendering = task.contestant.method.render_with_progress(
             task.scene,
             task.camera,
@@ -157,36 +175,86 @@ impl Runs {
                 flow
             },
         )?;
-        if rendering.samples_per_pixel < samples {
-            return Ok(());
-        }
-        let Watch { checkpoints, batches, snapshots, .. } = watch;
+        let is_whole = rendering.samples_per_pixel >= samples;
+        Ok(is_whole.then(|| Drawn::new(watch, &rendering)))
+    }
+
+    /// Adds a rendering, that with the next seed.
+    pub fn add(&mut self, drawn: Drawn, reference: &Reference) {
+        let Drawn { checkpoints, batches, snapshots, counters, .. } = drawn;
         if let Some((_, cost, _)) = checkpoints.last() {
             self.total += *cost;
         }
-        self.measured.add(checkpoints, task.reference);
+        self.measured.add(checkpoints, reference);
         self.measured.batches.extend(batches);
-        self.snapshots.extend(snapshots);
-        self.counters += rendering.counters;
-        if self.non_finite.is_none() && rendering.non_finite().count() > 0 {
-            self.non_finite = Some(rendering.non_finite().clone());
+        self.snapshots.extend(snapshots.into_iter().map(|shot| {
+            let Shot { part, samples, wall, image } = shot;
+            let errors = Errors::of(&image, reference);
+            Snapshot { part, samples, wall, image, errors }
+        }));
+        self.counters += counters;
+        self.first_non_finite = self.first_non_finite.take().or(drawn.first_non_finite);
+        self.decisions.extend(drawn.decision);
+    }
+
+    /// True if the run of this number is the next one and is to be made: as many as are planned; or
+    /// under a budget of time, but at least two, until another one would end farther from it.
+    pub fn lacks(&self, plan: &Plan, number: u32) -> bool {
+        let is_within = match plan.budget {
+            Budget::Time(time) if !plan.until_target => {
+                let (used, runs) = (self.total.wall, f64::from(number));
+                let is_nearer = used * (1.0 + 0.5 / runs) < time.as_secs_f64();
+                number < 2 || is_nearer && number < MOST_RUNS * plan.seeds
+            }
+            _ => number < plan.seeds,
+        };
+        is_within && self.measured.finals.len() == number as usize
+    }
+
+    /// Forgets the first run, and changes the number of samples, if it missed its time. True if so.
+    pub fn corrects_length(&mut self, plan: &Plan) -> bool {
+        let (Budget::Time(time), Some(first)) = (plan.budget, self.measured.costs().first()) else {
+            return false;
+        };
+        let (time, before) = ((time / plan.seeds).as_secs_f64(), self.measured.samples);
+        let samples = samples_within(time, first.wall, self.preparation, before);
+        let off = f64::from(samples.abs_diff(before)) / f64::from(before);
+        if plan.until_target || off <= TOLERANCE {
+            return false;
         }
-        self.decisions.extend(rendering.notes.decision);
-        Ok(())
+        self.settings.budget = Budget::Samples(samples);
+        let Measured { name, complete, estimator, is_correlated, .. } = &self.measured;
+        self.measured = Measured::new(name.clone(), *complete, *estimator, *is_correlated, samples);
+        self.snapshots.clear();
+        self.counters = Counters::default();
+        self.first_non_finite = None;
+        self.total = Cost::default();
+        self.decisions.clear();
+        true
     }
 
     /// A look at single contributions.
-    pub fn probe<S: Scene + ?Sized>(&mut self, task: &Task<'_, S>) -> Result<(), RenderError> {
+    pub fn probe<S: Scene + ?Sized>(
+        &mut self,
+        task: &Task<'_, S>,
+        reference: &Reference,
+    ) -> Result<(), RenderError> {
         let budget = match task.plan.budget {
             Budget::Samples(samples) => Budget::Samples((samples / PROBE_PART).max(1)),
             Budget::Time(time) => Budget::Time((time / PROBE_PART).max(Duration::from_nanos(1))),
         };
         let settings = Settings { budget, seed: !self.settings.seed, ..self.settings };
-        let (method, reference) = (task.contestant.method, task.reference.image());
+        let (method, reference) = (task.contestant.method, reference.image());
         let Probe { tail, energy_by_bounces, .. } =
             method.probe(task.scene, task.camera, &settings, reference)?;
         self.measured.tail = tail;
         self.energy_by_bounces = energy_by_bounces;
         Ok(())
     }
+}
+
+/// The number of samples per pixel that take this time, if so many took `wall`; at least one.
+fn samples_within(time: f64, wall: f64, preparation: f64, samples: u32) -> u32 {
+    let pass = (wall - preparation).max(1e-9) / f64::from(samples.max(1));
+    ((time - preparation) / pass).round().clamp(1.0, 1e9) as u32
 }
