@@ -16,8 +16,8 @@ mod table;
 use clap::Parser;
 use columns::wrapped;
 use common::{
-    AnyIntegrator, FileOptions, NamedScene, SharedWalks, interrupt_flag, parse_duration,
-    parse_error, parse_size, progress_bar, scene_list, scene_or_file,
+    AnyIntegrator, End, FileOptions, MANY, NamedScene, SharedWalks, exit_code, interrupt_flag,
+    parse_count, parse_duration, parse_error, parse_size, progress_bar, scene_list, scene_or_file,
 };
 use indicatif::ProgressBar;
 use pathspace::film::replace_file;
@@ -40,11 +40,12 @@ use std::time::Duration;
 
 /// Renders a scene with all integrators, measures their error and cost, tests whether they agree,
 /// and writes a page.
+///
+/// cargo run --release --example compare -- --scene pool --integrators pt,bdpt,vcm --time 30s
 #[derive(Parser, Debug)]
 #[command(after_help = format!(
-    "Exit status: 0 if no unbiased integrator is found to disagree with another or with the \
-     reference, 3 if one is, 2 for errors. What has met too little to be tested is called \
-     undecided, which is no fault and no agreement.\n\n\
+    "Wrong is an unbiased integrator that disagrees with another or with the reference. What has \
+     met too little to be tested is called undecided, which is no fault and no agreement.\n\n\
      Scenes of the gallery:\n{}",
     scene_list()
 ))]
@@ -58,10 +59,10 @@ struct Options {
     #[arg(long, default_value = "10s", value_parser = parse_duration)]
     time: Duration,
     /// Samples per pixel for each integrator, all runs together, instead of equal time
-    #[arg(long, conflicts_with = "time", value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, conflicts_with = "time", value_parser = parse_count::<u32, 2, MANY>)]
     samples: Option<u32>,
     /// Independent runs that an integrator's budget is split into
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1024))]
+    #[arg(long, default_value_t = 8, value_parser = parse_count::<u32, 2, 1024>)]
     seeds: u32,
     /// Integrators to compare, separated by commas; the first that sees every path, without bias
     /// and with a finite variance, is the baseline of speed-ups
@@ -84,7 +85,7 @@ struct Options {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Number of threads; all processors by default
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_parser = parse_count::<u32, 1, 1024>)]
     threads: Option<u32>,
     /// Image to compare with (.exr), taken as exact, in place of a rendered reference
     #[arg(long, conflicts_with_all = ["reference_samples", "reference_time"])]
@@ -93,7 +94,7 @@ struct Options {
     #[arg(
         long,
         conflicts_with = "reference_time",
-        value_parser = clap::value_parser!(u32).range(4..)
+        value_parser = parse_count::<u32, 4, MANY>
     )]
     reference_samples: Option<u32>,
     /// Time for rendering the reference, which is kept in target/references
@@ -124,20 +125,12 @@ const CACHE: &str = "target/references";
 const REFERENCE_RUNS: u32 = 16;
 
 fn main() -> ExitCode {
-    let options = Options::parse();
-    match run(&options, &interrupt_flag()) {
-        Ok(true) => ExitCode::SUCCESS,
-        // Told apart from errors, so that scripts can use the verdict.
-        Ok(false) => ExitCode::from(3),
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(2)
-        }
-    }
+    let options: Options = common::options();
+    exit_code(run(&options, &interrupt_flag()))
 }
 
-/// Runs the studies of all scenes; true if they found nothing wrong.
-fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Error>> {
+/// Runs the studies of all scenes.
+fn run(options: &Options, interrupted: &AtomicBool) -> Result<End, Box<dyn Error>> {
     let names =
         if options.scene == "all" { gallery::NAMES.to_vec() } else { vec![options.scene.as_str()] };
     let mut suspicious = Vec::new();
@@ -161,7 +154,11 @@ fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Erro
             ),
         }
     }
-    Ok(suspicious.is_empty())
+    Ok(match interrupted.load(Ordering::Relaxed) {
+        true => End::Interrupted,
+        false if suspicious.is_empty() => End::Done,
+        false => End::Wrong,
+    })
 }
 
 fn compare(
@@ -328,9 +325,8 @@ fn command_line() -> String {
             arguments.push(quote(argument));
         }
     }
-    format!("cargo run --release --example compare -- {}", arguments.join(" "))
-        .trim_end_matches([' ', '-'])
-        .to_owned()
+    let command = format!("{} -- {}", common::CARGO_COMMAND, arguments.join(" "));
+    command.trim_end_matches([' ', '-']).to_owned()
 }
 
 fn write(study: &Study, directory: &Path) -> Result<(), Box<dyn Error>> {
