@@ -17,7 +17,7 @@ use std::ops::ControlFlow;
 /// What may be asked of an integrator and a scene, as functions.
 pub(super) struct Compiled<S: ?Sized, I> {
     pub render: Render<S, I>,
-    pub missing: fn(&S, &dyn Camera, &I) -> Result<Vec<MissingPaths>, RenderError>,
+    pub blind_spots: fn(&S, &dyn Camera, &I) -> Result<Vec<MissingPaths>, RenderError>,
 }
 
 type Render<S, I> = fn(
@@ -35,16 +35,16 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Compiled<S, I> {
                 let integrator = &OnWorld(integrator, PhantomData::<fn(&S)>);
                 render_world((as_world(scene), camera, integrator), settings, from, progress)
             },
-            missing: |scene, camera, integrator| {
+            blind_spots: |scene, camera, integrator| {
                 let integrator = &OnWorld(integrator, PhantomData::<fn(&S)>);
-                missing_in_world(as_world(scene), camera, integrator)
+                blind_spots_in_world(as_world(scene), camera, integrator)
             },
         },
         _ => Self {
             render: |(scene, camera, integrator), settings, from, progress| {
                 drive_ready_made((scene, camera, integrator), settings, from, progress)
             },
-            missing: |scene, camera, integrator| missing(scene, camera, integrator),
+            blind_spots: |scene, camera, integrator| blind_spots(scene, camera, integrator),
         },
     };
 }
@@ -103,15 +103,15 @@ fn drive_ready_made<S: Scene + ?Sized>(
 }
 
 #[inline(never)]
-fn missing_in_world(
+fn blind_spots_in_world(
     world: &World,
     camera: &dyn Camera,
     integrator: &dyn AnyIntegrator<World, AnySampler>,
 ) -> Result<Vec<MissingPaths>, RenderError> {
-    missing(world, camera, integrator)
+    blind_spots(world, camera, integrator)
 }
 
-fn missing<S: Scene + ?Sized>(
+fn blind_spots<S: Scene + ?Sized>(
     scene: &S,
     camera: &dyn Camera,
     integrator: &dyn AnyIntegrator<S, AnySampler>,

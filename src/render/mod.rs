@@ -14,6 +14,7 @@ mod driver;
 mod identity;
 #[cfg(feature = "image")]
 mod image_file;
+mod measure;
 #[cfg(feature = "checkpoint")]
 mod npz;
 mod queue;
@@ -25,6 +26,9 @@ mod target;
 mod tests;
 
 pub use checkpoint::{Checkpoint, CheckpointError, MergeError, Merger};
+#[cfg(feature = "report")]
+pub(crate) use identity::Identity;
+pub use measure::{Measurement, measure};
 #[cfg(feature = "checkpoint")]
 pub use npz::CheckpointFileError;
 pub use settings::{Budget, RenderError, Settings};
@@ -129,6 +133,13 @@ pub struct Rendering {
 }
 
 impl Rendering {
+    /// The blind spots of the integrator: paths that the image lacks, as far as the scene has them;
+    /// the same as [`Render::blind_spots`] tells before.
+    #[must_use]
+    pub fn blind_spots(&self) -> &[MissingPaths] {
+        &self.notes.missing
+    }
+
     /// Contributions that were infinite or not a number: none, unless something is wrong.
     #[must_use]
     pub fn non_finite(&self) -> &NonFinite {
@@ -244,12 +255,17 @@ pub trait Render<S: Scene + ?Sized>: Sync {
         progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Rendering, RenderError>;
 
-    /// The paths that its image will lack, as far as the scene has them, known before it is
-    /// rendered ([`Notes::missing`]). By default it does not know of any.
+    /// The blind spots of the integrator: paths that its image will lack, as far as the scene has
+    /// them, known before it is rendered. By default it does not know of any. Afterwards
+    /// [`Rendering::blind_spots`] tells the same.
     ///
     /// # Errors
     /// If the integrator cannot render the scene.
-    fn missing(&self, scene: &S, camera: &dyn Camera) -> Result<Vec<MissingPaths>, RenderError> {
+    fn blind_spots(
+        &self,
+        scene: &S,
+        camera: &dyn Camera,
+    ) -> Result<Vec<MissingPaths>, RenderError> {
         let _ = (scene, camera);
         Ok(Vec::new())
     }
@@ -281,7 +297,11 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
         resume(checkpoint, scene, camera, self, settings, progress)
     }
 
-    fn missing(&self, scene: &S, camera: &dyn Camera) -> Result<Vec<MissingPaths>, RenderError> {
-        (Compiled::NEAREST.missing)(scene, camera, self)
+    fn blind_spots(
+        &self,
+        scene: &S,
+        camera: &dyn Camera,
+    ) -> Result<Vec<MissingPaths>, RenderError> {
+        (Compiled::NEAREST.blind_spots)(scene, camera, self)
     }
 }
