@@ -252,7 +252,7 @@ fn find(
 
 fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, world: &World) {
     println!("VERTICES, from the lens x_0 to the light x_{}", record.edges());
-    println!("  {:<4} {:<10} {:<20} {}", "", "kind", "surface", "position");
+    println!("  {:<4} {:<10} {:<20} {}", "", "kind", "surface", "position, and normals");
     let k = record.edges();
     for (i, x) in record.points.iter().enumerate() {
         let kind = match (i, x.place) {
@@ -268,7 +268,7 @@ fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, 
         let name = if i == 0 { "camera" } else { world.surface_name(x).unwrap_or("-") };
         println!("  x_{i:<2} {kind:<10} {name:<20} {}", vector(x.position));
         if x.place != Place::Dirac {
-            print!("  {:<4} {:<10} geometric {}", "", "normals", short(x.geometric_normal));
+            print!("  {:<4} geometric {}", "", short(x.geometric_normal));
             match x.is_flat() {
                 true => println!(", shading the same"),
                 false => println!(", shading {}", short(x.shading_normal)),
