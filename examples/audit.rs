@@ -252,7 +252,7 @@ fn find(
 
 fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, world: &World) {
     println!("VERTICES, from the lens x_0 to the light x_{}", record.edges());
-    println!("  {:<4} {:<10} {:<20} {}", "", "kind", "surface", "position, and normals");
+    println!("  {:<4} {:<10} {:<20} position, and normals", "", "kind", "surface");
     let k = record.edges();
     for (i, x) in record.points.iter().enumerate() {
         let kind = match (i, x.place) {
