@@ -79,6 +79,7 @@
 //! | path tracing | s = 0 and s = 1 | [`PathTracer`] |
 //! | light tracing | t = 1 | [`LightTracer`] |
 //! | bidirectional path tracing | all (s, t) | [`Bidirectional`] |
+//! | irradiance at a point | `E = ∫ L \|cos θ\| dω` | [`IrradianceMeter`], [`measure`] |
 //! | the set of least variance × cost | `min V[F] C[F]` | [`Adaptive`] |
 //! | radiance from photons | `L ≈ 1/N Σ f Φ / (π r²)` | [`PhotonMap`], [`PhotonMapping`] |
 //! | the radius of a pass | `r_i² = r_1² i^(α-1)` | [`Merging`] |
@@ -93,7 +94,7 @@
 //! |---|---|
 //! | `report` | error against run time: studies, metrics, plots, the page (feature `report`) |
 //! | `import` | scenes from files, one module per format (features `mitsuba`, …) |
-//! | [`render`] | the driver: passes, budget, threads, progress |
+//! | [`render`] | the driver: passes, budget, threads, progress; measurements |
 //! | [`integrator`] | the integrators, a page each |
 //! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
 //! | [`photon_map`] | photons and the search for those near a point |
@@ -120,6 +121,8 @@
 //! [`PathDensities::sweep`]: path::PathDensities::sweep
 //! [`Path::weight`]: path::Path::weight
 //! [`World`]: scene::World
+//! [`IrradianceMeter`]: endpoint::IrradianceMeter
+//! [`measure`]: render::measure()
 //! [`Edge`]: path::Edge
 //! [`Heuristic`]: path::Heuristic
 //! [`Roulette`]: path::Roulette

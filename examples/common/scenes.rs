@@ -45,7 +45,7 @@ impl NamedScene {
         integrator: AnyIntegrator,
         method: &dyn Method<World>,
     ) -> Result<Vec<MissingPaths>, RenderError> {
-        let mut missing = method.missing(&self.world, &*self.camera.0)?;
+        let mut missing = method.blind_spots(&self.world, &*self.camera.0)?;
         if self.claims.is_some_and(|claims| integrator.sees_all(&claims)) {
             missing.retain(|paths| paths.drawn_by != DrawnBy::Connections);
         }

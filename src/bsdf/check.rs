@@ -152,6 +152,67 @@ impl Report {
 ///
 /// `fixed` is a unit vector in the local frame. Some 10⁵ samples detect a density that is wrong by
 /// 1 %.
+///
+/// ```
+/// use pathspace::bsdf::check::{Failure, check};
+/// use pathspace::bsdf::{Bsdf, BsdfSample, Lobes, TransportMode};
+/// use pathspace::glam::{DVec2, DVec3};
+/// use pathspace::math::warp::square_to_cosine_hemisphere;
+/// use pathspace::math::{PerProjected, Rgb};
+/// use pathspace::sampler::{Independent, SampleSource};
+/// use std::f64::consts::FRAC_1_PI;
+///
+/// /// Diffuse, on the front side alone. `told` is the density that it claims, over the true one.
+/// struct Chalk {
+///     told: f64,
+/// }
+///
+/// impl Bsdf for Chalk {
+///     fn lobes(&self) -> Lobes {
+///         Lobes::DIFFUSE_REFLECTION
+///     }
+///     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
+///         let is_front = to_light.z > 0.0 && to_camera.z > 0.0;
+///         Rgb::from(if is_front { 0.8 * FRAC_1_PI } else { 0.0 })
+///     }
+///     fn pdf(&self, fixed: DVec3, next: DVec3, _: TransportMode) -> PerProjected {
+///         let is_front = fixed.z > 0.0 && next.z > 0.0;
+///         PerProjected(if is_front { self.told * FRAC_1_PI } else { 0.0 })
+///     }
+///     fn sample(&self, fixed: DVec3, mode: TransportMode, _: f64, u: DVec2) -> Option<BsdfSample> {
+///         let next = square_to_cosine_hemisphere(u);
+///         let pdf = self.pdf(fixed, next, mode);
+///         let (to_light, to_camera) = mode.label(fixed, next);
+///         (pdf.value() > 0.0).then(|| BsdfSample {
+///             next,
+///             weight: self.eval(to_light, to_camera) / pdf.value(),
+///             pdf,
+///             pdf_reverse: self.pdf(next, fixed, mode.reversed()),
+///             dirac: false,
+///             relative_ior: 1.0,
+///         })
+///     }
+/// }
+///
+/// # fn main() -> Result<(), Failure> {
+/// // Along the normal, slanting, grazing; for walks from the camera and from lights.
+/// let directions = [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.96, 0.28)];
+/// let checks = 2 * directions.len();
+/// for mode in [TransportMode::Radiance, TransportMode::Importance] {
+///     for fixed in directions {
+///         let mut sampler = Independent { seed: 1 }.sampler(0, 0);
+///         check(&Chalk { told: 1.0 }, fixed, mode, &mut sampler, 100_000)
+///             .verdict(0.001, checks)?;
+///     }
+/// }
+/// // A density that is 3 % too large is found out.
+/// let mut sampler = Independent { seed: 1 }.sampler(0, 0);
+/// let wrong = Chalk { told: 1.03 };
+/// let report = check(&wrong, DVec3::Z, TransportMode::Radiance, &mut sampler, 100_000);
+/// assert!(report.verdict(0.001, 1).is_err());
+/// # Ok(())
+/// # }
+/// ```
 pub fn check<B: Bsdf + ?Sized>(
     bsdf: &B,
     fixed: DVec3,

@@ -8,6 +8,7 @@
 //! |---|---|---|---|
 //! | `Area` | per area | per projected solid angle | per area and projected solid angle |
 //! | `Dirac` | probability | per solid angle | per solid angle |
+//! | `Dirac`, Dirac direction | probability | probability | flux |
 //! | `Infinite` | per solid angle | per area perpendicular to the ray | radiance |
 //! | `Infinite`, Dirac direction | probability | the same | irradiance on a perpendicular plane |
 //!
@@ -15,9 +16,89 @@
 //! case.
 //!
 //! Lights: [`AreaLight`], [`PointLight`], [`SpotLight`], [`DirectionalLight`],
-//! [`ConstantEnvironment`], [`EnvironmentMap`]; any of them, [`AnyLight`]. Cameras: [`PinholeCamera`], [`ThinLensCamera`],
-//! [`OrthographicCamera`]. Importance is normalised over the film, so all integrators normalise
-//! alike.
+//! [`ConstantEnvironment`], [`EnvironmentMap`], [`FunctionEnvironment`]; any of them, [`AnyLight`].
+//! Cameras: [`PinholeCamera`], [`ThinLensCamera`], [`OrthographicCamera`], and the meters
+//! [`IrradianceMeter`] and [`RadianceMeter`]. Importance is normalised over the film, so all
+//! integrators normalise alike.
+//!
+//! # A light of one's own: a laser
+//!
+//! A beam that has no width is Dirac in position and in direction. A sample then carries the whole
+//! flux: both densities are probabilities, 1 if there is but one choice, and the weight is flux over
+//! probability. Whoever asks for a *given* direction, as connections do, has no chance of having the
+//! right one: `direction_pdf` and `emit` are 0, and `can_be_connected` says so beforehand, since
+//! integrators must know which techniques can draw its light (light walks alone: what is seen of a
+//! laser are light walks that connect to the lens or to a camera walk).
+//!
+//! ```
+//! use pathspace::endpoint::{
+//!     DirectionSample, Endpoint, IrradianceMeter, Light, PointSample,
+//! };
+//! use pathspace::geometry::{Disk, SurfacePoint};
+//! use pathspace::glam::{DVec2, DVec3};
+//! use pathspace::integrator::{LightTracer, PathTracer};
+//! use pathspace::math::{PerArea, PerProjected, Rgb};
+//! use pathspace::render::{Render, Settings, measure};
+//! use pathspace::scene::{Material, WorldBuilder};
+//!
+//! struct Laser {
+//!     position: DVec3,
+//!     /// Unit vector.
+//!     direction: DVec3,
+//!     /// W per channel.
+//!     flux: Rgb,
+//! }
+//!
+//! impl Endpoint for Laser {
+//!     fn sample_point(&self, _: f64, _: DVec2) -> Option<PointSample> {
+//!         // The place Dirac: no cosine, and the density is a probability.
+//!         Some(PointSample { point: SurfacePoint::dirac(self.position), pdf: PerArea(1.0) })
+//!     }
+//!     fn point_pdf(&self, _: &SurfacePoint) -> PerArea {
+//!         PerArea(1.0)
+//!     }
+//!     fn sample_direction(&self, point: &SurfacePoint, _: DVec2) -> Option<DirectionSample> {
+//!         let (direction, pdf) = (self.direction, PerProjected(1.0));
+//!         Some(DirectionSample { from: *point, direction, pdf, weight: self.flux })
+//!     }
+//!     // A given direction has no density and gets no light: both are Dirac distributions.
+//!     fn direction_pdf(&self, _: &SurfacePoint, _: DVec3) -> PerProjected {
+//!         PerProjected::ZERO
+//!     }
+//!     fn emit(&self, _: &SurfacePoint, _: DVec3) -> Rgb {
+//!         Rgb::BLACK
+//!     }
+//! }
+//!
+//! impl Light for Laser {
+//!     fn power(&self) -> Rgb {
+//!         self.flux
+//!     }
+//!     fn can_be_hit(&self) -> bool {
+//!         false
+//!     }
+//!     fn can_be_connected(&self) -> bool {
+//!         false
+//!     }
+//! }
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let mut scene = WorldBuilder::new();
+//! let white = scene.add_material("white", Material::Lambert { albedo: Rgb::from(0.9) })?;
+//! scene.add_disk("wall", Disk { center: DVec3::ZERO, normal: DVec3::Z, radius: 5.0 }, white)?;
+//! let (position, direction) = (DVec3::new(1.0, 0.0, 1.0), -DVec3::Z);
+//! scene.add_light("laser", Laser { position, direction, flux: Rgb::from(2.0) })?;
+//! let scene = scene.build()?;
+//! // The spot scatters Φ ρ/π cos θ per solid angle to a meter at a distance of √2 and 45°.
+//! let meter = IrradianceMeter::new(DVec3::new(0.0, 0.0, 1.0), DVec3::new(1.0, 0.0, -1.0))?;
+//! let light = measure(&scene, &meter, &LightTracer::up_to(1), &Settings::default())?;
+//! let expected = 2.0 * 0.9 / std::f64::consts::PI * 0.5f64.sqrt() / 2.0;
+//! assert!((light.mean().r() / expected - 1.0).abs() < 1e-6);
+//! // A path tracer cannot draw any of it, and says so.
+//! assert!(!PathTracer::up_to(1).blind_spots(&scene, &meter)?.is_empty());
+//! # Ok(())
+//! # }
+//! ```
 //!
 //! Source: Veach 1997, chapter 4, for importance as the dual of radiance.
 
@@ -32,9 +113,13 @@ mod environment_map;
 mod error;
 mod extent;
 mod flat;
+mod function_environment;
+mod irradiance_meter;
 mod orthographic;
 mod pinhole;
 mod point;
+mod pointers;
+mod radiance_meter;
 mod solid_angle;
 mod spot;
 mod thin_lens;
@@ -50,9 +135,12 @@ pub use error::EndpointError;
 pub use extent::SceneExtent;
 pub(crate) use flat::FlatLanes;
 pub use flat::FlatLight;
+pub use function_environment::FunctionEnvironment;
+pub use irradiance_meter::IrradianceMeter;
 pub use orthographic::OrthographicCamera;
 pub use pinhole::PinholeCamera;
 pub use point::PointLight;
+pub use radiance_meter::RadianceMeter;
 pub use spot::SpotLight;
 pub use thin_lens::ThinLensCamera;
 pub use view::View;
@@ -157,7 +245,8 @@ impl fmt::Display for LightKind {
 /// An endpoint that emits radiance.
 pub trait Light: Endpoint {
     /// Emitted flux (W per channel), or an estimate of it; decides how often the light is chosen,
-    /// never the image's mean.
+    /// never the image's mean. A light whose power is 0 must be [black](Self::is_black) or emit
+    /// nothing; else building a scene with it is an error.
     fn power(&self) -> Rgb;
 
     /// True if a ray can reach it by chance: area lights and environments, not Dirac lights.
@@ -261,6 +350,18 @@ pub trait Camera: Endpoint {
     /// `direction` is recorded; `None` if it cannot be, as behind the camera. The result may lie
     /// outside the window.
     fn raster(&self, point: &SurfacePoint, direction: DVec3) -> Option<DVec2>;
+
+    /// True if light walks can be connected to it: everything but a camera with both Dirac position
+    /// and Dirac direction, to which no other technique than t ≥ 2 leads.
+    fn can_be_connected(&self) -> bool {
+        true
+    }
+
+    /// The quantity that [`measure`](crate::render::measure()) gives, over the mean radiance of the
+    /// film's window: π for an [`IrradianceMeter`].
+    fn response(&self) -> f64 {
+        1.0
+    }
 
     /// The view of this camera, if it is a pinhole and nothing else: then importance, density and
     /// raster position are those of [`PinholeCamera`]. Optional, for speed alone: such a camera is

@@ -26,5 +26,5 @@ pub use intersect::{Contact, Intersection, Ray};
 pub(crate) use intersect::{Met, largest_axis, shear_along, sheared};
 pub(crate) use point::moved_towards;
 pub use point::{NormalOrigin, Place, SurfacePoint};
-pub use shape::{Disk, Quad, Shape, Sphere, Triangle};
+pub use shape::{Disk, Facing, Quad, Shape, Sphere, Triangle};
 pub(crate) use shape::{gamma, interpolated, spanned};

@@ -54,6 +54,15 @@ pub struct Quad {
     pub edge_v: DVec3,
 }
 
+/// The side of a closed surface that is its front.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Facing {
+    /// The outside.
+    Outward,
+    /// The inside.
+    Inward,
+}
+
 /// A flat disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disk {
@@ -148,6 +157,20 @@ impl Sphere {
         Self { center, radius, axis: DVec3::Z, cos_min: -1.0, cos_max: 1.0, inward: false }
     }
 
+    /// The whole sphere, front side inside: a lamp that shines inward, a room.
+    ///
+    /// ```
+    /// use pathspace::geometry::Sphere;
+    /// use pathspace::glam::DVec3;
+    ///
+    /// let room = Sphere::inward(DVec3::ZERO, 2.0);
+    /// assert_eq!(room.point_at(DVec3::X).geometric_normal, -DVec3::X);
+    /// ```
+    #[must_use]
+    pub fn inward(center: DVec3, radius: f64) -> Self {
+        Self { inward: true, ..Self::new(center, radius) }
+    }
+
     /// True if nothing of the sphere is masked.
     #[must_use]
     pub fn is_whole(&self) -> bool {
@@ -179,6 +202,46 @@ impl Sphere {
 impl Quad {
     /// The rounding error of a point relative to its [reach](spanned).
     pub(crate) const ROUNDING: f64 = gamma(5);
+
+    /// The same parallelogram with its front side, which emits, towards a point: the edges change
+    /// places if it is not. As it is if the point lies in its plane.
+    ///
+    /// ```
+    /// use pathspace::geometry::Quad;
+    /// use pathspace::glam::DVec3;
+    ///
+    /// let lamp = Quad { origin: DVec3::Z, edge_u: DVec3::X, edge_v: DVec3::Y }.facing(DVec3::ZERO);
+    /// assert_eq!(lamp.cross(), -DVec3::Z);
+    /// ```
+    #[must_use]
+    pub fn facing(self, target: DVec3) -> Self {
+        let Self { origin, edge_u, edge_v } = self;
+        if self.cross().dot(target - origin) < 0.0 {
+            Self { origin, edge_u: edge_v, edge_v: edge_u }
+        } else {
+            self
+        }
+    }
+
+    /// The faces of a box: at its lower and its upper end of x, y and z.
+    #[must_use]
+    pub fn faces_of(bounds: &Bounds, facing: Facing) -> [Self; 6] {
+        let (min, max) = (bounds.min, bounds.max);
+        let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| (max - min) * axis);
+        // The normal of the faces at the lower end is outward: z × y = -x.
+        let face = |origin, edge_u, edge_v| match facing {
+            Facing::Outward => Self { origin, edge_u, edge_v },
+            Facing::Inward => Self { origin, edge_u: edge_v, edge_v: edge_u },
+        };
+        [
+            face(min, z, y),
+            face(max, -y, -z),
+            face(min, x, z),
+            face(max, -z, -x),
+            face(min, y, x),
+            face(max, -x, -y),
+        ]
+    }
 
     /// Area times the unit normal.
     #[inline]

@@ -98,6 +98,14 @@ impl Rgb {
     }
 }
 
+/// The same value in all three components, as [`Rgb::splat`].
+impl From<f64> for Rgb {
+    #[inline]
+    fn from(value: f64) -> Self {
+        Self::splat(value)
+    }
+}
+
 impl From<[f64; 3]> for Rgb {
     fn from(components: [f64; 3]) -> Self {
         Self(components)

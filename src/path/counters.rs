@@ -1,5 +1,6 @@
 //! The counters of a rendering: rays, vertices, rejected contributions and the energy ledger.
 
+use super::MAX_BOUNCES;
 use crate::bsdf::TransportMode;
 use crate::math::Rgb;
 use std::ops::AddAssign;
@@ -78,7 +79,9 @@ pub struct Counters {
     pub shared_bytes: u64,
     /// Contributions that were infinite or not a number; they were not added to the film.
     pub non_finite: u64,
-    /// Walks that the limit on bounces cut off.
+    /// Walks that the library's own limit on bounces ([`MAX_BOUNCES`]) cut off, whose light is
+    /// lost. Those that end where the [`Depth`](super::Depth) of the settings does lose nothing that
+    /// was asked for and are not among them.
     pub truncated_subpaths: u64,
     /// Energy ledger of the light subpaths.
     #[cfg_attr(any(feature = "checkpoint", feature = "report"), serde(skip))]
@@ -104,10 +107,11 @@ impl Counters {
         }
     }
 
-    /// Records a walk that a limit on the number of bounces ends.
+    /// Records a walk that a limit on the number of bounces ends after so many.
     #[inline]
-    pub(super) fn truncate(&mut self, mode: TransportMode, throughput: Rgb) {
-        self.truncated_subpaths += 1;
+    pub(super) fn truncate(&mut self, mode: TransportMode, throughput: Rgb, bounces: u32) {
+        // A walk that is connected ends up to two before.
+        self.truncated_subpaths += u64::from(bounces + 2 >= MAX_BOUNCES);
         if mode == TransportMode::Importance {
             self.ledger.truncated += throughput;
         }

@@ -79,6 +79,8 @@ pub enum Reason {
     Redundant,
     /// It would draw what connections draw as well: no lobe is narrow.
     Connectible,
+    /// It would contribute nothing: no light walk can be connected to the lens.
+    UnconnectibleLens,
 }
 
 impl fmt::Display for Reason {
@@ -93,6 +95,7 @@ impl fmt::Display for Reason {
                 "only light that is seen directly would be left to it, and s = 0 draws that"
             }
             Self::Connectible => "every path can be connected",
+            Self::UnconnectibleLens => "the camera sees along one ray, which no light walk meets",
         })
     }
 }
@@ -105,6 +108,16 @@ pub struct LeftOut {
 }
 
 impl LeftOut {
+    /// The same without lens sampling, because the camera cannot be connected to.
+    pub(super) fn without_lens(mut self) -> Self {
+        for (family, reason) in Family::ALL.into_iter().zip(&mut self.reasons) {
+            if family == Family::LensSampling {
+                *reason = Some(Reason::UnconnectibleLens);
+            }
+        }
+        self
+    }
+
     /// The families, each with its reason.
     pub fn families(&self) -> impl Iterator<Item = (Family, Reason)> {
         Family::ALL

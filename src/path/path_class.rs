@@ -242,7 +242,21 @@ impl<S: Scene + ?Sized> Plan<'_, S> {
     #[must_use]
     pub fn missing(&self) -> Vec<MissingPaths> {
         let Stage { scene, camera, needs, .. } = self.stage;
-        let mut missing = self.techniques.missing(&needs, camera.place(), self.depth);
+        let (lens, depth) = (camera.place(), self.depth);
+        let mut missing = self.techniques.missing(&needs, lens, depth);
+        if !camera.can_be_connected() {
+            let all = TechniqueSet { lens_sampling: false, ..TechniqueSet::BIDIRECTIONAL };
+            let lost = all.missing(&needs, lens, depth);
+            let is_lost = |paths: &MissingPaths| {
+                lost.iter().any(|other| (other.class, other.kind) == (paths.class, paths.kind))
+            };
+            for paths in missing.iter_mut().filter(|paths| is_lost(paths)) {
+                let has_finite_vertex =
+                    !matches!(paths.class, PathClass::Direct | PathClass::SpecularlySeen);
+                let by = if has_finite_vertex { DrawnBy::Merges } else { DrawnBy::Nothing };
+                paths.drawn_by = by;
+            }
+        }
         missing.retain_mut(|paths| match scene.light_names(paths.kind) {
             Some(names) => {
                 paths.lights = names.into_iter().map(str::to_owned).collect();

@@ -149,11 +149,16 @@ pub struct Plan<'a, S: Scene + ?Sized> {
 impl<'a, S: Scene + ?Sized> Plan<'a, S> {
     /// Techniques and path lengths, less what the stage does not need.
     pub fn new(stage: Stage<'a, S>, techniques: TechniqueSet, depth: Depth) -> Self {
+        // Its weights would make room for what nobody can draw.
+        let lens_is_lost = techniques.lens_sampling && !stage.camera.can_be_connected();
+        let drawable =
+            TechniqueSet { lens_sampling: techniques.lens_sampling && !lens_is_lost, ..techniques };
+        let left_out = drawable.left_out(&stage.needs);
         Self {
             stage,
-            techniques: techniques.pruned(&stage.needs),
+            techniques: drawable.pruned(&stage.needs),
             depth: depth.within(&stage.needs),
-            left_out: techniques.left_out(&stage.needs),
+            left_out: if lens_is_lost { left_out.without_lens() } else { left_out },
         }
     }
 

@@ -343,7 +343,7 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
 
     /// Records that a limit on the number of bounces ends the walk here.
     pub fn truncate(&self, counters: &mut Counters) {
-        counters.truncate(self.mode, self.throughput);
+        counters.truncate(self.mode, self.throughput, self.bounces);
     }
 }
 

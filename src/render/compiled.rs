@@ -4,6 +4,8 @@
 //! Which of both is a constant, so that what is not taken is not compiled: a host that renders
 //! worlds need not compile an integrator.
 
+#[cfg(feature = "report")]
+use super::alone::{Alone, alone};
 use super::{Checkpoint, Progress, RenderError, Rendering, Settings, drive};
 use crate::endpoint::Camera;
 use crate::integrator::{AnyIntegrator, BoxedRun, Caller, Crew, Integrator, Stage, Started};
@@ -15,10 +17,14 @@ use std::marker::PhantomData;
 use std::ops::ControlFlow;
 
 /// What may be asked of an integrator and a scene, as functions.
-pub(super) struct Compiled<S: ?Sized, I> {
+pub(super) struct Compiled<S: Scene + ?Sized, I> {
     pub render: Render<S, I>,
-    pub missing: fn(&S, &dyn Camera, &I) -> Result<Vec<MissingPaths>, RenderError>,
+    pub blind_spots: BlindSpots<S, I>,
+    #[cfg(feature = "report")]
+    pub start_alone: for<'a> fn(&'a I, Stage<'a, S>) -> Started<Box<dyn Alone + 'a>>,
 }
+
+type BlindSpots<S, I> = fn(&S, &dyn Camera, &I) -> Result<Vec<MissingPaths>, RenderError>;
 
 type Render<S, I> = fn(
     (&S, &dyn Camera, &I),
@@ -35,16 +41,22 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Compiled<S, I> {
                 let integrator = &OnWorld(integrator, PhantomData::<fn(&S)>);
                 render_world((as_world(scene), camera, integrator), settings, from, progress)
             },
-            missing: |scene, camera, integrator| {
+            blind_spots: |scene, camera, integrator| {
                 let integrator = &OnWorld(integrator, PhantomData::<fn(&S)>);
-                missing_in_world(as_world(scene), camera, integrator)
+                blind_spots_in_world(as_world(scene), camera, integrator)
             },
+            #[cfg(feature = "report")]
+            start_alone: start_alone_in_world,
         },
         _ => Self {
             render: |(scene, camera, integrator), settings, from, progress| {
                 drive_ready_made((scene, camera, integrator), settings, from, progress)
             },
-            missing: |scene, camera, integrator| missing(scene, camera, integrator),
+            blind_spots: |scene, camera, integrator| blind_spots(scene, camera, integrator),
+            #[cfg(feature = "report")]
+            start_alone: |integrator, stage| {
+                Ok(alone(AnyIntegrator::start(integrator, stage, &Caller)?))
+            },
         },
     };
 }
@@ -103,19 +115,37 @@ fn drive_ready_made<S: Scene + ?Sized>(
 }
 
 #[inline(never)]
-fn missing_in_world(
+fn blind_spots_in_world(
     world: &World,
     camera: &dyn Camera,
     integrator: &dyn AnyIntegrator<World, AnySampler>,
 ) -> Result<Vec<MissingPaths>, RenderError> {
-    missing(world, camera, integrator)
+    blind_spots(world, camera, integrator)
 }
 
-fn missing<S: Scene + ?Sized>(
+fn blind_spots<S: Scene + ?Sized>(
     scene: &S,
     camera: &dyn Camera,
     integrator: &dyn AnyIntegrator<S, AnySampler>,
 ) -> Result<Vec<MissingPaths>, RenderError> {
     let stage = Stage { samples: 0, ..Stage::new(scene, camera) };
     Ok(integrator.start(stage, &Caller)?.notes().missing)
+}
+
+#[cfg(feature = "report")]
+fn start_alone_in_world<'a, S: Scene + ?Sized, I: Integrator<S>>(
+    integrator: &'a I,
+    stage: Stage<'a, S>,
+) -> Started<Box<dyn Alone + 'a>> {
+    let start = const { I::ON_WORLD.expect("asked for where it is") };
+    let Stage { scene, camera, film, kernel, needs, samples, seed, arrival } = stage;
+    let scene = as_world(scene);
+    let stage = Stage { scene, camera, film, kernel, needs, samples, seed, arrival };
+    Ok(alone_in_world(start(integrator, stage, &Caller)?))
+}
+
+#[cfg(feature = "report")]
+#[inline(never)]
+fn alone_in_world<'a>(run: BoxedRun<'a, World, AnySampler>) -> Box<dyn Alone + 'a> {
+    alone(run)
 }

@@ -7,6 +7,8 @@
 //! numbers. Random numbers depend on (seed, pixel, pass). So the same settings give the same image
 //! to the bit for any number of threads, after every pass.
 
+#[cfg(feature = "report")]
+mod alone;
 mod checkpoint;
 mod chunks;
 mod compiled;
@@ -14,6 +16,7 @@ mod driver;
 mod identity;
 #[cfg(feature = "image")]
 mod image_file;
+mod measure;
 #[cfg(feature = "checkpoint")]
 mod npz;
 mod queue;
@@ -27,6 +30,7 @@ mod tests;
 pub use checkpoint::{Checkpoint, CheckpointError, MergeError, Merger};
 #[cfg(feature = "report")]
 pub(crate) use identity::Identity;
+pub use measure::{Measurement, measure};
 #[cfg(feature = "checkpoint")]
 pub use npz::CheckpointFileError;
 pub use settings::{Budget, RenderError, Settings};
@@ -38,6 +42,8 @@ use crate::integrator::{Integrator, Notes};
 use crate::path::{Counters, MissingPaths, TechniqueSet};
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
+#[cfg(feature = "report")]
+pub(crate) use alone::{Alone, start_alone};
 use compiled::Compiled;
 use driver::drive;
 use state::State;
@@ -131,6 +137,13 @@ pub struct Rendering {
 }
 
 impl Rendering {
+    /// The blind spots of the integrator: paths that the image lacks, as far as the scene has them;
+    /// the same as [`Render::blind_spots`] tells before.
+    #[must_use]
+    pub fn blind_spots(&self) -> &[MissingPaths] {
+        &self.notes.missing
+    }
+
     /// Contributions that were infinite or not a number: none, unless something is wrong.
     #[must_use]
     pub fn non_finite(&self) -> &NonFinite {
@@ -246,12 +259,17 @@ pub trait Render<S: Scene + ?Sized>: Sync {
         progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Rendering, RenderError>;
 
-    /// The paths that its image will lack, as far as the scene has them, known before it is
-    /// rendered ([`Notes::missing`]). By default it does not know of any.
+    /// The blind spots of the integrator: paths that its image will lack, as far as the scene has
+    /// them, known before it is rendered. By default it does not know of any. Afterwards
+    /// [`Rendering::blind_spots`] tells the same.
     ///
     /// # Errors
     /// If the integrator cannot render the scene.
-    fn missing(&self, scene: &S, camera: &dyn Camera) -> Result<Vec<MissingPaths>, RenderError> {
+    fn blind_spots(
+        &self,
+        scene: &S,
+        camera: &dyn Camera,
+    ) -> Result<Vec<MissingPaths>, RenderError> {
         let _ = (scene, camera);
         Ok(Vec::new())
     }
@@ -283,7 +301,11 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Render<S> for I {
         resume(checkpoint, scene, camera, self, settings, progress)
     }
 
-    fn missing(&self, scene: &S, camera: &dyn Camera) -> Result<Vec<MissingPaths>, RenderError> {
-        (Compiled::NEAREST.missing)(scene, camera, self)
+    fn blind_spots(
+        &self,
+        scene: &S,
+        camera: &dyn Camera,
+    ) -> Result<Vec<MissingPaths>, RenderError> {
+        (Compiled::NEAREST.blind_spots)(scene, camera, self)
     }
 }

@@ -7,7 +7,7 @@ use super::surface::{Emission, MaterialId, Surface, SurfaceId};
 use super::warning::Warning;
 use super::world::{Media, World};
 use crate::endpoint::{AnyLight, AreaLight, Light, LightId, SceneExtent};
-use crate::geometry::{Bounds, Disk, Quad, Shape, Sphere};
+use crate::geometry::{Bounds, Disk, Facing, Quad, Shape, Sphere};
 use crate::material::{Finish, Material, Relief, Texture};
 use crate::math::Rgb;
 use crate::tree::Forest;
@@ -156,6 +156,46 @@ impl WorldBuilder {
             return Err(SceneError::Degenerate { object: name });
         }
         self.add_surface(name, material, vec![Shape::Quad(quad)], None)
+    }
+
+    /// Adds the six faces of a box as one surface. Its front sides, which emit and bound a solid, face
+    /// outward or inward.
+    ///
+    /// ```
+    /// use pathspace::geometry::{Bounds, Facing};
+    /// use pathspace::glam::DVec3;
+    /// use pathspace::math::Rgb;
+    /// use pathspace::scene::{Material, SceneError, WorldBuilder};
+    ///
+    /// # fn main() -> Result<(), SceneError> {
+    /// let mut scene = WorldBuilder::new();
+    /// let white = scene.add_material("white", Material::Lambert { albedo: Rgb::from(0.8) })?;
+    /// let room = Bounds { min: -DVec3::ONE, max: DVec3::ONE };
+    /// scene.add_box("room", room, Facing::Inward, white)?;
+    /// let block = Bounds { min: DVec3::new(-0.3, -0.3, -1.0), max: DVec3::new(0.3, 0.3, 0.0) };
+    /// scene.add_box("block", block, Facing::Outward, white)?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// The name is taken, the material missing, a number not finite, or an edge without length.
+    pub fn add_box(
+        &mut self,
+        name: impl Into<String>,
+        bounds: Bounds,
+        facing: Facing,
+        material: MaterialId,
+    ) -> Result<SurfaceId, SceneError> {
+        let name = self.check_surface(name.into(), material)?;
+        check_point(&name, "min", bounds.min)?;
+        check_point(&name, "max", bounds.max)?;
+        let quads = Quad::faces_of(&bounds, facing);
+        let has_area = |quad: &Quad| quad.cross().try_normalize().is_some();
+        if bounds.is_empty() || !quads.iter().all(has_area) {
+            return Err(SceneError::Degenerate { object: name });
+        }
+        self.add_surface(name, material, quads.map(Shape::Quad).into(), None)
     }
 
     /// Adds a disk; its normal is made unit length.
@@ -307,7 +347,7 @@ impl WorldBuilder {
     /// [`World::warnings`] tells of them.
     ///
     /// # Errors
-    /// The scene is empty, or the power of a light is negative or not finite.
+    /// The scene is empty, or the power of a light is negative, not finite, or 0 although it shines.
     pub fn build(mut self) -> Result<World, SceneError> {
         if self.shapes.is_empty() && self.lights.is_empty() {
             return Err(SceneError::Empty);

@@ -121,6 +121,15 @@ pub enum SceneError {
         /// The surface.
         object: String,
     },
+    /// A light shines although its power is 0.
+    #[error(
+        "light {name:?} shines, but its power is 0, by which it is chosen: Light::power must be an \
+         estimate of its flux"
+    )]
+    PowerlessLight {
+        /// The light.
+        name: String,
+    },
     /// More primitives than ids.
     #[error("the scene has more than 2³¹ - 1 primitives")]
     TooManyPrimitives,

@@ -1,14 +1,18 @@
 //! The lights of a world and the choice among them.
 
 use super::error::{SceneError, check, check_point};
-use crate::endpoint::{AnyLight, Light, SceneExtent};
-use crate::geometry::Bounds;
+use crate::endpoint::{AnyLight, Endpoint, Light, SceneExtent};
+use crate::geometry::{Bounds, SurfacePoint};
 use crate::light_tree::{LightBounds, LightTree, with_floor};
 use crate::math::distribution::{AliasTable, relative};
+use glam::{DVec2, Vec2Swizzles};
 use std::f64::consts::PI;
 
 /// The part that counts of the power of lights that can be seen, but illuminate nothing.
 const SEEN_DIRECTLY: f64 = 1e-3;
+
+/// Rays by which a light without power is found to shine.
+const TRIES: u32 = 64;
 
 /// Tells all lights how large the scene is and builds the tree to choose among them.
 ///
@@ -27,6 +31,11 @@ pub(crate) fn prepare(
             .iter()
             .try_for_each(|&p| check(name, "power", p, "finite and not negative", |p| p >= 0.0))?;
         let power = if light.is_black() { 0.0 } else { power.mean() };
+        // The crate's own lights know their power; it is 0 where it is too small for an f64.
+        let is_hosts = matches!(light, AnyLight::Custom(_));
+        if is_hosts && power == 0.0 && extent.cross_section() > 0.0 && shines(light, extent) {
+            return Err(SceneError::PowerlessLight { name: name.clone() });
+        }
         let around = light.bounds();
         if let Some(around) = around {
             check_bounds(name, &around)?;
@@ -57,6 +66,31 @@ pub(crate) fn prepare(
     }
     let (powers, bounds): (Vec<f64>, Vec<LightBounds>) = all.into_iter().unzip();
     Ok(LightTree::new(&bounds, &with_floor(&powers)))
+}
+
+/// True if some of a few rays from a light carry something, or if it emits to the middle of a box.
+fn shines(light: &AnyLight, extent: &SceneExtent) -> bool {
+    if light.is_black() {
+        return false;
+    }
+    // Points of the R₃ sequence (Roberts 2018), far apart from one another.
+    let number = |i: u32, step: f64| (0.5 + f64::from(i) * step).fract();
+    (0..TRIES).any(|i| {
+        let u1 = number(i, 0.819_172_513_396_164_5);
+        let u2 = DVec2::new(number(i, 0.671_043_606_703_789_3), number(i, 0.549_700_477_901_970_3));
+        let leaves = light
+            .sample_point(u1, u2)
+            .and_then(|start| light.sample_direction(&start.point, u2.yx()))
+            .is_some_and(|ray| !ray.weight.is_black());
+        leaves
+            || extent.boxes().iter().any(|bounds| {
+                let receiver = SurfacePoint::dirac(bounds.center());
+                light.sample_from(&receiver, u1, u2).is_some_and(|sample| {
+                    let to_receiver = receiver.position - sample.point.position;
+                    !light.emit(&sample.point, to_receiver.normalize_or_zero()).is_black()
+                })
+            })
+    })
 }
 
 /// The bounds of a light at infinity that sends a flux into the scene: the mean irradiance on a

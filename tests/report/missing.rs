@@ -55,7 +55,7 @@ fn lens() -> ThinLensCamera {
 }
 
 fn missing(world: &World, camera: &dyn Camera, integrator: &dyn Render<World>) -> Vec<String> {
-    let missing = integrator.missing(world, camera).unwrap();
+    let missing = integrator.blind_spots(world, camera).unwrap();
     missing.iter().map(ToString::to_string).collect()
 }
 
@@ -166,7 +166,7 @@ fn study_of(
 ) -> Study {
     let mut all = contestants(methods);
     for contestant in &mut all {
-        let missing = contestant.method.missing(world, camera).unwrap();
+        let missing = contestant.method.blind_spots(world, camera).unwrap();
         contestant.complete = missing.iter().all(|paths| paths.drawn_by != DrawnBy::Connections);
     }
     let settings = Settings { seed: 5, ..Plan::default().settings };

@@ -67,7 +67,7 @@ fn shards_of_a_study_make_the_study_of_one_machine() {
         }
     }
     let missing = merge(&[1, 3]).unwrap_err();
-    assert!(missing.contains("light-0001.run") && missing.contains("shard 2/3"), "{missing}");
+    assert!(missing.contains("adaptive-0000.run") && missing.contains("shard 2/3"), "{missing}");
     render(2, 3, part(4), 1).unwrap();
     let twice = merge(&[1, 2, 3, 4]).unwrap_err();
     assert!(twice.contains("part 4") && twice.contains("part 2"), "{twice}");

@@ -317,7 +317,7 @@ fn lights_without_names_are_named_by_their_kind() {
     let (eye, size) = (DVec3::new(0.0, -0.8, 0.1), UVec2::splat(SIZE));
     let lens = ThinLensCamera::new(eye, DVec3::ZERO, DVec3::Z, 60.0, 0.1, 1.0, size).unwrap();
     let words = |integrator: &dyn Method<Starved>| -> Vec<String> {
-        integrator.missing(&scene, &lens).unwrap().iter().map(ToString::to_string).collect()
+        integrator.blind_spots(&scene, &lens).unwrap().iter().map(ToString::to_string).collect()
     };
     let seen = "Dirac lights seen directly through the lens (L E)";
     assert_eq!(words(&PathTracer::default()), [seen]);

@@ -22,7 +22,9 @@ use super::{
 };
 use crate::film::{Sample, Sink};
 use crate::math::Rgb;
-use crate::path::{Counters, Heuristic, Ledger, LightSubpaths, Roulette, Scratch, TechniqueSet};
+use crate::path::{
+    Counters, Heuristic, Ledger, LightSubpaths, Plan, Roulette, Scratch, TechniqueSet,
+};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use race::Race;
@@ -75,8 +77,8 @@ impl Adaptive {
 }
 
 /// The sets that draw every path, the simplest first, all techniques last.
-fn candidates<S: Scene + ?Sized>(Stage { needs, camera, .. }: &Stage<'_, S>) -> Vec<TechniqueSet> {
-    let all = TechniqueSet::BIDIRECTIONAL.pruned(needs);
+fn candidates<S: Scene + ?Sized>(stage: &Stage<'_, S>, all: TechniqueSet) -> Vec<TechniqueSet> {
+    let Stage { needs, camera, .. } = stage;
     let lens = TechniqueSet { lens_sampling: true, ..TechniqueSet::NONE };
     let mut sets = vec![lens, TechniqueSet { bsdf_sampling: true, ..TechniqueSet::NONE }];
     for (connections, lens_sampling) in [(false, false), (false, true), (true, false), (true, true)]
@@ -88,6 +90,7 @@ fn candidates<S: Scene + ?Sized>(Stage { needs, camera, .. }: &Stage<'_, S>) -> 
     }
     let lens = camera.place();
     sets.retain(|set| set.pruned(needs) == *set && set.is_complete(needs, lens) && *set != all);
+    sets.retain(|set| all.lens_sampling || !set.lens_sampling);
     sets.push(all);
     sets
 }
@@ -134,14 +137,14 @@ impl<S: Scene + ?Sized> Integrator<S> for Adaptive {
     }
 
     fn start<'a>(&'a self, stage: Stage<'a, S>, crew: &dyn Crew) -> Started<Adapted<'a, S>> {
-        let sets = candidates(&stage);
+        let all = Plan::new(stage, TechniqueSet::BIDIRECTIONAL, self.depth);
+        let sets = candidates(&stage, all.techniques);
         let race = Race::new(*self, stage, crew, &sets);
         let (mut candidates, winner, counters) = race.run(PILOT * stage.samples as f64);
         let chosen = candidates[winner];
         // Those tried last are no plainer than the plain one.
         candidates.sort_by_key(|candidate| Some(&candidate.set) == sets.last());
-        let left_out = TechniqueSet::BIDIRECTIONAL.left_out(&stage.needs);
-        let decision = Decision { left_out, candidates, chosen };
+        let decision = Decision { left_out: all.left_out, candidates, chosen };
         Ok(Adapted { run: self.run(stage, chosen.set), decision, counters })
     }
 }

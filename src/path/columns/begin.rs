@@ -126,7 +126,7 @@ impl<'s> Columns<'s> {
             if goes_on {
                 self.under_way.push(*walk, ray, carried);
             } else {
-                shared.counters.truncate(TransportMode::Importance, throughput);
+                shared.counters.truncate(TransportMode::Importance, throughput, 0);
             }
         }
         self.forget_vertices();

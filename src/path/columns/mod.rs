@@ -302,7 +302,7 @@ impl<'s> Columns<'s> {
                 continue;
             }
             if self.bounces >= steps.last_left {
-                counters.truncate(mode, throughput);
+                counters.truncate(mode, throughput, self.bounces);
                 continue;
             }
             let [red, green, blue] = throughput.0;
@@ -316,7 +316,7 @@ impl<'s> Columns<'s> {
     fn truncate(&mut self, mode: TransportMode, counters: &mut Counters) {
         for k in 0..self.walks.len() {
             let [_, _, _, red, green, blue, ..] = self.carried.get(k);
-            counters.truncate(mode, Rgb::new(red, green, blue));
+            counters.truncate(mode, Rgb::new(red, green, blue), self.bounces);
         }
         self.forget_vertices();
     }
