@@ -252,10 +252,7 @@ fn find(
 
 fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, world: &World) {
     println!("VERTICES, from the lens x_0 to the light x_{}", record.edges());
-    println!(
-        "  {:<4} {:<10} {:<20} {:<36} {:<24} shading normal",
-        "", "kind", "surface", "position", "geometric normal"
-    );
+    println!("  {:<4} {:<10} {:<20} {}", "", "kind", "surface", "position");
     let k = record.edges();
     for (i, x) in record.points.iter().enumerate() {
         let kind = match (i, x.place) {
@@ -269,20 +266,19 @@ fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, 
             _ => "surface",
         };
         let name = if i == 0 { "camera" } else { world.surface_name(x).unwrap_or("-") };
-        let normals = match x.place {
-            Place::Dirac => format!("{:<24} -", "-"),
-            _ => format!(
-                "{:<24} {}",
-                short(x.geometric_normal),
-                if x.is_flat() { "the same".to_owned() } else { short(x.shading_normal) }
-            ),
-        };
-        println!("  x_{i:<2} {kind:<10} {name:<20} {:<36} {normals}", vector(x.position));
+        println!("  x_{i:<2} {kind:<10} {name:<20} {}", vector(x.position));
+        if x.place != Place::Dirac {
+            print!("  {:<4} {:<10} geometric {}", "", "normals", short(x.geometric_normal));
+            match x.is_flat() {
+                true => println!(", shading the same"),
+                false => println!(", shading {}", short(x.shading_normal)),
+            }
+        }
     }
     if let Some(distance) = distance {
         let (m, radius) = (technique.t - 1, (weighting.merge_area() / PI).sqrt());
         println!(
-            "  x_{m} is where the camera walk ends; the light walk ends {distance:.5} beside it, \
+            "  x_{m} is where the camera walk ends; the light walk ends {distance:.5} beside it,\n  \
              less than r = {radius:.5}"
         );
     }
@@ -291,20 +287,13 @@ fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, 
 fn print_factors(record: &PathRecord) {
     let k = record.edges();
     println!("\nFACTORS");
-    println!(
-        "  We or f or Le: importance at the lens, BSDF per steradian (Dirac: its coefficient), radiance at the light"
-    );
-    println!("  G_i = V |cos θ_i cos θ'_i| / r²   of the edge x_i x_(i+1), with geometric normals");
-    println!(
-        "  a_i = p⊥(x_i → x_(i+1))           density of a camera walk's direction, per projected solid angle"
-    );
-    println!(
-        "  b_i = p⊥(x_i → x_(i-1))           density of a light walk's direction, per projected solid angle\n"
-    );
-    println!(
-        "  {:<4} {:<6} {:<37} {:>12} {:>12} {:>12}",
-        "", "factor", "red          green        blue", "G_i", "a_i", "b_i"
-    );
+    println!("  We or f or Le:  importance at the lens, BSDF per steradian (Dirac: its");
+    println!("                  coefficient), radiance at the light");
+    println!("  G_i = V |cos θ_i cos θ'_i| / r²  of the edge x_i x_(i+1), geometric normals");
+    println!("  a_i = p⊥(x_i → x_(i+1))          density of a camera walk's direction, per");
+    println!("                                   projected solid angle");
+    println!("  b_i = p⊥(x_i → x_(i-1))          the same for a light walk\n");
+    println!("  {:<4} {:<6} {COLUMNS} {:>10} {:>10} {:>10}", "", "factor", "G_i", "a_i", "b_i");
     for i in 0..=k {
         let factor = match i {
             0 => "We",
@@ -313,10 +302,10 @@ fn print_factors(record: &PathRecord) {
             _ => "f",
         };
         let when =
-            |shown: bool, value: f64| if shown { format!("{value:.5e}") } else { "-".to_owned() };
+            |shown: bool, value: f64| if shown { format!("{value:.4e}") } else { "-".to_owned() };
         let g = if i < k { record.geometry_terms[i] } else { 0.0 };
         println!(
-            "  x_{i:<2} {factor:<6} {:<37} {:>12} {:>12} {:>12}",
+            "  x_{i:<2} {factor:<6} {} {:>10} {:>10} {:>10}",
             rgb(record.factors[i]),
             when(i < k, g),
             when(i < k, record.towards_light[i]),
@@ -324,34 +313,23 @@ fn print_factors(record: &PathRecord) {
         );
     }
     let ends = record.ends;
-    println!(
-        "\n  densities of the ends, in the measure of their place (area, solid angle, or a probability)"
-    );
-    println!(
-        "    x_0 as the start of a camera walk {:>12.5e}    as the point that x_1 connects to {:>18.5e}",
-        ends.camera, ends.camera_connection
-    );
-    let label = format!("as the point that x_{} connects to", k - 1);
-    println!(
-        "    x_{k:<1} as the start of a light walk  {:>12.5e}    {label:<33} {:>18.5e}",
-        ends.light, ends.light_connection
-    );
+    println!("\n  densities of the ends, in the measure of their place (area, solid angle, or a");
+    println!("  probability)");
+    let end = |x: usize, role: &str, density: f64| {
+        println!("  x_{x:<2} {role:<40} {density:>12.5e}");
+    };
+    end(0, "as the start of a camera walk", ends.camera);
+    end(0, "as the point that x_1 connects to", ends.camera_connection);
+    end(k, "as the start of a light walk", ends.light);
+    end(k, &format!("as the point that x_{} connects to", k - 1), ends.light_connection);
 }
 
 fn print_contribution(record: &PathRecord) {
     let k = record.edges();
-    println!(
-        "\nCONTRIBUTION                                            red          green        blue"
-    );
-    println!(
-        "  throughput    T = Π_(i=1)^({}) f(x_i) G(x_i, x_(i+1))   {}",
-        k - 1,
-        rgb(record.throughput())
-    );
-    println!(
-        "  contribution  f(x) = We · G(x_0, x_1) · T · Le          {}",
-        rgb(record.contribution())
-    );
+    let product = format!("T = Π_(i=1)^({}) f(x_i) G(x_i, x_(i+1))", k - 1);
+    println!("\n{:<44} {COLUMNS}", "CONTRIBUTION f(x), and throughput T");
+    println!("  {product:<42} {}", rgb(record.throughput()));
+    println!("  {:<42} {}", "f(x) = We · G(x_0, x_1) · T · Le", rgb(record.contribution()));
 }
 
 fn print_techniques(Found { record, weighting, technique: drawn_by, .. }: &Found) {
@@ -361,24 +339,20 @@ fn print_techniques(Found { record, weighting, technique: drawn_by, .. }: &Found
         k + 1
     );
     println!(
-        "  p_(s,t) = p(ends) · Π_(i=0)^(t-2) a_i G_i · Π_(i=t+1)^k b_i G_(i-1),   w_(s,t) = (n p)^β / Σ (n p)^β over the admissible ones"
+        "  p_(s,t) = p(ends) · Π_(i=0)^(t-2) a_i G_i · Π_(i=t+1)^k b_i G_(i-1)\n  \
+         w_(s,t) = (n p)^β / Σ (n p)^β over the admissible ones"
     );
     if merge_area > 0.0 {
         println!(
-            "  merge (s, t): s + t = {},   p = π r² · p(ends) · Π_(i=0)^(t-2) a_i G_i · Π_(i=t)^k b_i G_(i-1),   n = {} light walks",
+            "  merge (s, t): s + t = {}, n = {} light walks,\n  \
+             p = π r² · p(ends) · Π_(i=0)^(t-2) a_i G_i · Π_(i=t)^k b_i G_(i-1)",
             k + 2,
             set.merges
         );
     }
     println!(
-        "\n  {:<12} {:<11} {:>12} {:>10} {:>10}   {:<37} {:<37}",
-        "(s, t)",
-        "admissible",
-        "density p",
-        "w (β = 1)",
-        "w (β = 2)",
-        "f/(n p): red green        blue",
-        "w f/(n p) (β = 2)"
+        "\n  {:<12} {:<11} {:>12} {:>10} {:>10}",
+        "(s, t)", "admissible", "density p", "w (β = 1)", "w (β = 2)"
     );
     let radius = (merge_area / PI).sqrt();
     let weightings = [Heuristic::Balance, Heuristic::Power(2.0)]
@@ -408,12 +382,12 @@ fn print_techniques(Found { record, weighting, technique: drawn_by, .. }: &Found
             record.estimate(t)
         };
         println!(
-            "  {label:<12} {reason:<11} {density:>12.5e} {:>10.6} {:>10.6}   {:<37} {:<37} {mark}",
-            weights[0],
-            weights[1],
-            rgb(estimate),
-            rgb(estimate * weights[1])
+            "  {label:<12} {reason:<11} {density:>12.5e} {:>10.6} {:>10.6} {mark}",
+            weights[0], weights[1]
         );
+        for (name, value) in [("f/(n p)", estimate), ("w f/(n p), β = 2", estimate * weights[1])] {
+            println!("  {:<12} {name:<24} {}", "", rgb(value));
+        }
     }
     println!("  {:<12} {:<11} {:>12} {:>10.6} {:>10.6}", "Σ", "", "", sums[0], sums[1]);
 }
@@ -435,7 +409,7 @@ fn print_verification(found: &Found) -> bool {
     let ok = verification.worst() < TOLERANCE;
     println!("\nVERIFICATION of what the integrator had cached against the definitions above");
     println!("  its f/p                          {}", rgb(*value));
-    println!("  its roulette survival Π (1 - q)  {survival:.5e}   (f/p contains the inverse)");
+    println!("  its roulette survival Π (1 - q)  {survival:.5e} (f/p contains the inverse)");
     println!("  its weight                       {weight:.6}");
     println!("  relative error of f/p            {:.1e}", verification.value_error);
     println!("  error of the weight              {:.1e}", verification.weight_error);
@@ -444,8 +418,11 @@ fn print_verification(found: &Found) -> bool {
     ok
 }
 
+/// The heading of what [`rgb`] writes.
+const COLUMNS: &str = "red        green      blue       ";
+
 fn rgb(value: Rgb) -> String {
-    value.0.map(|c| format!("{c:<12.5e}")).join(" ")
+    value.0.map(|c| format!("{c:<11.4e}")).concat()
 }
 
 fn vector(v: DVec3) -> String {

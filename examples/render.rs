@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! cargo run --release --example render -- --integrator bidirectional --out target/box.png
-//! cargo run --release --features readers --example render -- --scene model.obj --time 30s
-//! cargo run --release --features readers --example render -- --scene scene.xml -D resx=256 -D resy=256 --strict
-//! cargo run --release --features readers --example render -- --scene model.glb --environment sky.hdr --view left
-//! cargo run --release --features readers --example render -- --scene model.glb --info
+//! cargo run --release --example render -- --scene model.obj --time 30s
+//! cargo run --release --example render -- --scene scene.xml -D resx=256 -D resy=256 --strict
+//! cargo run --release --example render -- --scene model.glb --environment sky.hdr --view left
+//! cargo run --release --example render -- --scene model.glb --info
 //! cargo run --release --example render -- --samples 4096 --checkpoint target/box.npz --resume
 //! cargo run --release --example render -- --samples 4096 --shard 1/8
 //! cargo run --release --example render -- --scene list

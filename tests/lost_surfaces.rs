@@ -3,7 +3,6 @@
 
 use glam::UVec2;
 use pathspace::import::{Error, Import, Options, gltf, mitsuba, obj, pbrt};
-use pathspace::scene::Scene;
 use std::path::{Path, PathBuf};
 
 /// A file that goes away with its owner.

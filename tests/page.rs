@@ -28,7 +28,8 @@ const view = document.querySelector('#stage .view');
 const image = (name, row) => document.querySelector(`img[data-name="${name}"][data-row="${row}"]`);
 const shown = () => view.querySelector('img').src;
 const press = (key, more) => {
-  view.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true, ...more }));
+  const options = { key, bubbles: true, cancelable: true, ...more };
+  view.dispatchEvent(new KeyboardEvent('keydown', options));
 };
 const until = async (name, done) => {
   for (let i = 0; i < 200 && !done(); i++) await new Promise((go) => setTimeout(go, 10));
@@ -67,6 +68,7 @@ const seen = (img) => {
   const values = VALUES;
   check('pixel', values.every(([red, green, blue], i) =>
     [red, green, blue].every((x, c) => Math.abs(cells[i + 1][c + 1] / x - 1) < 0.006)));
+  press('ArrowDown');
   press('e');
   press('e');
   await until('exposure', () => document.querySelectorAll('.view canvas').length === 10);
@@ -74,35 +76,40 @@ const seen = (img) => {
   const pixel = (canvas) => [...canvas.getContext('2d').getImageData(18, 16, 1, 1).data];
   check('brighter', pixel(canvas).every((x, i) => Math.abs(x - EXPOSED[i]) <= 1));
   press('d');
-  await until('difference', () => view.querySelector('canvas') && view.querySelector('canvas') !== canvas);
-  check('error', pixel(view.querySelector('canvas')).every((x, i) => Math.abs(x - ERROR[i]) <= 2));
+  const other = () => view.querySelector('canvas');
+  await until('difference', () => other() && other() !== canvas);
+  check('error', pixel(other()).every((x, i) => Math.abs(x - ERROR[i]) <= 2));
   press('0');
   await until('reset', () => !document.querySelector('.view canvas'));
+  press('ArrowUp');
   check('whole', same(seen(best), [0, 0, 1]));
   const focused = document.querySelectorAll('.strip .view')[1];
-  focused.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true, cancelable: true }));
-  check('brought', shown() === focused.querySelector('img').src && document.activeElement === view);
+  focused.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true }));
+  check('brought', shown() === focused.querySelector('img').src);
+  check('focus', document.activeElement === view);
   check('width', document.documentElement.scrollWidth <= document.documentElement.clientWidth);
   check('labels', [...document.querySelectorAll('img')].every((i) => i.alt)
     && [...document.querySelectorAll('select, input')].every((i) => i.closest('label')));
-  document.documentElement.dataset.outcome = outcome.length ? 'failed: ' + outcome.join(', ') : 'passed';
-})().catch((error) => { document.documentElement.dataset.outcome = 'failed: ' + error; });
+  return outcome.length ? 'failed: ' + outcome.join(', ') : 'passed';
+})().catch(String).then((text) => { document.documentElement.dataset.outcome = text; });
 </script></body>"#;
 
-/// The probe, with what is expected at pixel (18, 16).
+/// The probe, with what is expected at pixel (18, 16): values of a row, and colours of an image
+/// after one sample, which is far from the reference.
 fn probe(study: &Study) -> String {
-    let images = [study.reference.image(), &study.images[0].mean, &study.images[1].mean];
-    let [reference, _, best] = images.map(|image| image.get(18, 16).unwrap());
-    let gain = exposure(study.reference.image());
-    let colours = |image: &Image, stops| image.to_srgb8(stops)[3 * (16 * 32 + 18)..][..3].to_vec();
-    let map = signed_error_map(images[2], images[0]);
-    let opaque =
-        |colours: Vec<u8>| format!("[{}, {}, {}, 255]", colours[0], colours[1], colours[2]);
-    assert!((best.luminance() / reference.luminance() - 1.0).abs() > 0.01);
+    let (reference, shot) = (study.reference.image(), &study.images[1].snapshots[0].image);
+    let row = [reference, &study.images[0].mean, &study.images[1].mean];
+    let luminance = |image: &Image| image.get(18, 16).unwrap().luminance();
+    assert!((luminance(shot) / luminance(reference) - 1.0).abs() > 0.01);
+    let colours = |image: &Image, stops| {
+        let bytes = image.to_srgb8(stops);
+        let [r, g, b] = [0, 1, 2].map(|channel| bytes[3 * (16 * 32 + 18) + channel]);
+        format!("[{r}, {g}, {b}, 255]")
+    };
     PROBE
-        .replace("VALUES", &format!("{:?}", images.map(|image| image.get(18, 16).unwrap().0)))
-        .replace("EXPOSED", &opaque(colours(images[2], gain + 1.0)))
-        .replace("ERROR", &opaque(colours(&map, 0.0)))
+        .replace("VALUES", &format!("{:?}", row.map(|image| image.get(18, 16).unwrap().0)))
+        .replace("EXPOSED", &colours(shot, exposure(reference) + 1.0))
+        .replace("ERROR", &colours(&signed_error_map(shot, reference), 0.0))
 }
 
 fn browse(browser: &str, page: &Path, profile: &Path, width: u32) -> std::io::Result<Output> {

@@ -70,6 +70,20 @@ fn against<S: Scene + ?Sized>(
         .report
 }
 
+/// What people read of a page: without scripts and embedded images.
+fn readable(page: &str) -> String {
+    let mut text = page[..page.find("<script>").unwrap()].to_owned();
+    for start in ["src=\"data:", "data-values=\""] {
+        let parts = text.split(start).enumerate();
+        let rest = |(i, part): (usize, &str)| match i {
+            0 => part.to_owned(),
+            _ => part.split_once('"').unwrap().1.to_owned(),
+        };
+        text = parts.map(rest).collect();
+    }
+    text
+}
+
 fn cornell_box(size: u32) -> gallery::GalleryScene {
     gallery::build("cornell-box", UVec2::splat(size)).unwrap()
 }

@@ -65,9 +65,5 @@ impl std::fmt::Display for WrongArgument {
 
 impl Error for WrongArgument {}
 
-/// The command that runs this example, up to its arguments; with all readers of scene files if it
-/// reads one.
-pub fn cargo_command(reads_file: bool) -> String {
-    let features = if reads_file { "--features readers " } else { "" };
-    format!("cargo run --release {features}--example {}", env!("CARGO_CRATE_NAME"))
-}
+/// The command that runs this example, up to its arguments.
+pub const CARGO_COMMAND: &str = concat!("cargo run --release --example ", env!("CARGO_CRATE_NAME"));

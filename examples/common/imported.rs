@@ -1,54 +1,31 @@
-//! Scenes from files, by the readers that the program was built with.
+//! Scenes in glTF 2.0, in Wavefront OBJ, and of the renderers Mitsuba 3 and pbrt.
 
-use super::cargo_command;
 use super::scenes::{AnyCamera, FileOptions, NamedScene, SIZE};
 use pathspace::glam::UVec2;
 use pathspace::import::{self, Import};
 use std::error::Error;
 use std::path::Path;
 
-/// Loads a scene file by the reader for its extension, which is in lower case. Films of glTF and
-/// OBJ files have the size that is wished for, or a default; files of the others bring their own.
+/// Loads a scene file by the reader for its extension, which is in lower case; `None` if there is
+/// none. Films of glTF and OBJ files have the size that is wished for, or a default; files of the
+/// others bring their own.
 pub fn load(
     path: &Path,
     extension: &str,
     size: Option<UVec2>,
     options: &FileOptions,
-) -> Result<NamedScene, Box<dyn Error>> {
-    match read(path, extension, size, options)? {
-        Some(import) => named(path, import, options),
-        None => Err(format!(
-            "{}: this program was built without the reader of such files; `{} -- …` builds it with \
-             all readers",
-            path.display(),
-            cargo_command(true)
-        )
-        .into()),
-    }
-}
-
-#[cfg_attr(not(feature = "readers"), allow(unused_variables, reason = "readers take them"))]
-fn read(
-    path: &Path,
-    extension: &str,
-    size: Option<UVec2>,
-    options: &FileOptions,
-) -> Result<Option<Import>, import::Error> {
-    let fixed = size.unwrap_or(SIZE);
-    Ok(match extension {
-        #[cfg(feature = "obj")]
-        "obj" => Some(import::obj::load(path, fixed, &options.options(None))?),
-        #[cfg(feature = "gltf")]
-        "gltf" | "glb" => Some(import::gltf::load(path, fixed, &options.options(None))?),
-        #[cfg(feature = "mitsuba")]
+) -> Option<Result<NamedScene, Box<dyn Error>>> {
+    let (fixed, plain) = (size.unwrap_or(SIZE), options.options(None));
+    let import = match extension {
+        "obj" => import::obj::load(path, fixed, &plain),
+        "gltf" | "glb" => import::gltf::load(path, fixed, &plain),
         "xml" => {
-            let parameters = options.define.iter().cloned();
-            Some(import::mitsuba::load(path, &options.options(size), parameters)?)
+            import::mitsuba::load(path, &options.options(size), options.define.iter().cloned())
         }
-        #[cfg(feature = "pbrt")]
-        "pbrt" | "gz" => Some(import::pbrt::load(path, &options.options(size))?),
-        _ => None,
-    })
+        "pbrt" | "gz" => import::pbrt::load(path, &options.options(size)),
+        _ => return None,
+    };
+    Some(import.map_err(Box::from).and_then(|import| named(path, import, options)))
 }
 
 /// The scene with the camera that is wished for, or the first.

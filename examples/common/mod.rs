@@ -19,7 +19,7 @@ pub use arguments::{
     FilterName, MANY, SamplerName, parse_count, parse_duration, parse_error, parse_exposure,
     parse_image_path, parse_radius, parse_size,
 };
-pub use command::{End, WrongArgument, cargo_command, exit_code, options};
+pub use command::{CARGO_COMMAND, End, WrongArgument, exit_code, options};
 pub use integrators::{AnyIntegrator, SharedWalks};
 pub use interrupt::{INTERRUPTED, interrupt_flag};
 pub use progress::{STEPS, progress_bar, show};

@@ -177,16 +177,16 @@ fn load(
     let path = Path::new(name_or_path);
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
     let extension = extension.as_ref().and_then(|extension| extension.to_str()).unwrap_or_default();
-    let is_file = matches!(extension, "obj" | "gltf" | "glb" | "xml" | "pbrt" | "gz");
-    let scene = match options.first() {
-        _ if is_file => imported::load(path, extension, size, options),
+    let imported = imported::load(path, extension, size, options);
+    let scene = match (imported, options.first()) {
+        (Some(scene), _) => scene,
         _ if path.exists() && !gallery::NAMES.contains(&name_or_path) => {
             Err(format!("{name_or_path}: only Wavefront OBJ (.obj), glTF (.gltf, .glb), Mitsuba (.xml) and pbrt (.pbrt, .pbrt.gz) files can be read").into())
         }
-        Some(option) => {
+        (None, Some(option)) => {
             Err(format!("{option} is for scenes from files, which {name_or_path} is not").into())
         }
-        None => Ok(gallery::build(name_or_path, size.unwrap_or(SIZE))?.into()),
+        (None, None) => Ok(gallery::build(name_or_path, size.unwrap_or(SIZE))?.into()),
     };
     // The library knows no command line.
     let mut scene = scene.map_err(|error: Box<dyn Error>| with_flag(&error.to_string()))?;

@@ -202,7 +202,7 @@ fn compare(
         until_target: options.target_error.is_some(),
         baseline: None,
         pyramid: Some(Bidirectional { depth: range, ..Bidirectional::default() }),
-        command: Some(command_line(options)),
+        command: Some(command_line()),
     };
     let info = SceneInfo {
         name: scene.name.clone(),
@@ -311,7 +311,7 @@ fn show_step(bar: &ProgressBar, step: &Step<'_>, interrupted: &AtomicBool) -> Co
 
 /// The command that was given, with cargo in place of the program's path, and without the
 /// directory, which changes nothing in the files.
-fn command_line(options: &Options) -> String {
+fn command_line() -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=".contains(c);
     let quote = |text: String| {
         if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
@@ -325,8 +325,8 @@ fn command_line(options: &Options) -> String {
             arguments.push(quote(argument));
         }
     }
-    let command = common::cargo_command(Path::new(&options.scene).extension().is_some());
-    format!("{command} -- {}", arguments.join(" ")).trim_end_matches([' ', '-']).to_owned()
+    let command = format!("{} -- {}", common::CARGO_COMMAND, arguments.join(" "));
+    command.trim_end_matches([' ', '-']).to_owned()
 }
 
 fn write(study: &Study, directory: &Path) -> Result<(), Box<dyn Error>> {

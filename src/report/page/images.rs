@@ -1,6 +1,6 @@
 //! The pictures: side by side, as error maps, and one at a time on a stage.
 
-use super::picture::{ERROR_SCALE, data_uri, error_colour, exposure, shrunk, signed_error_map};
+use super::picture::{ERROR_SCALE, averaged, data_uri, error_colour, exposure, signed_error_map};
 use super::values::encoded;
 use crate::film::Image;
 use crate::report::result::{MethodImages, MethodReport, SNAPSHOTS, Snapshot, Study};
@@ -184,10 +184,15 @@ pub(super) fn stage() -> Markup {
                 div.controls { button #whole type="button" { "reset" } }
                 ul #keys {
                     li { "Click a picture; then these keys are at hand." }
-                    li { kbd { "1" } "–" kbd { "9" } " " kbd { "←" } " " kbd { "→" } " choose a picture, "
-                        kbd { "↑" } " " kbd { "↓" } " a budget; " kbd { "space" } " flips back" }
-                    li { "wheel, pinch, " kbd { "+" } " " kbd { "-" } " zoom all pictures; dragging, "
-                        kbd { "shift" } " and arrows move them" }
+                    li {
+                        kbd { "1" } "–" kbd { "9" } " " kbd { "←" } " " kbd { "→" }
+                        " choose a picture, " kbd { "↑" } " " kbd { "↓" } " a budget; "
+                        kbd { "space" } " flips back"
+                    }
+                    li {
+                        "wheel, pinch, " kbd { "+" } " " kbd { "-" }
+                        " zoom all pictures; dragging, " kbd { "shift" } " and arrows move them"
+                    }
                     li { kbd { "e" } " brighter, " kbd { "E" } " darker" }
                     li { kbd { "d" } " difference from the reference; " kbd { "0" } " resets" }
                     li { kbd { "enter" } " brings a picture from below here" }
@@ -210,7 +215,7 @@ fn shape(image: &Image) -> String {
 fn fitted(image: &Image, factor: u32) -> Cow<'_, Image> {
     match factor {
         1 => Cow::Borrowed(image),
-        _ => Cow::Owned(shrunk(image, image.width().div_ceil(factor))),
+        _ => Cow::Owned(averaged(image, factor)),
     }
 }
 

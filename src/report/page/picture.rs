@@ -54,13 +54,13 @@ pub fn signed_error_map(image: &Image, reference: &Image) -> Image {
     })
 }
 
-/// Averages blocks of pixels until the image is at most `width` wide; the image itself if it
-/// already is.
+/// Averages blocks of pixels until the image is at most `width` wide.
 pub(super) fn shrunk(image: &Image, width: u32) -> Image {
-    let factor = image.width().div_ceil(width.max(1)).max(1);
-    if factor == 1 {
-        return image.clone();
-    }
+    averaged(image, image.width().div_ceil(width.max(1)).max(1))
+}
+
+/// Averages blocks of `factor` × `factor` pixels.
+pub(super) fn averaged(image: &Image, factor: u32) -> Image {
     Image::from_fn(image.width().div_ceil(factor), image.height().div_ceil(factor), |x, y| {
         let pixels = (0..factor * factor)
             .filter_map(|i| image.get(x * factor + i % factor, y * factor + i / factor));

@@ -10,7 +10,8 @@ const names = [reference, ...ofRow(rows[0])].map((image) => image.dataset.name);
 // The picture of a number in a row, where the reference is the first of each; it may be missing.
 const at = (row, number) => number === 0 ? reference
   : ofRow(row).find((image) => image.dataset.name === names[number]);
-const state = { number: Math.min(settings.first, names.length - 1), row: rows[0], before: 0, stops: 0, against: -1 };
+const first = Math.min(settings.first, names.length - 1);
+const state = { number: first, before: 0, row: rows[0], stops: 0, against: -1 };
 
 // A frame shows its image as the page has it, or a canvas above it with what is asked for.
 const draw = async (frame, image, stops, against) => {

@@ -1,4 +1,4 @@
-//! Pixel values inside a page: half floats, which keep three digits of what the film has as 64 bits.
+//! Pixel values inside a page: half floats, which keep three digits of the film's 64 bits.
 //!
 //! A value is stored times a power of two that puts the page's white near 1, so that the range of
 //! half floats, 24 stops below and 16 above, lies where the eye looks. Bytes of one kind stand

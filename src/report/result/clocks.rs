@@ -4,9 +4,10 @@ use super::study::Study;
 use crate::report::stats::{Interval, Price};
 
 impl Study {
-    /// The study without anything that a clock told, and without the machine: times are NaN, rankings
-    /// are by rays alone, and what is measured in seconds is left out of the page. With a budget
-    /// in samples two runs of one seed give the same study then, and the same files to the byte.
+    /// The study without anything that a clock told, and without the machine: times are NaN,
+    /// rankings are by rays alone, and what is measured in seconds is left out of the page. With a
+    /// budget in samples two runs of one seed give the same study then, and the same files to the
+    /// byte.
     #[must_use]
     pub fn without_clocks(mut self) -> Self {
         const UNKNOWN: Interval = Interval { value: f64::NAN, low: f64::NAN, high: f64::NAN };

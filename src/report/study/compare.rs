@@ -4,9 +4,8 @@
 //! Runs alternate (all integrators with the first seed, then all with the second …, each time
 //! beginning with another one), so that a machine that slows down slows all alike. A run before the
 //! first is discarded: it warms up and tells how many samples a budget of time makes. Those whose
-//! first run misses its time all the same make it again, once; and an integrator has as many runs
-//! as its time allows. All its runs have the same number of samples, and checkpoints at powers of
-//! two.
+//! first run misses its time all the same make it again; and an integrator has as many runs as its
+//! time allows. All its runs have the same number of samples, and checkpoints at powers of two.
 
 use super::machine::setup;
 use super::method::Contestant;
@@ -26,6 +25,9 @@ use crate::report::stats::{Layout, Measured, Ranking, Reference, test_pairs};
 use crate::scene::Scene;
 use std::cell::Cell;
 use std::ops::ControlFlow;
+
+/// The number of times that a first run may be made again because it missed its time.
+const CORRECTIONS: u32 = 2;
 
 /// Measures integrators on a scene against a reference.
 ///
@@ -103,7 +105,7 @@ pub(super) fn measure<S: Scene + ?Sized>(
         }
         runs.push((task, stream as u32, run));
     }
-    let (mut seed, mut may_correct) = (0, true);
+    let (mut seed, mut corrections) = (0, CORRECTIONS);
     while !stopped.get() && runs.iter().any(|(.., run)| run.lacks(plan, seed)) {
         for turn in 0..runs.len() {
             let index = (turn + seed as usize) % runs.len();
@@ -127,7 +129,10 @@ pub(super) fn measure<S: Scene + ?Sized>(
         }
         // All that missed their time at once: what else the machine does is the same for them.
         let corrects = |any, (.., run): &mut (_, _, Runs)| run.corrects_length(plan) || any;
-        if !std::mem::take(&mut may_correct) || !runs.iter_mut().fold(false, corrects) {
+        let may_correct = seed == 0 && corrections > 0 && !stopped.get();
+        if may_correct && runs.iter_mut().fold(false, corrects) {
+            corrections -= 1;
+        } else {
             seed += 1;
         }
     }

@@ -3,9 +3,11 @@
 //!
 //! All runs of an integrator have the same number of samples. Under a budget of time the first run
 //! tells whether the warm-up found the right one; if not, it is made again with another. Whatever
-//! else the machine does on the way, runs are made until the time is used. Where the runs shall reach a target
-//! error, the warm-up is what goes on until it is reached, with a seed of its own: so the length of
-//! the runs does not depend on what they find, which would make them too dark.
+//! else the machine does on the way, runs are made until the time is used.
+//!
+//! Where the runs shall reach a target error, the warm-up is what goes on until it is reached, with
+//! a seed of its own: so the length of the runs does not depend on what they find, which would make
+//! them too dark.
 
 use super::method::{Contestant, Probe};
 use super::plan::{Plan, run_seed};
