@@ -21,10 +21,13 @@ pub(super) struct Compiled<S: Scene + ?Sized, I> {
     pub render: Render<S, I>,
     pub blind_spots: BlindSpots<S, I>,
     #[cfg(feature = "report")]
-    pub start_alone: for<'a> fn(&'a I, Stage<'a, S>) -> Started<Box<dyn Alone + 'a>>,
+    pub start_alone: StartAlone<S, I>,
 }
 
 type BlindSpots<S, I> = fn(&S, &dyn Camera, &I) -> Result<Vec<MissingPaths>, RenderError>;
+
+#[cfg(feature = "report")]
+type StartAlone<S, I> = for<'a> fn(&'a I, Stage<'a, S>) -> Started<Box<dyn Alone + 'a>>;
 
 type Render<S, I> = fn(
     (&S, &dyn Camera, &I),
