@@ -5,7 +5,10 @@
 mod common;
 
 use clap::Parser;
-use common::{FileOptions, NamedScene, scene_list, scene_or_file};
+use common::{
+    End, FileOptions, NamedScene, WrongArgument, exit_code, interrupt_flag, scene_list,
+    scene_or_file,
+};
 use pathspace::film::{Contribution, FilmSample, Sample, Technique};
 use pathspace::geometry::Place;
 use pathspace::glam::{DVec2, DVec3};
@@ -20,6 +23,8 @@ use std::cell::OnceCell;
 use std::error::Error;
 use std::f64::consts::PI;
 use std::process::ExitCode;
+use std::str::FromStr;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Errors of a path's cached numbers above this are no rounding errors.
 const TOLERANCE: f64 = 1e-6;
@@ -29,18 +34,20 @@ const LIGHT_WALKS: u32 = 1 << 14;
 
 /// Draws a path with bidirectional path tracing, or with vertex connection and merging, and writes
 /// down all that makes up its contribution.
+///
+/// cargo run --release --example audit -- --scene pool --technique merge:3,3
 #[derive(Parser)]
-#[command(after_help = format!("Scenes of the gallery:\n{}", scene_list()))]
+#[command(after_help = format!("Wrong is a path whose cached numbers are not those of the definitions.\n\nScenes of the gallery:\n{}", scene_list()))]
 struct Options {
     /// Name of a scene in the gallery, or a scene file
     #[arg(long, default_value = "cornell-box")]
     scene: String,
     /// Number of scattering events of the path
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=60))]
+    #[arg(long, default_value_t = 3, value_parser = common::parse_count::<u32, 0, 60>)]
     bounces: u32,
     /// The technique that must have drawn the path: s vertices from the light, t from the camera,
     /// with s + t = bounces + 2, or bounces + 3 to merge them; any if not given
-    #[arg(long, value_name = "S,T|merge:S,T", value_parser = parse_technique)]
+    #[arg(long, value_name = "S,T|merge:S,T", value_parser = parse_technique, allow_hyphen_values = true)]
     technique: Option<Technique>,
     /// Let subpaths merge, too; --radius and a technique that merges imply it
     #[arg(long)]
@@ -50,18 +57,18 @@ struct Options {
     #[arg(long, value_parser = common::parse_radius)]
     radius: Option<f64>,
     /// Only paths through this pixel, column and row
-    #[arg(long, value_name = "X,Y", value_parser = parse_pair)]
-    pixel: Option<(u16, u16)>,
+    #[arg(long, value_name = "X,Y", value_parser = parse_pair::<u32>, allow_hyphen_values = true)]
+    pixel: Option<(u32, u32)>,
     /// Seed of the random numbers; another seed gives another path
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
 
-fn parse_pair(text: &str) -> Result<(u16, u16), String> {
+fn parse_pair<T: FromStr>(text: &str) -> Result<(T, T), String> {
     let numbers = text
         .split_once(',')
         .and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
-    numbers.ok_or_else(|| format!("{text:?} is not a pair of numbers such as 1,4"))
+    numbers.ok_or_else(|| format!("{text:?} is not a pair of whole numbers from 0 such as 1,4"))
 }
 
 fn parse_technique(text: &str) -> Result<Technique, String> {
@@ -85,39 +92,36 @@ impl Options {
 }
 
 fn main() -> ExitCode {
-    match run(&Options::parse()) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(2)
-        }
-    }
+    exit_code(run(&common::options()))
 }
 
-/// Renders, audits and prints the paths; true if the audit passes.
-fn run(options: &Options) -> Result<bool, Box<dyn Error>> {
+/// Renders, audits and prints the path.
+fn run(options: &Options) -> Result<End, Box<dyn Error>> {
     if let Some(technique @ Technique { s, t, merged }) = options.technique {
         let shared = if merged { 3 } else { 2 };
         if u32::from(s) + u32::from(t) != options.bounces + shared {
-            return Err(format!(
+            return Err(WrongArgument(format!(
                 "technique {technique} draws paths with s + t - {shared} = {} bounces, not {}",
                 i64::from(s) + i64::from(t) - i64::from(shared),
                 options.bounces
-            )
+            ))
             .into());
         }
     }
     let scene = scene_or_file(&options.scene, None, &FileOptions::default())?;
     let size = scene.camera.0.film().resolution;
     if let Some((x, y)) = options.pixel
-        && (u32::from(x) >= size.x || u32::from(y) >= size.y)
+        && (x >= size.x || y >= size.y)
     {
-        return Err(
-            format!("pixel {x},{y} is not on the film of {} x {} pixels", size.x, size.y).into()
-        );
+        let reason =
+            format!("--pixel {x},{y} is not on the film of {} x {} pixels", size.x, size.y);
+        return Err(WrongArgument(reason).into());
     }
-    let Some(found) = find(&scene, options)? else {
+    let interrupted = interrupt_flag();
+    let Some(found) = find(&scene, options, &interrupted)? else {
+        if interrupted.load(Ordering::Relaxed) {
+            return Ok(End::Interrupted);
+        }
         let technique = options
             .technique
             .map_or("any technique".to_owned(), |wanted| format!("technique {wanted}"));
@@ -140,7 +144,7 @@ fn run(options: &Options) -> Result<bool, Box<dyn Error>> {
     print_factors(&found.record);
     print_contribution(&found.record);
     print_techniques(&found);
-    Ok(print_verification(&found))
+    Ok(if print_verification(&found) { End::Done } else { End::Wrong })
 }
 
 struct Found {
@@ -158,8 +162,12 @@ struct Found {
     verification: Verification,
 }
 
-/// The first path that fits, in the order of samples.
-fn find(scene: &NamedScene, options: &Options) -> Result<Option<Found>, Box<dyn Error>> {
+/// The first path that fits, in the order of samples; none after an interrupt.
+fn find(
+    scene: &NamedScene,
+    options: &Options,
+    interrupted: &AtomicBool,
+) -> Result<Option<Found>, Box<dyn Error>> {
     let camera = &*scene.camera.0;
     let (depth, merges) = (Depth::exactly(options.bounces), options.merges());
     let integrator = VertexConnectionMerging {
@@ -180,6 +188,9 @@ fn find(scene: &NamedScene, options: &Options) -> Result<Option<Found>, Box<dyn 
     let source = Independent { seed: options.seed };
     let size = camera.film().resolution.as_dvec2();
     for sample in 0..MOST_SAMPLES {
+        if interrupted.load(Ordering::Relaxed) {
+            break;
+        }
         if sample % LIGHT_WALKS == 0 && run.prepares() {
             run.begin_pass(sample / LIGHT_WALKS, &Caller)?;
         }

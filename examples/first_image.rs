@@ -3,6 +3,7 @@
 mod common;
 
 use clap::Parser;
+use common::End;
 use pathspace::endpoint::PinholeCamera;
 use pathspace::geometry::Sphere;
 use pathspace::glam::{DVec3, UVec2};
@@ -12,6 +13,7 @@ use pathspace::render::{Settings, render};
 use pathspace::scene::{Emission, Material, WorldBuilder};
 use std::error::Error;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 fn first_image(path: &Path) -> Result<(), Box<dyn Error>> {
     let mut scene = WorldBuilder::new();
@@ -37,6 +39,8 @@ fn first_image(path: &Path) -> Result<(), Box<dyn Error>> {
 }
 
 /// Renders a ball on the ground under a lamp by path tracing.
+///
+/// cargo run --release --example first_image -- --out target/first.png
 #[derive(Parser)]
 struct Options {
     /// Image file (.png, .hdr or .exr)
@@ -44,18 +48,16 @@ struct Options {
     out: PathBuf,
 }
 
-fn save(options: &Options) -> Result<(), Box<dyn Error>> {
+fn save(options: &Options) -> Result<End, Box<dyn Error>> {
     if let Some(directory) = options.out.parent() {
-        std::fs::create_dir_all(directory)?;
+        std::fs::create_dir_all(directory)
+            .map_err(|error| format!("directory {}: {error}", directory.display()))?;
     }
     first_image(&options.out)?;
     println!("wrote {}", options.out.display());
-    Ok(())
+    Ok(End::Done)
 }
 
-fn main() {
-    if let Err(error) = save(&Options::parse()) {
-        eprintln!("error: {error}");
-        std::process::exit(2);
-    }
+fn main() -> ExitCode {
+    common::exit_code(save(&common::options()))
 }

@@ -14,8 +14,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Makes one image of the shards of a rendering, to the bit that of one process.
+///
+/// cargo run --release --example merge -- --out target/box.exr target/cornell-box-*-of-8.npz
 #[derive(Debug, Parser)]
-#[command(name = "merge", version, about)]
+#[command(version)]
 struct Arguments {
     /// Files that `render --shard` wrote, in any order; each shard once
     #[arg(required = true, value_name = "SHARD.npz")]
@@ -32,7 +34,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
+    match run(&common::options()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");

@@ -14,7 +14,10 @@
 //! ("HIT1", the number of rays, for each the primitive or all ones, or for a shadow ray whether it
 //! is blocked, then for each that is not one the distance as f32), what differs is counted.
 
+mod common;
+
 use clap::Parser;
+use common::{End, MANY, exit_code};
 use cpu_time::ThreadTime;
 use pathspace::geometry::SurfacePoint;
 use pathspace::glam::{DAffine3, DVec3};
@@ -28,6 +31,8 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 /// Measures the ray kernel on meshes and rays from files, in million rays per second of processor
 /// time.
+///
+/// cargo run --release --example raykernel -- DIRECTORY --scenes small,room
 #[derive(Parser, Debug)]
 struct Options {
     /// Directory of the files
@@ -43,10 +48,10 @@ struct Options {
     )]
     sets: Vec<String>,
     /// Passes over all rays, of which the fastest counts
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 3, value_parser = common::parse_count::<u32, 1, MANY>)]
     passes: u32,
     /// Take every so many-th ray only
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 1, value_parser = common::parse_count::<u32, 1, MANY>)]
     step: u32,
 }
 
@@ -57,16 +62,10 @@ struct Ray {
 }
 
 fn main() -> ExitCode {
-    match run(&Options::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code(run(&common::options()))
 }
 
-fn run(options: &Options) -> Result<()> {
+fn run(options: &Options) -> Result<End> {
     let (directory, passes, step) = (&options.directory, options.passes, options.step as usize);
     for scene in &options.scenes {
         let world = world(&directory.join(format!("{scene}.mesh")))?;
@@ -129,7 +128,7 @@ fn run(options: &Options) -> Result<()> {
         }
         println!("\n       differ: at once {different};{differences}");
     }
-    Ok(())
+    Ok(End::Done)
 }
 
 /// The shortest time, in seconds of this thread, that one of some passes over all rays took, one

@@ -16,7 +16,7 @@ mod common;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 use common::{
-    AnyIntegrator, FileOptions, FilterName, INTERRUPTED, NamedScene, SamplerName, SharedWalks,
+    AnyIntegrator, FileOptions, FilterName, INTERRUPTED, MANY, NamedScene, SamplerName, SharedWalks,
 };
 use cpu_time::ProcessTime;
 use pathspace::film::{ImageFile, check_replaceable};
@@ -36,8 +36,10 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// Renders one image of a scene with one integrator.
+///
+/// cargo run --release --example render -- --integrator bdpt --samples 256 --out target/box.png
 #[derive(Debug, Parser)]
-#[command(name = "render", version, about)]
+#[command(version)]
 struct Arguments {
     /// A scene of the gallery, a Wavefront OBJ, glTF, Mitsuba XML or pbrt file, or `list` for the
     /// names of the gallery
@@ -51,7 +53,7 @@ struct Arguments {
     #[command(flatten)]
     shared: SharedWalks,
     /// Samples per pixel [default: 64, or 65536 as the limit of --target-error]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "time")]
+    #[arg(long, value_parser = common::parse_count::<u32, 1, MANY>, conflicts_with = "time")]
     samples: Option<u32>,
     /// Time to render for, such as 500ms, 10s or 2m; the image then depends on the machine
     #[arg(long, value_parser = common::parse_duration)]
@@ -64,7 +66,7 @@ struct Arguments {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Number of threads, which never changes the image [default: all processors]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_parser = common::parse_count::<u16, 1, 1024>)]
     threads: Option<u16>,
     /// Leave out paths with more scattering events [default: the scene's own]
     #[arg(long)]
@@ -89,12 +91,7 @@ struct Arguments {
     #[arg(long, value_enum)]
     filter: Option<FilterName>,
     /// Stops by which a PNG is made brighter; HDR and EXR keep radiance
-    #[arg(
-        long,
-        default_value = "0",
-        value_parser = common::parse_exposure,
-        allow_hyphen_values = true
-    )]
+    #[arg(long, default_value = "0", value_parser = common::parse_exposure)]
     exposure: f64,
     /// Image file to write, .exr, .hdr or .png [default: target/SCENE-INTEGRATOR.exr, and none of a
     /// shard]
@@ -120,7 +117,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments: Arguments = common::options();
     if arguments.scene == "list" {
         print!("{}", common::scene_list());
         return ExitCode::SUCCESS;

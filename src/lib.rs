@@ -1,5 +1,46 @@
 //! Light transport as one integral over paths, and interchangeable ways to sample it.
 //!
+//! # A first image
+//!
+//! With the feature `image`, which writes files:
+//!
+#![cfg_attr(feature = "image", doc = "```")]
+#![cfg_attr(not(feature = "image"), doc = "```ignore")]
+//! use pathspace::endpoint::PinholeCamera;
+//! use pathspace::geometry::{Disk, Sphere};
+//! use pathspace::glam::{DVec3, UVec2};
+//! use pathspace::integrator::PathTracer;
+//! use pathspace::math::Rgb;
+//! use pathspace::render::{Settings, render};
+//! use pathspace::scene::{Emission, Material, WorldBuilder};
+//!
+//! let mut scene = WorldBuilder::new();
+//! let clay =
+//!     scene.add_material("clay", Material::Lambert { albedo: Rgb::new(0.7, 0.35, 0.2) })?;
+//! let ground = Disk { center: DVec3::ZERO, normal: DVec3::Y, radius: 1000.0 };
+//! scene.add_disk("ground", ground, clay)?;
+//! scene.add_sphere("ball", Sphere::new(DVec3::Y, 1.0), clay)?;
+//! let lamp = scene.add_sphere("lamp", Sphere::new(DVec3::new(2.0, 4.0, 2.0), 0.5), clay)?;
+//! scene.set_emission(lamp, Emission { radiance: Rgb::splat(30.0), two_sided: false })?;
+//! let world = scene.build()?;
+//!
+//! let (eye, target, film) = (DVec3::new(0.0, 2.0, 7.0), DVec3::Y, UVec2::new(320, 240));
+//! # let film = film / 10;
+//! let camera = PinholeCamera::new(eye, target, DVec3::Y, 40.0, film)?;
+//! let rendering = render(&world, &camera, &PathTracer::default(), &Settings::default())?;
+//! # std::env::set_current_dir(std::env::temp_dir())?;
+//! rendering.to_file().save("first_image.png")?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+#![doc = include_str!("../docs/first_image.html")]
+//!
+//! Another integrator fits in the place of [`PathTracer`], which is the point of what follows.
+//! [`gallery`] has scenes to start from, `import` reads those of other programs, and a renderer
+//! with geometry of its own implements [`Scene`](scene::Scene).
+//!
+//! # One integral
+//!
 //! A pixel is an integral over paths `x_0 x_1 … x_k` from the lens to a light,
 //!
 //! ```text

@@ -2,7 +2,8 @@
 //! in tiny scenes; and the exact answers that they must not merely agree on. `analytic.json`
 //! entries are named by their ids.
 //!
-//! `cargo test --release --test agreement -- --nocapture --test-threads 1` prints the numbers.
+//! `cargo test --release -p pathspace-tests --test agreement -- --nocapture --test-threads 1` prints
+//! the numbers.
 
 #[path = "agreement/cameras.rs"]
 mod cameras;

@@ -5,8 +5,8 @@
 //! tracing and bidirectional path tracing.
 //!
 //! The number of cases and the seed are fixed. `PATHSPACE_FUZZ_SECONDS=600 cargo test --release
-//! --test fuzz -- --ignored --nocapture` goes on for as long as it says, with new seeds from
-//! `PATHSPACE_FUZZ_SEED` on; a failure names its own.
+//! -p pathspace-tests --test fuzz -- --ignored --nocapture` goes on for as long as it says,
+//! with new seeds from `PATHSPACE_FUZZ_SEED` on; a failure names its own.
 #![allow(missing_docs, reason = "a test program")]
 
 mod common;

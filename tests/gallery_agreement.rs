@@ -8,8 +8,8 @@
 //! test brings the first kind to 0.2 % in all scenes but the pool, where that would take 5e6 samples
 //! per pixel.
 //!
-//! `cargo test --release --test gallery_agreement -- --nocapture --test-threads 1` prints the
-//! numbers.
+//! `cargo test --release -p pathspace-tests --test gallery_agreement -- --nocapture --test-threads 1`
+//! prints the numbers.
 
 #[path = "common/compare.rs"]
 #[allow(dead_code, reason = "shared by several test programs")]

@@ -1,8 +1,8 @@
 //! Films of every integrator on every scene of the gallery with every sampler, as hashes: a change
 //! that is not meant to change images does not change a bit of them.
 //!
-//! `PATHSPACE_BLESS=1 cargo test --release --test golden` writes the hashes anew. They hold where
-//! the standard library's functions round as on x86-64 Linux.
+//! `PATHSPACE_BLESS=1 cargo test --release -p pathspace-tests --test golden` writes the hashes anew.
+//! They hold where the standard library's functions round as on x86-64 Linux.
 #![allow(missing_docs, reason = "a test program")]
 #![cfg(all(target_arch = "x86_64", target_os = "linux"))]
 

@@ -2,9 +2,9 @@
 //! a panic; some of what loads is rendered.
 //!
 //! The number of files and the seed are fixed. `PATHSPACE_FUZZ_FILES=100000 cargo test --release
-//! --test mutations -- --ignored --nocapture` tries as many of each format, of the one that
-//! `PATHSPACE_FUZZ_FORMAT` names if it is set, with seeds from `PATHSPACE_FUZZ_SEED` on; a failure
-//! names the seed and leaves the file behind.
+//! -p pathspace-tests --test mutations -- --ignored --nocapture` tries as many of each format, of the
+//! one that `PATHSPACE_FUZZ_FORMAT` names if it is set, with seeds from `PATHSPACE_FUZZ_SEED` on; a
+//! failure names the seed and leaves the file behind.
 
 #[path = "mutations/damage.rs"]
 mod damage;

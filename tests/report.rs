@@ -17,6 +17,8 @@ mod missing;
 mod oracles;
 #[path = "report/planted.rs"]
 mod planted;
+#[path = "report/shards.rs"]
+mod shards;
 #[path = "common/square_light.rs"]
 #[allow(dead_code, reason = "shared with other tests")]
 mod square_light;

@@ -30,6 +30,27 @@ pub fn parse_size(text: &str) -> Result<UVec2, String> {
     }
 }
 
+/// The largest count where nothing smaller limits it.
+pub const MANY: u64 = u32::MAX as u64;
+
+/// A whole number within limits, such as 64 or 1e6.
+pub fn parse_count<T: TryFrom<u64>, const LEAST: u64, const MOST: u64>(
+    text: &str,
+) -> Result<T, String> {
+    // Up to here floating-point numbers have all whole ones.
+    let is_whole = |x: &f64| x.fract() == 0.0 && (0.0..=9e15).contains(x);
+    let whole = |text: &str| text.parse::<f64>().ok().filter(is_whole).map(|x| x as u64);
+    let number = text.parse().ok().or_else(|| whole(text));
+    number.filter(|n| (LEAST..=MOST).contains(n)).and_then(|n| T::try_from(n).ok()).ok_or_else(
+        || match LEAST..=MOST {
+            _ if MOST >= MANY => {
+                format!("{text:?} is not a whole number of at least {LEAST}, such as 64 or 1e6")
+            }
+            _ => format!("{text:?} is not a whole number from {LEAST} to {MOST}"),
+        },
+    )
+}
+
 /// A time such as `500ms`, `10s`, `1.5m` or `2h`; a bare number means seconds.
 pub fn parse_duration(text: &str) -> Result<Duration, String> {
     let text = text.trim();

@@ -1,46 +1,31 @@
 //! Scenes in glTF 2.0, in Wavefront OBJ, and of the renderers Mitsuba 3 and pbrt.
 
-use super::scenes::{AnyCamera, FileOptions, NamedScene};
+use super::scenes::{AnyCamera, FileOptions, NamedScene, SIZE};
 use pathspace::glam::UVec2;
-use pathspace::import::{Import, gltf, mitsuba, obj, pbrt};
+use pathspace::import::{self, Import};
 use std::error::Error;
 use std::path::Path;
 
-/// Loads a Mitsuba file, which brings its own film.
-pub fn load_mitsuba(
+/// Loads a scene file by the reader for its extension, which is in lower case; `None` if there is
+/// none. Films of glTF and OBJ files have the size that is wished for, or a default; files of the
+/// others bring their own.
+pub fn load(
     path: &Path,
+    extension: &str,
     size: Option<UVec2>,
     options: &FileOptions,
-) -> Result<NamedScene, Box<dyn Error>> {
-    let parameters = options.define.iter().cloned();
-    named(path, mitsuba::load(path, &options.options(size), parameters)?, options)
-}
-
-/// Loads a pbrt file, which brings its own film.
-pub fn load_pbrt(
-    path: &Path,
-    size: Option<UVec2>,
-    options: &FileOptions,
-) -> Result<NamedScene, Box<dyn Error>> {
-    named(path, pbrt::load(path, &options.options(size))?, options)
-}
-
-/// Loads a glTF file; its cameras bring their aspect ratio.
-pub fn load_gltf(
-    path: &Path,
-    resolution: UVec2,
-    options: &FileOptions,
-) -> Result<NamedScene, Box<dyn Error>> {
-    named(path, gltf::load(path, resolution, &options.options(None))?, options)
-}
-
-/// Loads a Wavefront OBJ file.
-pub fn load_obj(
-    path: &Path,
-    resolution: UVec2,
-    options: &FileOptions,
-) -> Result<NamedScene, Box<dyn Error>> {
-    named(path, obj::load(path, resolution, &options.options(None))?, options)
+) -> Option<Result<NamedScene, Box<dyn Error>>> {
+    let (fixed, plain) = (size.unwrap_or(SIZE), options.options(None));
+    let import = match extension {
+        "obj" => import::obj::load(path, fixed, &plain),
+        "gltf" | "glb" => import::gltf::load(path, fixed, &plain),
+        "xml" => {
+            import::mitsuba::load(path, &options.options(size), options.define.iter().cloned())
+        }
+        "pbrt" | "gz" => import::pbrt::load(path, &options.options(size)),
+        _ => return None,
+    };
+    Some(import.map_err(Box::from).and_then(|import| named(path, import, options)))
 }
 
 /// The scene with the camera that is wished for, or the first.

@@ -1,6 +1,6 @@
 //! The integrators by name.
 
-use super::arguments::{parse_bound, parse_radius};
+use super::arguments::{MANY, parse_bound, parse_count, parse_radius};
 use clap::{Args, ValueEnum};
 use pathspace::gallery::Claims;
 use pathspace::integrator::{
@@ -15,21 +15,26 @@ use pathspace::scene::World;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
 pub enum AnyIntegrator {
     /// Path tracing from the camera; light is hit by chance and sampled at every vertex.
+    #[value(alias = "pt")]
     PathTracing,
     /// Light tracing from the lights; every vertex is connected to the lens.
+    #[value(alias = "lt")]
     LightTracing,
     /// Every vertex uniform on the area of the scene: the definition of the integral, sampled.
     /// Noisy.
     UniformArea,
     /// Bidirectional path tracing from both ends, with every connection between them.
+    #[value(alias = "bdpt")]
     Bidirectional,
     /// As much of bidirectional path tracing as pays, which a pilot finds out.
     Adaptive,
     /// Photons of light walks that all pixels share, met at the first surface that is no mirror;
     /// blurred by a radius that shrinks from pass to pass.
+    #[value(alias = "pm")]
     PhotonMapping,
     /// Virtual lights from light walks that all pixels share; what is too near to one is path
     /// traced.
+    #[value(alias = "ir")]
     InstantRadiosity,
     /// Vertex connection and merging: bidirectional path tracing and photon mapping, weighted.
     Vcm,
@@ -44,7 +49,7 @@ pub struct SharedWalks {
     radius: Option<f64>,
     /// Light walks of a pass that all pixels share; for photon-mapping, vcm and instant-radiosity
     /// [default: 64 for instant-radiosity, else one per pixel, at most 262144]
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = parse_count::<u32, 1, MANY>)]
     walks: Option<u32>,
     /// Weigh the light walks of a merge by how independent they are; for vcm
     #[arg(long)]

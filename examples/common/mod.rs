@@ -5,17 +5,21 @@
 #![allow(dead_code, unused_imports)]
 
 mod arguments;
+mod command;
 mod imported;
 mod info;
 mod integrators;
 mod interrupt;
 mod progress;
 mod scenes;
+#[cfg(test)]
+mod tests;
 
 pub use arguments::{
-    FilterName, SamplerName, parse_duration, parse_error, parse_exposure, parse_image_path,
-    parse_radius, parse_size,
+    FilterName, MANY, SamplerName, parse_count, parse_duration, parse_error, parse_exposure,
+    parse_image_path, parse_radius, parse_size,
 };
+pub use command::{CARGO_COMMAND, End, WrongArgument, exit_code, options};
 pub use integrators::{AnyIntegrator, SharedWalks};
 pub use interrupt::{INTERRUPTED, interrupt_flag};
 pub use progress::{STEPS, progress_bar, show};

@@ -1,7 +1,7 @@
 //! A scene by its name in the gallery, or from a file.
 
 use super::arguments::parse_environment;
-use super::{AnyIntegrator, imported, info};
+use super::{AnyIntegrator, WrongArgument, imported, info};
 use clap::Args;
 use pathspace::endpoint::Camera;
 use pathspace::film::Filter;
@@ -97,6 +97,17 @@ impl FileOptions {
         options.limits.outside_files = self.outside_files;
         options
     }
+
+    /// The first option that is given and would change what a file shows.
+    fn first(&self) -> Option<&'static str> {
+        let given = [
+            (!self.define.is_empty(), "-D"),
+            (self.back_faces, "--back-faces"),
+            (self.view.is_some(), "--view"),
+            (self.environment.is_some(), "--environment"),
+        ];
+        given.into_iter().find_map(|(is_given, option)| is_given.then_some(option))
+    }
 }
 
 fn parse_definition(text: &str) -> Result<(String, String), String> {
@@ -130,7 +141,7 @@ impl From<GalleryScene> for NamedScene {
 }
 
 /// Width and height of films unless the user or the file wants others.
-const SIZE: UVec2 = UVec2::splat(256);
+pub const SIZE: UVec2 = UVec2::splat(256);
 
 /// The scene of the gallery with this name, or the one in the file at this path: Wavefront OBJ,
 /// glTF, Mitsuba or pbrt. Its film has the size or, in files, fits into it. Tells what reading and
@@ -140,7 +151,7 @@ pub fn scene_or_file(
     size: Option<UVec2>,
     options: &FileOptions,
 ) -> Result<NamedScene, Box<dyn Error>> {
-    let scene = load(name_or_path, size, options)?;
+    let scene = load(name_or_path, size, options).map_err(wrong_scene)?;
     scene.messages.iter().for_each(|message| eprintln!("{message}"));
     Ok(scene)
 }
@@ -151,7 +162,11 @@ pub fn scene_info(
     size: Option<UVec2>,
     options: &FileOptions,
 ) -> Result<String, Box<dyn Error>> {
-    load(name_or_path, size, options).map(|scene| info::text(&scene))
+    load(name_or_path, size, options).map(|scene| info::text(&scene)).map_err(wrong_scene)
+}
+
+fn wrong_scene(error: Box<dyn Error>) -> Box<dyn Error> {
+    WrongArgument(error.to_string()).into()
 }
 
 fn load(
@@ -161,18 +176,17 @@ fn load(
 ) -> Result<NamedScene, Box<dyn Error>> {
     let path = Path::new(name_or_path);
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
-    let scene = match extension.as_ref().and_then(|extension| extension.to_str()) {
-        Some("obj") => imported::load_obj(path, size.unwrap_or(SIZE), options),
-        Some("gltf" | "glb") => imported::load_gltf(path, size.unwrap_or(SIZE), options),
-        Some("xml") => imported::load_mitsuba(path, size, options),
-        Some("pbrt" | "gz") => imported::load_pbrt(path, size, options),
+    let extension = extension.as_ref().and_then(|extension| extension.to_str()).unwrap_or_default();
+    let imported = imported::load(path, extension, size, options);
+    let scene = match (imported, options.first()) {
+        (Some(scene), _) => scene,
         _ if path.exists() && !gallery::NAMES.contains(&name_or_path) => {
             Err(format!("{name_or_path}: only Wavefront OBJ (.obj), glTF (.gltf, .glb), Mitsuba (.xml) and pbrt (.pbrt, .pbrt.gz) files can be read").into())
         }
-        _ if options.environment.is_some() || options.view.is_some() => {
-            Err("only scenes from files have an --environment and a --view to choose".into())
+        (None, Some(option)) => {
+            Err(format!("{option} is for scenes from files, which {name_or_path} is not").into())
         }
-        _ => Ok(gallery::build(name_or_path, size.unwrap_or(SIZE))?.into()),
+        (None, None) => Ok(gallery::build(name_or_path, size.unwrap_or(SIZE))?.into()),
     };
     // The library knows no command line.
     let mut scene = scene.map_err(|error: Box<dyn Error>| with_flag(&error.to_string()))?;

@@ -16,8 +16,8 @@ mod table;
 use clap::Parser;
 use columns::wrapped;
 use common::{
-    AnyIntegrator, FileOptions, NamedScene, SharedWalks, interrupt_flag, parse_duration,
-    parse_error, parse_size, progress_bar, scene_list, scene_or_file,
+    AnyIntegrator, End, FileOptions, MANY, NamedScene, SharedWalks, exit_code, interrupt_flag,
+    parse_count, parse_duration, parse_error, parse_size, progress_bar, scene_list, scene_or_file,
 };
 use indicatif::ProgressBar;
 use pathspace::film::replace_file;
@@ -25,9 +25,10 @@ use pathspace::gallery;
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Bidirectional, Depth};
 use pathspace::path::Roulette;
-use pathspace::render::{Budget, Settings};
+use pathspace::render::{Budget, Settings, Shard};
 use pathspace::report::{
     Contestant, Plan, Reference, ReferencePlan, SceneInfo, Step, Study, cached_reference, study,
+    study_of_shards, study_shard,
 };
 use pathspace::scene::World;
 use std::error::Error;
@@ -39,11 +40,12 @@ use std::time::Duration;
 
 /// Renders a scene with all integrators, measures their error and cost, tests whether they agree,
 /// and writes a page.
+///
+/// cargo run --release --example compare -- --scene pool --integrators pt,bdpt,vcm --time 30s
 #[derive(Parser, Debug)]
 #[command(after_help = format!(
-    "Exit status: 0 if no unbiased integrator is found to disagree with another or with the \
-     reference, 3 if one is, 2 for errors. What has met too little to be tested is called \
-     undecided, which is no fault and no agreement.\n\n\
+    "Wrong is an unbiased integrator that disagrees with another or with the reference. What has \
+     met too little to be tested is called undecided, which is no fault and no agreement.\n\n\
      Scenes of the gallery:\n{}",
     scene_list()
 ))]
@@ -57,10 +59,10 @@ struct Options {
     #[arg(long, default_value = "10s", value_parser = parse_duration)]
     time: Duration,
     /// Samples per pixel for each integrator, all runs together, instead of equal time
-    #[arg(long, conflicts_with = "time", value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, conflicts_with = "time", value_parser = parse_count::<u32, 2, MANY>)]
     samples: Option<u32>,
     /// Independent runs that an integrator's budget is split into
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1024))]
+    #[arg(long, default_value_t = 8, value_parser = parse_count::<u32, 2, 1024>)]
     seeds: u32,
     /// Integrators to compare, separated by commas; the first that sees every path, without bias
     /// and with a finite variance, is the baseline of speed-ups
@@ -83,7 +85,7 @@ struct Options {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Number of threads; all processors by default
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_parser = parse_count::<u32, 1, 1024>)]
     threads: Option<u32>,
     /// Image to compare with (.exr), taken as exact, in place of a rendered reference
     #[arg(long, conflicts_with_all = ["reference_samples", "reference_time"])]
@@ -92,7 +94,7 @@ struct Options {
     #[arg(
         long,
         conflicts_with = "reference_time",
-        value_parser = clap::value_parser!(u32).range(4..)
+        value_parser = parse_count::<u32, 4, MANY>
     )]
     reference_samples: Option<u32>,
     /// Time for rendering the reference, which is kept in target/references
@@ -106,6 +108,12 @@ struct Options {
     /// same bytes. Without --reference, the reference has 16 times the samples
     #[arg(long, requires = "samples", conflicts_with = "reference_time")]
     no_clocks: bool,
+    /// Render part I of N of the runs, integrators and seeds, into files in OUT/SCENE/shard-I-of-N
+    #[arg(long, value_name = "I/N", requires = "samples", conflicts_with = "target_error")]
+    shard: Option<Shard>,
+    /// Make the page of the runs in OUT/SCENE/shard-*, in place of rendering them
+    #[arg(long, requires = "samples", conflicts_with_all = ["shard", "target_error"])]
+    merge: bool,
     /// Directory for the results; a directory is made in it for each scene
     #[arg(long, default_value = "target/compare")]
     out: PathBuf,
@@ -117,20 +125,12 @@ const CACHE: &str = "target/references";
 const REFERENCE_RUNS: u32 = 16;
 
 fn main() -> ExitCode {
-    let options = Options::parse();
-    match run(&options, &interrupt_flag()) {
-        Ok(true) => ExitCode::SUCCESS,
-        // Told apart from errors, so that scripts can use the verdict.
-        Ok(false) => ExitCode::from(3),
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(2)
-        }
-    }
+    let options: Options = common::options();
+    exit_code(run(&options, &interrupt_flag()))
 }
 
-/// Runs the studies of all scenes; true if they found nothing wrong.
-fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Error>> {
+/// Runs the studies of all scenes.
+fn run(options: &Options, interrupted: &AtomicBool) -> Result<End, Box<dyn Error>> {
     let names =
         if options.scene == "all" { gallery::NAMES.to_vec() } else { vec![options.scene.as_str()] };
     let mut suspicious = Vec::new();
@@ -154,7 +154,11 @@ fn run(options: &Options, interrupted: &AtomicBool) -> Result<bool, Box<dyn Erro
             ),
         }
     }
-    Ok(suspicious.is_empty())
+    Ok(match interrupted.load(Ordering::Relaxed) {
+        true => End::Interrupted,
+        false if suspicious.is_empty() => End::Done,
+        false => End::Wrong,
+    })
 }
 
 fn compare(
@@ -190,8 +194,6 @@ fn compare(
         filter: scene.filter,
         ..Plan::default().settings
     };
-    let reference = reference(options, scene, depth, &settings, interrupted)?;
-    println!("{}\n", wrapped(&format!("reference: {}", reference.origin())));
     let plan = Plan {
         budget: options.samples.map_or(Budget::Time(options.time), Budget::Samples),
         seeds: options.seeds,
@@ -208,10 +210,24 @@ fn compare(
         max_bounces: depth,
         ..SceneInfo::default()
     };
+    let (world, camera) = (&scene.world, &*scene.camera.0);
     let bar = progress_bar("comparing");
     let mut show = |step: &Step<'_>| show_step(&bar, step, interrupted);
-    let mut study =
-        study(&scene.world, &*scene.camera.0, &info, &contestants, reference, &plan, &mut show)?;
+    if let Some(shard) = options.shard {
+        let runs = directory.join(format!("shard-{}-of-{}", shard.index(), shard.count()));
+        let files = study_shard(world, camera, &contestants, &plan, shard, &runs, &mut show)?;
+        bar.finish_and_clear();
+        println!("wrote {} runs to {}\n", files.len(), runs.display());
+        return Ok(true);
+    }
+    let reference = reference(options, scene, depth, &settings, interrupted)?;
+    println!("{}\n", wrapped(&format!("reference: {}", reference.origin())));
+    let mut study = if options.merge {
+        let shards = shards(directory)?;
+        study_of_shards(world, camera, &info, &contestants, reference, &plan, &shards, &mut show)?
+    } else {
+        study(world, camera, &info, &contestants, reference, &plan, &mut show)?
+    };
     bar.finish_and_clear();
     if options.no_clocks {
         study = study.without_clocks();
@@ -221,6 +237,24 @@ fn compare(
     write(&study, directory)?;
     println!("wrote {}\n", directory.join("index.html").display());
     Ok(study.report.is_clean())
+}
+
+/// The directories of the shards of a study.
+fn shards(directory: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let unreadable = |error| format!("{}: {error}", directory.display());
+    let mut shards = Vec::new();
+    for entry in std::fs::read_dir(directory).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_dir() && name.starts_with("shard-") {
+            shards.push(path);
+        }
+    }
+    shards.sort();
+    match shards.is_empty() {
+        true => Err(format!("{}: there are no directories shard-*", directory.display()).into()),
+        false => Ok(shards),
+    }
 }
 
 /// Two halves by different integrators, if two of them see everything.
@@ -287,13 +321,12 @@ fn command_line() -> String {
     while let Some(argument) = given.next() {
         if argument == "--out" {
             given.next();
-        } else if !argument.starts_with("--out=") {
+        } else if !argument.starts_with("--out=") && argument != "--merge" {
             arguments.push(quote(argument));
         }
     }
-    format!("cargo run --release --example compare -- {}", arguments.join(" "))
-        .trim_end_matches([' ', '-'])
-        .to_owned()
+    let command = format!("{} -- {}", common::CARGO_COMMAND, arguments.join(" "));
+    command.trim_end_matches([' ', '-']).to_owned()
 }
 
 fn write(study: &Study, directory: &Path) -> Result<(), Box<dyn Error>> {

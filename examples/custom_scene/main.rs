@@ -18,6 +18,7 @@ mod material;
 mod world;
 
 use clap::{Parser, ValueEnum};
+use common::{End, MANY, exit_code, interrupt_flag};
 use host::ToyScene;
 use pathspace::endpoint::PinholeCamera;
 use pathspace::film::{Image, ImageFile};
@@ -30,6 +31,7 @@ use pathspace::scene::Scene;
 use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 
 /// Whose geometry it is.
 #[derive(Clone, Copy, ValueEnum)]
@@ -41,6 +43,8 @@ enum Geometry {
 }
 
 /// Renders a toy host's scene with three integrators and tests that their images agree.
+///
+/// cargo run --release --example custom_scene -- --scene world --samples 16
 #[derive(Parser)]
 struct Options {
     /// The scene
@@ -50,13 +54,13 @@ struct Options {
     #[arg(long, default_value = "target/custom_scene.png", value_parser = common::parse_image_path)]
     out: PathBuf,
     /// Width and height of each image in pixels
-    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, default_value_t = 200, value_parser = common::parse_count::<u32, 1, 4096>)]
     size: u32,
     /// Samples per pixel and rendering
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 4, value_parser = common::parse_count::<u32, 1, MANY>)]
     samples: u32,
     /// Independent renderings per integrator, from which standard errors are estimated
-    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    #[arg(long, default_value_t = 12, value_parser = common::parse_count::<u32, 2, 1000>)]
     batches: u32,
     /// Largest number of scattering events
     #[arg(long, default_value_t = 5)]
@@ -67,25 +71,19 @@ struct Options {
 }
 
 fn main() -> ExitCode {
-    let options = Options::parse();
-    let agree = match options.scene {
+    let options: Options = common::options();
+    exit_code(match options.scene {
         Geometry::Host => ToyScene::new().and_then(|scene| run(&scene, &options)),
         Geometry::World => {
             world::world().map_err(Into::into).and_then(|scene| run(&scene, &options))
         }
-    };
-    match agree {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(2)
-        }
-    }
+    })
 }
 
-/// Renders by each integrator; true if they agree.
-fn run<S: Scene>(scene: &S, options: &Options) -> Result<bool, Box<dyn Error>> {
+/// Renders by each integrator, and tests whether they agree. An interrupt ends it with the images
+/// that are done.
+fn run<S: Scene>(scene: &S, options: &Options) -> Result<End, Box<dyn Error>> {
+    let interrupted = interrupt_flag();
     let camera = PinholeCamera::new(
         DVec3::new(0.0, 3.0, 8.0),
         DVec3::new(0.0, 1.3, 0.0),
@@ -100,10 +98,13 @@ fn run<S: Scene>(scene: &S, options: &Options) -> Result<bool, Box<dyn Error>> {
 
     let mut images = Vec::new();
     let mut means: Vec<(&str, Estimate)> = Vec::new();
-    for (i, integrator) in integrators.into_iter().enumerate() {
+    'all: for (i, integrator) in integrators.into_iter().enumerate() {
         let (mut mean, mut name) = (Estimate::default(), "");
         let mut image = Image::from_fn(options.size, options.size, |_, _| Rgb::BLACK);
         for batch in 0..u64::from(options.batches) {
+            if interrupted.load(Ordering::Relaxed) {
+                break 'all;
+            }
             // No two renderings may share random numbers, or their difference would look smaller
             // than it is.
             let seed = options.seed.wrapping_add((i as u64 * 1000 + batch) << 32);
@@ -133,12 +134,18 @@ fn run<S: Scene>(scene: &S, options: &Options) -> Result<bool, Box<dyn Error>> {
     println!("{}", if agree { "the integrators agree" } else { "THE INTEGRATORS DISAGREE" });
 
     let side_by_side = Image::from_fn(3 * options.size, options.size, |x, y| {
-        images[(x / options.size) as usize].get(x % options.size, y).unwrap_or(Rgb::BLACK)
+        let image = images.get((x / options.size) as usize);
+        image.and_then(|image| image.get(x % options.size, y)).unwrap_or(Rgb::BLACK)
     });
     if let Some(directory) = options.out.parent() {
-        std::fs::create_dir_all(directory)?;
+        std::fs::create_dir_all(directory)
+            .map_err(|error| format!("directory {}: {error}", directory.display()))?;
     }
     ImageFile::from(side_by_side).save(&options.out)?;
     println!("wrote {}", options.out.display());
-    Ok(agree)
+    Ok(match agree {
+        _ if images.len() < integrators.len() => End::Interrupted,
+        true => End::Done,
+        false => End::Wrong,
+    })
 }

@@ -9,7 +9,7 @@ mod scenes;
 mod unpruned;
 
 use clap::Parser;
-use common::{AnyIntegrator, parse_duration, parse_size};
+use common::{AnyIntegrator, End, exit_code, interrupt_flag, parse_duration, parse_size};
 use pathspace::endpoint::Camera;
 use pathspace::glam::UVec2;
 use pathspace::path::TechniqueSet;
@@ -21,9 +21,12 @@ use pathspace::scene::{Scene, World};
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Measures what leaving out saves, scene by scene, and prints tables in Markdown.
+///
+/// cargo run --release --example leave_out -- --scenes mirror-room,point-light --time 10s
 #[derive(Parser, Debug)]
 struct Options {
     /// Scenes, separated by commas; those of the gallery and some small ones by default
@@ -33,7 +36,7 @@ struct Options {
     #[arg(long, default_value = "20s", value_parser = parse_duration)]
     time: Duration,
     /// Independent runs that an integrator's time is split into
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1024))]
+    #[arg(long, default_value_t = 8, value_parser = common::parse_count::<u32, 2, 1024>)]
     seeds: u32,
     /// Width and height of the images in pixels
     #[arg(long, default_value = "64x64", value_parser = parse_size)]
@@ -44,24 +47,22 @@ struct Options {
 }
 
 fn main() -> ExitCode {
-    match run(&Options::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code(run(&common::options()))
 }
 
-fn run(options: &Options) -> Result<(), Box<dyn Error>> {
+fn run(options: &Options) -> Result<End, Box<dyn Error>> {
+    let interrupted = interrupt_flag();
     let names = if options.scenes.is_empty() { scenes::names() } else { options.scenes.clone() };
     for name in names {
-        measure(options, &name)?;
+        measure(options, &name, &interrupted)?;
+        if interrupted.load(Ordering::Relaxed) {
+            return Ok(End::Interrupted);
+        }
     }
-    Ok(())
+    Ok(End::Done)
 }
 
-fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
+fn measure(options: &Options, name: &str, interrupted: &AtomicBool) -> Result<(), Box<dyn Error>> {
     let scene = scenes::build(name, options.size)?;
     let (world, camera) = (&scene.world, &*scene.camera.0);
     let is_sparing = !TechniqueSet::BIDIRECTIONAL.left_out(&world.needs()).is_empty();
@@ -79,7 +80,10 @@ fn measure(options: &Options, name: &str) -> Result<(), Box<dyn Error>> {
         let is_complete = scene.is_complete(*integrator, &missing);
         contestants.push(Contestant::<World>::new(name, &**method, is_complete));
     }
-    let quiet = &mut |_: &pathspace::report::Step<'_>| ControlFlow::Continue(());
+    let quiet = &mut |_: &pathspace::report::Step<'_>| match interrupted.load(Ordering::Relaxed) {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    };
     let settings = Settings { seed: options.seed, threads: Some(1), ..Plan::default().settings };
     // Variances need no reference; this one only gives brightness a scale.
     let both = AnyIntegrator::Bidirectional.build_up_to(scene.max_bounces);

@@ -9,6 +9,9 @@
 //! Prints the table and writes `index.html` and `stability.json` into a directory. docs/numerics.md
 //! explains the rows.
 
+#[path = "../common/mod.rs"]
+mod common;
+
 mod cases;
 #[allow(dead_code, reason = "shared with tests")]
 mod measure;
@@ -20,15 +23,19 @@ mod variance;
 mod verdict;
 
 use clap::Parser;
+use common::{End, WrongArgument, exit_code};
 use indicatif::{ProgressBar, ProgressStyle};
 use pathspace::film::replace_file;
 use std::error::Error;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 
 /// Measures how integrators hold under numerical stress, and writes a report.
+///
+/// cargo run --release --example stability -- --quick --row S01
 #[derive(Debug, Parser)]
-#[command(name = "stability", version, about)]
+#[command(version)]
 struct Arguments {
     /// Takes a twentieth of the rays: standard errors are larger
     #[arg(long)]
@@ -57,7 +64,7 @@ fn parse_millions(text: &str) -> Result<f64, String> {
     }
 }
 
-fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+fn run(arguments: &Arguments) -> Result<End, Box<dyn Error>> {
     let rays = (arguments.rays.unwrap_or(if arguments.quick { 0.5 } else { 10.0 }) * 1e6) as u64;
     // Fails now rather than after the work.
     std::fs::create_dir_all(&arguments.out)
@@ -69,12 +76,14 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         .filter(|entry| !arguments.means_only && entry.row.starts_with(&arguments.row))
         .collect();
     if cases.is_empty() && entries.is_empty() {
-        return Err(format!("no row's id starts with {:?}", arguments.row).into());
+        return Err(WrongArgument(format!("no row's id starts with {:?}", arguments.row)).into());
     }
     let bar = ProgressBar::new((cases.len() + entries.len()) as u64);
     bar.set_style(ProgressStyle::with_template("{bar:32} {pos}/{len}  {msg}  {eta} left")?);
+    let interrupted = common::interrupt_flag();
+    let ends = || interrupted.load(Ordering::Relaxed);
     let mut lines = Vec::new();
-    for case in &cases {
+    for case in cases.iter().take_while(|_| !ends()) {
         bar.set_message(format!("{} {} {:e}", case.row, case.family, case.value));
         lines.extend(verdict::judge(case, rays, arguments.seed));
         bar.inc(1);
@@ -82,7 +91,7 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let (images, samples_per_pixel) = if arguments.quick { (8, 16) } else { (32, 64) };
     let effort = variance::Effort { images, samples_per_pixel, price: variance::Price::Time };
     let mut comparisons = Vec::new();
-    for entry in &entries {
+    for entry in entries.iter().take_while(|_| !ends()) {
         bar.set_message(format!("{} {} {:e}", entry.row, entry.family, entry.value));
         comparisons.extend(variance::judge(entry, effort, arguments.seed));
         bar.inc(1);
@@ -104,19 +113,16 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         println!("wrote {}", path.display());
     }
     let is_good = comparisons.iter().all(|comparison| comparison.is_good);
-    Ok(is_good && lines.iter().all(|line| line.verdict.is_good()))
+    if ends() {
+        return Ok(End::Interrupted);
+    }
+    if is_good && lines.iter().all(|line| line.verdict.is_good()) {
+        return Ok(End::Done);
+    }
+    eprintln!("a case is off by more than 4 standard errors, or has too much variance");
+    Ok(End::Wrong)
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => {
-            eprintln!("a case is off by more than 4 standard errors, or has too much variance");
-            ExitCode::FAILURE
-        }
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code(run(&common::options()))
 }

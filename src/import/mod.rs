@@ -339,6 +339,8 @@ pub(crate) struct Warnings {
     /// The place of each reason in the list.
     reasons: HashMap<String, usize>,
     notes: Vec<String>,
+    /// The first thing that has, or would have brought, a surface and was left out.
+    lost: Option<(Location, String)>,
 }
 
 impl Warnings {
@@ -390,6 +392,33 @@ impl Warnings {
                 self.warn(error.location, format!("{}; {instead}", error.reason))?;
                 Ok(None)
             }
+        }
+    }
+
+    /// Warns of a surface that is left out, or fails in strict mode.
+    pub fn lose(&mut self, location: Location, reason: impl Into<String>) -> Result<(), Error> {
+        let reason = reason.into();
+        self.lost.get_or_insert_with(|| (location.clone(), reason.clone()));
+        self.warn(location, reason)
+    }
+
+    /// [`Self::rescue`] of what brings surfaces.
+    pub fn rescue_surface<T>(
+        &mut self,
+        result: Result<T, Error>,
+        instead: &str,
+    ) -> Result<Option<T>, Error> {
+        if let Err(error) = &result {
+            self.lost.get_or_insert_with(|| (error.location.clone(), error.reason.clone()));
+        }
+        self.rescue(result, instead)
+    }
+
+    /// Refuses a world without surfaces if any was left out: its image would be of nothing.
+    pub fn check_surfaces(&mut self, world: &World) -> Result<(), Error> {
+        match self.lost.take().filter(|_| world.bounds().is_empty()) {
+            Some((at, reason)) => Err(Error::new(at, format!("{reason}; no surface is left"))),
+            None => Ok(()),
         }
     }
 

@@ -51,7 +51,10 @@ impl AddAssign for Ledger {
 
 /// Counts of what integrators did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    any(feature = "checkpoint", feature = "report"),
+    derive(serde::Serialize, serde::Deserialize)
+)]
 pub struct Counters {
     /// Samples, each a camera subpath, a light subpath, or one of each.
     pub samples: u64,
@@ -81,7 +84,7 @@ pub struct Counters {
     /// was asked for and are not among them.
     pub truncated_subpaths: u64,
     /// Energy ledger of the light subpaths.
-    #[cfg_attr(feature = "checkpoint", serde(skip))]
+    #[cfg_attr(any(feature = "checkpoint", feature = "report"), serde(skip))]
     pub ledger: Ledger,
 }
 

@@ -26,6 +26,8 @@ mod target;
 mod tests;
 
 pub use checkpoint::{Checkpoint, CheckpointError, MergeError, Merger};
+#[cfg(feature = "report")]
+pub(crate) use identity::Identity;
 pub use measure::{Measurement, measure};
 #[cfg(feature = "checkpoint")]
 pub use npz::CheckpointFileError;

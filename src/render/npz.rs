@@ -113,10 +113,7 @@ impl Checkpoint {
     fn write(&self, file: &mut File) -> io::Result<()> {
         let State { passes, film, counters, prepared, watch, times } = &self.state;
         let region = film.region();
-        let size = region.window_size();
-        let pixels = [u64::from(size.y), u64::from(size.x), 3];
         let first = film.non_finite().first();
-        let watch = watch.as_ref();
         let header = Header {
             format: FORMAT,
             rendering: self.identity.0.clone(),
@@ -133,24 +130,38 @@ impl Checkpoint {
                 pass: first.pass,
                 technique: first.contribution.technique,
             }),
-            relative_variance: watch.and_then(|watch| watch.variance).map(f64::to_bits),
+            relative_variance: watch.as_ref().and_then(|watch| watch.variance).map(f64::to_bits),
             nanoseconds: [times.wall, times.preparation, times.threads]
                 .map(|time| time.as_nanos() as u64),
             metadata: self.metadata.clone(),
         };
         let mut archive = ZipWriter::new(BufWriter::new(file));
-        let header = serde_json::to_vec_pretty(&header)?;
-        write_array(&mut archive, "header", &[header.len() as u64], header)?;
+        match self.fill(&mut archive, &header) {
+            Ok(()) => archive.finish()?.flush(),
+            Err(error) => {
+                // Dropped, it would print that it is not finished.
+                std::mem::forget(archive);
+                Err(error)
+            }
+        }
+    }
+
+    fn fill(&self, archive: &mut ZipWriter<impl Write + Seek>, header: &Header) -> io::Result<()> {
+        let State { film, counters, prepared, watch, .. } = &self.state;
+        let size = film.region().window_size();
+        let pixels = [u64::from(size.y), u64::from(size.x), 3];
+        let header = serde_json::to_vec_pretty(header)?;
+        write_array(archive, "header", &[header.len() as u64], header)?;
         let sums = film.exact_sums();
         for (part, name) in ["sums", "lost"].into_iter().enumerate() {
             let numbers = (0..sums.len()).map(|index| sums.leading(index)[part]);
-            write_array(&mut archive, name, &pixels, numbers)?;
+            write_array(archive, name, &pixels, numbers)?;
         }
         let (places, rest): (Vec<u64>, Vec<f64>) =
             sums.trailing().map(|(index, rest)| (index as u64, rest)).unzip();
         let length = [rest.len() as u64];
-        write_array(&mut archive, "rest_index", &length, places)?;
-        write_array(&mut archive, "rest", &length, rest)?;
+        write_array(archive, "rest_index", &length, places)?;
+        write_array(archive, "rest", &length, rest)?;
         let ledger: Vec<Vec<f64>> =
             (0..counters.ledger.len()).map(|index| counters.ledger.parts(index)).collect();
         let width = ledger.iter().map(Vec::len).max().unwrap_or(0);
@@ -158,19 +169,20 @@ impl Checkpoint {
             parts.clone().into_iter().chain(std::iter::repeat(0.0)).take(width).collect::<Vec<_>>()
         };
         let shape = [ledger.len() as u64, width as u64];
-        write_array(&mut archive, "ledger", &shape, ledger.iter().flat_map(row))?;
+        write_array(archive, "ledger", &shape, ledger.iter().flat_map(row))?;
         let entries = prepared.ledger.to_array().into_iter().flat_map(|entry| entry.0);
-        write_array(&mut archive, "preparation_ledger", &[18], entries)?;
-        if let Some(image) = watch.and_then(|watch| watch.before.as_ref()) {
+        write_array(archive, "preparation_ledger", &[18], entries)?;
+        if let Some(image) = watch.as_ref().and_then(|watch| watch.before.as_ref()) {
             let numbers = image.pixels().iter().flat_map(|pixel| pixel.0);
-            write_array(&mut archive, "earlier_image", &pixels, numbers)?;
+            write_array(archive, "earlier_image", &pixels, numbers)?;
         }
+        let first = film.non_finite().first();
         if let Some(Contribution { raster, value, weight, .. }) = first.map(|f| f.contribution) {
             let [x, y] = raster.to_array();
             let [r, g, b] = value.0;
-            write_array(&mut archive, "first_non_finite", &[6], [x, y, r, g, b, weight])?;
+            write_array(archive, "first_non_finite", &[6], [x, y, r, g, b, weight])?;
         }
-        archive.finish()?.flush()
+        Ok(())
     }
 }
 

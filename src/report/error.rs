@@ -1,7 +1,7 @@
 //! Errors of studies.
 
 use crate::film::OutputError;
-use crate::render::RenderError;
+use crate::render::{RenderError, Shard};
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -46,6 +46,25 @@ pub enum ReportError {
     /// The rendering of the reference was stopped before it had two runs of both halves.
     #[error("reference was stopped before its error could be told")]
     ReferenceStopped,
+    /// A file of a run is missing, there twice, damaged, or of another study.
+    #[error("run {}: {reason}", path.display())]
+    Run {
+        /// The file.
+        path: PathBuf,
+        /// The reason, in words.
+        reason: String,
+    },
+    /// A study whose runs depend on clocks or on errors has no parts.
+    #[error("shard {0} of a study needs a budget in samples, and no target error")]
+    ShardOfTime(Shard),
+    /// There are fewer runs than shards.
+    #[error("shard {shard} has no runs: there are {runs} in all")]
+    EmptyShard {
+        /// The shard.
+        shard: Shard,
+        /// The runs of all integrators.
+        runs: u32,
+    },
     /// An image could not be read or written.
     #[error("{0}")]
     Image(#[from] OutputError),

@@ -55,5 +55,5 @@ pub use stats::{
 };
 pub use study::{
     Contestant, Method, Plan, Probe, ReferencePlan, Step, cached_reference, measure_pyramid,
-    measure_techniques, study,
+    measure_techniques, study, study_of_shards, study_shard,
 };

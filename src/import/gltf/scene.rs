@@ -63,8 +63,6 @@ pub(super) struct SceneReader<'a> {
     /// Instances that may still be added.
     pub instances: u64,
     pub views: Vec<ImportedView>,
-    /// The reason for which the first mesh was left out.
-    lost: Option<Error>,
 }
 
 impl<'a> SceneReader<'a> {
@@ -93,7 +91,6 @@ impl<'a> SceneReader<'a> {
             triangles: document.limits.triangles,
             instances: document.limits.elements,
             views: Vec::new(),
-            lost: None,
             document,
         })
     }
@@ -263,7 +260,7 @@ impl<'a> SceneReader<'a> {
         if let Err(SceneError::SingularTransform { .. }) = added {
             let Some(flat) = flattened(geometry, transform) else {
                 let reason = "its transform leaves nothing of its triangles: it is left out";
-                return self.document.warnings.warn(location.clone(), reason);
+                return self.document.warnings.lose(location.clone(), reason);
             };
             added = self.builder.add_mesh(name, &flat, DAffine3::IDENTITY, *id);
         }
@@ -271,7 +268,7 @@ impl<'a> SceneReader<'a> {
             Ok(surface) => surface,
             Err(error) => {
                 let reason = format!("{error}: it is left out");
-                return self.document.warnings.warn(location.clone(), reason);
+                return self.document.warnings.lose(location.clone(), reason);
             }
         };
         if let Some(there) = &look.cutout {
@@ -321,10 +318,7 @@ impl<'a> SceneReader<'a> {
             return Ok(known.clone());
         }
         let read = self.read_primitive(mesh, primitive, weights);
-        if let Err(error) = &read {
-            self.lost.get_or_insert_with(|| Error::new(error.location.clone(), &*error.reason));
-        }
-        let read = self.document.warnings.rescue(read, "its mesh is left out")?.flatten();
+        let read = self.document.warnings.rescue_surface(read, "its mesh is left out")?.flatten();
         let read = read.map(Arc::new);
         self.geometries.insert(key, read.clone());
         Ok(read)
@@ -347,14 +341,14 @@ impl<'a> SceneReader<'a> {
         else {
             self.document
                 .warnings
-                .warn(location, "points and lines have no area: they are left out")?;
+                .lose(location, "points and lines have no area: they are left out")?;
             return Ok(None);
         };
         let attribute = |semantic| {
             primitive.attributes.get(&Checked::Valid(semantic)).map(|index| index.value())
         };
         let Some(positions) = attribute(Semantic::Positions) else {
-            self.document.warnings.warn(location, "it has no positions: it is left out")?;
+            self.document.warnings.lose(location, "it has no positions: it is left out")?;
             return Ok(None);
         };
         let unpacked = self.document.unpack_primitive(&primitive, self.triangles, &location);
@@ -609,9 +603,7 @@ impl<'a> SceneReader<'a> {
             &whole,
             &mut self.document.warnings,
         )?;
-        if let Some(lost) = self.lost.take().filter(|_| world.bounds().is_empty()) {
-            return Err(lost);
-        }
+        self.document.warnings.check_surfaces(&world)?;
         if let Some(reason) = why_white {
             self.document.warnings.warn(whole.clone(), reason)?;
         }

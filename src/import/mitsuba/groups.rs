@@ -29,7 +29,7 @@ impl<'a> Loader<'a> {
         for part in self.group(group)?.iter() {
             self.spend_triangles(element, part.triangles())?;
             let added = self.add_part(part, &to_world);
-            self.warnings.rescue(added, "it is left out")?;
+            self.warnings.rescue_surface(added, "it is left out")?;
         }
         object.finish(&mut self.warnings)
     }
@@ -47,11 +47,11 @@ impl<'a> Loader<'a> {
                     "shapes of type {} in a shapegroup are not supported; it is left out",
                     child.kind()
                 );
-                self.warn(child, reason)?;
+                self.warnings.lose(child.location(), reason)?;
                 continue;
             }
             let part = self.part(child);
-            parts.extend(self.warnings.rescue(part, "it is left out")?.flatten());
+            parts.extend(self.warnings.rescue_surface(part, "it is left out")?.flatten());
         }
         object.finish(&mut self.warnings)?;
         let parts: Rc<[Part]> = parts.into();
@@ -64,7 +64,7 @@ impl<'a> Loader<'a> {
         let object = Object::new(element);
         for child in self.shapes(&object)? {
             let read = self.shape(child);
-            self.warnings.rescue(read, "it is left out")?;
+            self.warnings.rescue_surface(read, "it is left out")?;
         }
         object.finish(&mut self.warnings)
     }
@@ -74,7 +74,9 @@ impl<'a> Loader<'a> {
         let mut shapes = Vec::new();
         for child in object.objects() {
             let target = self.resolved(child);
-            let Some(target) = self.warnings.rescue(target, "it is left out")? else { continue };
+            let Some(target) = self.warnings.rescue_surface(target, "it is left out")? else {
+                continue;
+            };
             if target.tag == "shape" {
                 shapes.push(target);
             } else {

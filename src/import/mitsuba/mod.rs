@@ -117,7 +117,7 @@ pub fn load(
         loader.warnings.warn(location, format!("no file asks for the parameter {name}"))?;
     }
     for error in &document.left_out {
-        loader.warnings.warn(error.location.clone(), &*error.reason)?;
+        loader.warnings.lose(error.location.clone(), &*error.reason)?;
     }
     loader.scene(path)
 }
@@ -273,7 +273,7 @@ impl<'a> Loader<'a> {
                 "integrator" => {}
                 "shape" => {
                     let read = self.shape(element);
-                    self.warnings.rescue(read, "it is left out")?;
+                    self.warnings.rescue_surface(read, "it is left out")?;
                 }
                 "emitter" if self.sees => {
                     let read = self.emitter(element);
@@ -317,11 +317,12 @@ impl<'a> Loader<'a> {
             clip.check(world.bounds(), &mut self.warnings)?;
         }
         if world.dropped_triangles() > 0 {
-            self.warnings.warn(
+            self.warnings.lose(
                 whole(),
                 format!("{} triangles without area are left out", world.dropped_triangles()),
             )?;
         }
+        self.warnings.check_surfaces(&world)?;
         if world.light_count() == 0 {
             self.warnings.note("it has no light: the image is black");
         }

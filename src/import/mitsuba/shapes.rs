@@ -117,7 +117,7 @@ impl<'a> Loader<'a> {
             }
             other => {
                 let reason = format!("shapes of type {other} are not supported; it is left out");
-                self.warn(element, reason)?;
+                self.warnings.lose(element.location(), reason)?;
                 return Ok(None);
             }
         };

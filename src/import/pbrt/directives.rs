@@ -38,6 +38,10 @@ impl Loader {
         loop {
             let token = tokens.next();
             let rest = tokens;
+            let directive = match &token {
+                Ok(Some(Token::Word(name))) => Some(*name),
+                _ => None,
+            };
             let result = match token {
                 Ok(None) => return Ok(()),
                 Ok(Some(Token::Word(name))) => {
@@ -49,7 +53,12 @@ impl Loader {
                 Err(reason) => Err(self.stray(&tokens, &reason)),
             };
             if result.is_err() {
-                self.warnings.rescue(result, "it is left out")?;
+                match directive {
+                    Some("Shape" | "ObjectInstance" | "Include" | "Import") => {
+                        self.warnings.rescue_surface(result, "it is left out")?
+                    }
+                    _ => self.warnings.rescue(result, "it is left out")?,
+                };
                 // What it has taken for its own may be the next directive.
                 tokens = rest;
                 tokens.skip_to_directive();

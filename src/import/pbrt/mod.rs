@@ -254,8 +254,9 @@ impl Loader {
         if world.dropped_triangles() > 0 {
             let reason =
                 format!("{} triangles without area are left out", world.dropped_triangles());
-            self.warnings.warn(whole, reason)?;
+            self.warnings.lose(whole, reason)?;
         }
+        self.warnings.check_surfaces(&world)?;
         let (warnings, notes) = self.warnings.into_lists();
         Ok(Import { world, views: vec![view], hints: self.hints, warnings, notes })
     }

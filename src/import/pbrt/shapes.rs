@@ -113,7 +113,7 @@ impl Loader {
                 self.spend_triangles(mesh.indices.len() as u64, &shape.location)?;
             }
             let placed = self.place(shape, self.state.to_world);
-            self.warnings.rescue(placed, "it is left out")?;
+            self.warnings.rescue_surface(placed, "it is left out")?;
         }
         Ok(())
     }
@@ -166,7 +166,7 @@ impl Loader {
             "cylinder" => Form::Round(round(object, Kind::Cylinder)?),
             other => {
                 let reason = format!("shapes of type {other} are not supported; it is left out");
-                self.warnings.warn(object.location.clone(), reason)?;
+                self.warnings.lose(object.location.clone(), reason)?;
                 return Ok(None);
             }
         };
@@ -205,7 +205,7 @@ impl Loader {
             let Location { file, element, line, .. } = shape.location.clone();
             self.at = Place { file: Rc::new(file), directive: element, line };
             let placed = self.place_now(&shape, instance);
-            self.warnings.rescue(placed, "it is left out")?;
+            self.warnings.rescue_surface(placed, "it is left out")?;
         }
         Ok(())
     }

@@ -12,6 +12,7 @@ use super::machine::setup;
 use super::method::Contestant;
 use super::plan::{Plan, Step, run_seed};
 use super::pyramid::measure_pyramid;
+use super::run_file::RunFiles;
 use super::runs::{Runs, Task};
 use super::summary::{baseline, methods, rankable};
 use crate::endpoint::Camera;
@@ -43,6 +44,14 @@ pub fn study<S: Scene + ?Sized>(
     plan: &Plan,
     progress: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
 ) -> Result<Study, ReportError> {
+    measure((scene, camera, info), contestants, reference, plan, None, progress)
+}
+
+/// True to itself: two seeds at least, a target that is a number, and names that differ.
+pub(super) fn check<S: Scene + ?Sized>(
+    contestants: &[Contestant<'_, S>],
+    plan: &Plan,
+) -> Result<(), ReportError> {
     if plan.seeds < 2 {
         return Err(ReportError::TooFewSeeds(plan.seeds));
     }
@@ -51,9 +60,22 @@ pub fn study<S: Scene + ?Sized>(
             return Err(ReportError::DuplicateName(contestant.name.clone()));
         }
     }
-    if !(plan.target > 0.0 && plan.target.is_finite()) {
-        return Err(ReportError::Target(plan.target));
+    match plan.target > 0.0 && plan.target.is_finite() {
+        true => Ok(()),
+        false => Err(ReportError::Target(plan.target)),
     }
+}
+
+/// A study of runs that are rendered, or that are in files.
+pub(super) fn measure<S: Scene + ?Sized>(
+    (scene, camera, info): (&S, &dyn Camera, &SceneInfo),
+    contestants: &[Contestant<'_, S>],
+    reference: Reference,
+    plan: &Plan,
+    files: Option<&RunFiles>,
+    progress: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
+) -> Result<Study, ReportError> {
+    check(contestants, plan)?;
     let (layout, size) = (Layout::of(reference.image()), camera.film().window_size());
     if [layout.width, layout.height] != size.to_array() {
         return Err(ReportError::ReferenceSize([layout.width, layout.height], size.to_array()));
@@ -69,45 +91,58 @@ pub fn study<S: Scene + ?Sized>(
     };
     let (mut runs, mut left_out) = (Vec::new(), Vec::new());
     for (stream, contestant) in contestants.iter().enumerate().take_while(|_| !stopped.get()) {
-        let task = Task { scene, camera, contestant, plan, reference: &reference };
+        let task = Task { scene, camera, contestant, plan };
         let label = format!("{}, warm-up", contestant.name);
-        let run = Runs::prepare(&task, stream as u64, &mut |part| report(&label, stream, part))
+        let mut report = |part| report(&label, stream, part);
+        let (stream, is_kept) = (stream as u64, files.is_some());
+        let run = Runs::prepare(&task, stream, Some(&reference), is_kept, &mut report)
             .map_err(naming(contestant))?;
         if run.techniques == TechniqueSet::NONE {
             left_out.push(WithoutTechnique::new(&contestant.name, &run.notes.left_out));
             continue;
         }
-        runs.push((task, run));
+        runs.push((task, stream as u32, run));
     }
     let (mut seed, mut may_correct) = (0, true);
-    while !stopped.get() && runs.iter().any(|(_, run)| run.lacks(plan, seed)) {
+    while !stopped.get() && runs.iter().any(|(.., run)| run.lacks(plan, seed)) {
         for turn in 0..runs.len() {
             let index = (turn + seed as usize) % runs.len();
-            let (task, run) = &mut runs[index];
+            let (task, stream, run) = &mut runs[index];
             let done = contestants.len() * (1 + seed as usize) + turn;
-            if !stopped.get() && run.lacks(plan, seed) {
-                run.render(task, seed, &mut |part| report(&task.contestant.name, done, part))
-                    .map_err(naming(task.contestant))?;
+            if stopped.get() || !run.lacks(plan, seed) {
+                continue;
+            }
+            let mut report = |part| report(&task.contestant.name, done, part);
+            let drawn = match files {
+                Some(files) => {
+                    Some(files.drawn(task, run, (*stream, contestants.len() as u32), seed)?)
+                }
+                None => {
+                    run.draw(task, seed, false, &mut report).map_err(naming(task.contestant))?
+                }
+            };
+            if let Some(drawn) = drawn {
+                run.add(drawn, &reference);
             }
         }
         // All that missed their time at once: what else the machine does is the same for them.
-        let corrects = |any, (_, run): &mut (_, Runs)| run.corrects_length(plan) || any;
+        let corrects = |any, (.., run): &mut (_, _, Runs)| run.corrects_length(plan) || any;
         if !std::mem::take(&mut may_correct) || !runs.iter_mut().fold(false, corrects) {
             seed += 1;
         }
     }
     let stopped = stopped.get();
-    runs.retain(|(_, run)| !run.measured.finals.is_empty());
+    runs.retain(|(.., run)| !run.measured.finals.is_empty());
     let mut ask = || progress(&Step { label: "techniques", fraction: 1.0 });
-    for (task, run) in runs.iter_mut().filter(|_| !stopped) {
-        run.probe(task).map_err(naming(task.contestant))?;
+    for (task, _, run) in runs.iter_mut().filter(|_| !stopped) {
+        run.probe(task, &reference).map_err(naming(task.contestant))?;
         if task.contestant.pyramid {
             let settings = pyramid_settings(plan);
             let pyramid = task.contestant.method.pyramid(scene, camera, &settings, &mut ask);
             run.pyramid = pyramid.map_err(naming(task.contestant))?;
         }
     }
-    let runs: Vec<Runs> = runs.into_iter().map(|(_, run)| run).collect();
+    let runs: Vec<Runs> = runs.into_iter().map(|(.., run)| run).collect();
     let pyramid = match &plan.pyramid {
         Some(integrator) if !stopped => {
             measure_pyramid(scene, camera, integrator, &pyramid_settings(plan), &mut ask)
@@ -139,7 +174,7 @@ pub fn study<S: Scene + ?Sized>(
     Ok(Study { report, images, reference, pyramid })
 }
 
-fn naming<S: Scene + ?Sized>(
+pub(super) fn naming<S: Scene + ?Sized>(
     contestant: &Contestant<'_, S>,
 ) -> impl FnOnce(RenderError) -> ReportError {
     let name = contestant.name.clone();

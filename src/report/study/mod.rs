@@ -14,7 +14,9 @@ mod observer;
 mod plan;
 mod pyramid;
 mod reference;
+mod run_file;
 mod runs;
+mod shards;
 mod summary;
 mod watch;
 
@@ -23,3 +25,4 @@ pub use compare::study;
 pub use method::{Contestant, Method, Probe};
 pub use plan::{Plan, ReferencePlan, Step};
 pub use pyramid::{measure_pyramid, measure_techniques};
+pub use shards::{study_of_shards, study_shard};

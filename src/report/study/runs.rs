@@ -9,14 +9,14 @@
 
 use super::method::{Contestant, Probe};
 use super::plan::{Plan, run_seed};
-use super::watch::Watch;
+use super::run_file::Drawn;
+use super::watch::{Shot, Watch};
 use crate::endpoint::Camera;
-use crate::film::NonFinite;
-use crate::integrator::{Decision, Estimator, Notes};
+use crate::integrator::{Estimator, Notes};
 use crate::path::{Counters, TechniqueSet};
-use crate::render::{Budget, Progress, RenderError, Settings};
-use crate::report::result::{Pyramid, Snapshot};
-use crate::report::stats::{Cost, Errors, Measured, Reference, time_to_error};
+use crate::render::{Budget, Identity, Progress, RenderError, Settings};
+use crate::report::result::{DecisionReport, Pyramid, Snapshot};
+use crate::report::stats::{Cost, Errors, Layout, Measured, Reference, time_to_error};
 use crate::sampler::SamplerKind;
 use crate::scene::Scene;
 use std::ops::ControlFlow;
@@ -33,13 +33,12 @@ const TOLERANCE: f64 = 0.1;
 /// The most runs, over those that are planned.
 const MOST_RUNS: u32 = 4;
 
-/// The object, plan and reference of a measurement.
+/// The object and the plan of a measurement.
 pub(super) struct Task<'a, S: Scene + ?Sized> {
     pub scene: &'a S,
     pub camera: &'a dyn Camera,
     pub contestant: &'a Contestant<'a, S>,
     pub plan: &'a Plan,
-    pub reference: &'a Reference,
 }
 
 /// The runs of one integrator.
@@ -48,24 +47,28 @@ pub(super) struct Runs {
     /// Seconds before the first pass, in the warm-up.
     preparation: f64,
     pub techniques: TechniqueSet,
+    /// What the warm-up was of, if the runs are kept in files.
+    pub identity: Option<Identity>,
     /// Of the warm-up; the bytes are those of the largest map of any run.
     pub notes: Notes,
     pub measured: Measured,
     pub snapshots: Vec<Snapshot>,
     pub counters: Counters,
-    pub non_finite: Option<NonFinite>,
+    pub first_non_finite: Option<String>,
     pub total: Cost,
-    pub decisions: Vec<Decision>,
+    pub decisions: Vec<DecisionReport>,
     pub energy_by_bounces: Vec<f64>,
     pub pyramid: Option<Pyramid>,
 }
 
 impl Runs {
-    /// Warms up and decides on the number of samples. If `report` stops the warm-up, so should the
-    /// study.
+    /// Warms up and decides on the number of samples, by the reference if they depend on the error.
+    /// If `report` stops the warm-up, so should the study.
     pub fn prepare<S: Scene + ?Sized>(
         task: &Task<'_, S>,
         stream: u64,
+        reference: Option<&Reference>,
+        is_kept: bool,
         report: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Self, RenderError> {
         let plan = task.plan;
@@ -83,7 +86,8 @@ impl Runs {
             Budget::Samples(_) => Budget::Samples(1),
             Budget::Time(time) => Budget::Time(time / 4),
         };
-        let warm_up = Settings { budget: trial, seed: !settings.seed, ..settings };
+        let warm_up =
+            Settings { budget: trial, seed: !settings.seed, keeps_checkpoint: is_kept, ..settings };
         let mut curve = Vec::new();
         let rendering = task.contestant.method.render_with_progress(
             task.scene,
@@ -91,10 +95,11 @@ impl Runs {
             &warm_up,
             &mut |p: &Progress<'_>| {
                 let flow = report(p.fraction);
-                if !plan.until_target || !p.passes.is_power_of_two() {
+                let reference = reference.filter(|_| plan.until_target);
+                let Some(reference) = reference.filter(|_| p.passes.is_power_of_two()) else {
                     return flow;
-                }
-                let error = Errors::of(&p.image(), task.reference).relative_mse;
+                };
+                let error = Errors::of(&p.image(), reference).relative_mse;
                 curve.push((f64::from(p.passes), error));
                 if error <= plan.target { ControlFlow::Break(()) } else { flow }
             },
@@ -116,6 +121,7 @@ impl Runs {
             settings: Settings { budget: Budget::Samples(samples), ..settings },
             preparation,
             techniques: rendering.techniques,
+            identity: rendering.checkpoint.map(|checkpoint| checkpoint.identity),
             measured: Measured::new(
                 task.contestant.name.clone(),
                 task.contestant.complete,
@@ -126,7 +132,7 @@ impl Runs {
             notes: rendering.notes,
             snapshots: Vec::new(),
             counters: Counters::default(),
-            non_finite: None,
+            first_non_finite: None,
             total: Cost::default(),
             decisions: Vec::new(),
             energy_by_bounces: Vec::new(),
@@ -134,23 +140,29 @@ impl Runs {
         })
     }
 
-    /// The run with one seed. A run that is stopped leaves no trace.
-    pub fn render<S: Scene + ?Sized>(
-        &mut self,
+    /// The seed of a run.
+    pub fn seed(&self, run: u32) -> u64 {
+        self.settings.seed.wrapping_add(u64::from(run) << 20)
+    }
+
+    /// The rendering with one seed; none if it was stopped. `is_kept` says whether it is to go into
+    /// a file, which tells what it is of.
+    pub fn draw<S: Scene + ?Sized>(
+        &self,
         task: &Task<'_, S>,
         seed: u32,
+        is_kept: bool,
         report: &mut dyn FnMut(f64) -> ControlFlow<()>,
-    ) -> Result<(), RenderError> {
-        let settings = Settings {
-            seed: self.settings.seed.wrapping_add(u64::from(seed) << 20),
-            ..self.settings
-        };
+    ) -> Result<Option<Drawn>, RenderError> {
+        let settings =
+            Settings { seed: self.seed(seed), keeps_checkpoint: is_kept, ..self.settings };
         let Measured { samples, estimator, is_correlated, .. } = self.measured;
         // Passes with a bias of their own, and passes that depend on each other, are no batches.
         let has_batches = settings.sampler == SamplerKind::Independent
             && estimator == Estimator::Unbiased
             && !is_correlated;
-        let mut watch = Watch::new(task.reference, samples, has_batches, seed == 0);
+        let [width, height] = task.camera.film().window_size().to_array();
+        let mut watch = Watch::new(Layout { width, height }, samples, has_batches, seed == 0);
         let rendering = task.contestant.method.render_with_progress(
             task.scene,
             task.camera,
@@ -163,22 +175,26 @@ impl Runs {
                 flow
             },
         )?;
-        if rendering.samples_per_pixel < samples {
-            return Ok(());
-        }
-        let Watch { checkpoints, batches, snapshots, .. } = watch;
+        let is_whole = rendering.samples_per_pixel >= samples;
+        Ok(is_whole.then(|| Drawn::new(watch, &rendering)))
+    }
+
+    /// Adds a rendering, that with the next seed.
+    pub fn add(&mut self, drawn: Drawn, reference: &Reference) {
+        let Drawn { checkpoints, batches, snapshots, counters, .. } = drawn;
         if let Some((_, cost, _)) = checkpoints.last() {
             self.total += *cost;
         }
-        self.measured.add(checkpoints, task.reference);
+        self.measured.add(checkpoints, reference);
         self.measured.batches.extend(batches);
-        self.snapshots.extend(snapshots);
-        self.counters += rendering.counters;
-        if self.non_finite.is_none() && rendering.non_finite().count() > 0 {
-            self.non_finite = Some(rendering.non_finite().clone());
-        }
-        self.decisions.extend(rendering.notes.decision);
-        Ok(())
+        self.snapshots.extend(snapshots.into_iter().map(|shot| {
+            let Shot { part, samples, wall, image } = shot;
+            let errors = Errors::of(&image, reference);
+            Snapshot { part, samples, wall, image, errors }
+        }));
+        self.counters += counters;
+        self.first_non_finite = self.first_non_finite.take().or(drawn.first_non_finite);
+        self.decisions.extend(drawn.decision);
     }
 
     /// True if the run of this number is the next one and is to be made: as many as are planned; or
@@ -211,20 +227,24 @@ impl Runs {
         self.measured = Measured::new(name.clone(), *complete, *estimator, *is_correlated, samples);
         self.snapshots.clear();
         self.counters = Counters::default();
-        self.non_finite = None;
+        self.first_non_finite = None;
         self.total = Cost::default();
         self.decisions.clear();
         true
     }
 
     /// A look at single contributions.
-    pub fn probe<S: Scene + ?Sized>(&mut self, task: &Task<'_, S>) -> Result<(), RenderError> {
+    pub fn probe<S: Scene + ?Sized>(
+        &mut self,
+        task: &Task<'_, S>,
+        reference: &Reference,
+    ) -> Result<(), RenderError> {
         let budget = match task.plan.budget {
             Budget::Samples(samples) => Budget::Samples((samples / PROBE_PART).max(1)),
             Budget::Time(time) => Budget::Time((time / PROBE_PART).max(Duration::from_nanos(1))),
         };
         let settings = Settings { budget, seed: !self.settings.seed, ..self.settings };
-        let (method, reference) = (task.contestant.method, task.reference.image());
+        let (method, reference) = (task.contestant.method, reference.image());
         let Probe { tail, energy_by_bounces, .. } =
             method.probe(task.scene, task.camera, &settings, reference)?;
         self.measured.tail = tail;

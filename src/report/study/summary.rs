@@ -2,11 +2,10 @@
 
 use super::plan::Plan;
 use super::runs::Runs;
-use crate::film::NonFinite;
 use crate::math::Rgb;
 use crate::math::statistics::sidak;
 use crate::report::result::{
-    DecisionReport, LedgerReport, MethodReport, MissingReport, Pyramid, SharedReport, omissions,
+    LedgerReport, MethodReport, MissingReport, Pyramid, SharedReport, omissions,
 };
 use crate::report::stats::{
     BIAS_SIGNIFICANCE, BatchMean, Bias, Checkpoint, Errors, Interval, Layout, Measured, Reference,
@@ -67,12 +66,11 @@ fn method(
     let rays: Vec<f64> = m.products(|c| c.rays).iter().map(|x| x / pixels).collect();
     let ledger = run.counters.ledger;
     let per_sample = |flux: Rgb| flux.luminance() / run.counters.samples.max(1) as f64;
-    let first = run.non_finite.as_ref().and_then(NonFinite::first);
     MethodReport {
         name: m.name.clone(),
         techniques: run.techniques.to_string(),
         left_out: omissions(&run.notes.left_out),
-        decisions: run.decisions.iter().map(DecisionReport::from).collect(),
+        decisions: run.decisions.clone(),
         complete: m.complete,
         missing: MissingReport::all(&run.notes.missing, m.complete),
         estimator: m.estimator,
@@ -99,12 +97,7 @@ fn method(
         infinite_variance,
         long_tails: m.has_long_tails(),
         non_finite_contributions: run.counters.non_finite,
-        first_non_finite: first.map(|f| {
-            format!(
-                "pixel ({}, {}), sample {}, technique {}",
-                f.pixel.x, f.pixel.y, f.pass, f.contribution.technique
-            )
-        }),
+        first_non_finite: run.first_non_finite.clone(),
         non_finite_pixels: m.errors().iter().map(|e| e.non_finite_pixels).sum(),
         ledger: LedgerReport {
             emitted: per_sample(ledger.emitted),

@@ -3,16 +3,15 @@
 
 use crate::film::Image;
 use crate::render::Progress;
-use crate::report::result::{SNAPSHOTS, Snapshot};
-use crate::report::stats::{Batch, Cost, Errors, Layout, Reference};
+use crate::report::result::SNAPSHOTS;
+use crate::report::stats::{Batch, Cost, Layout};
 use cpu_time::ProcessTime;
 
 /// Batches that each run is cut into for the test of bias, where its passes are independent and
 /// alike.
 const BATCHES_PER_RUN: u32 = 4;
 
-pub(super) struct Watch<'a> {
-    reference: &'a Reference,
+pub(super) struct Watch {
     /// Samples per pixel of the whole run, and the batches that they are cut into.
     samples: u32,
     cuts: u32,
@@ -20,7 +19,7 @@ pub(super) struct Watch<'a> {
     /// Samples per pixel, cost and image at each checkpoint.
     pub checkpoints: Vec<(u32, Cost, Image)>,
     pub batches: Vec<Batch>,
-    pub snapshots: Vec<Snapshot>,
+    pub snapshots: Vec<Shot>,
     /// Samples per pixel, and sums over them of each block, up to the last cut.
     cut: (u32, Vec<f64>),
     /// Processor seconds, and the processor time when the clock was started, if the system tells.
@@ -28,22 +27,27 @@ pub(super) struct Watch<'a> {
     started: Option<ProcessTime>,
 }
 
-impl<'a> Watch<'a> {
-    pub fn new(
-        reference: &'a Reference,
-        samples: u32,
-        has_batches: bool,
-        takes_snapshots: bool,
-    ) -> Self {
+/// An image on the way, after a part of the budget.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Shot {
+    pub part: f64,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Wall-clock seconds.
+    pub wall: f64,
+    pub image: Image,
+}
+
+impl Watch {
+    pub fn new(layout: Layout, samples: u32, has_batches: bool, takes_snapshots: bool) -> Self {
         Self {
-            reference,
             samples,
             cuts: if has_batches { BATCHES_PER_RUN.min(samples) } else { 1 },
             takes_snapshots,
             checkpoints: Vec::new(),
             batches: Vec::new(),
             snapshots: Vec::new(),
-            cut: (0, vec![0.0; Layout::of(reference.image()).blocks()]),
+            cut: (0, vec![0.0; layout.blocks()]),
             cpu: 0.0,
             started: ProcessTime::try_now().ok(),
         }
@@ -75,9 +79,8 @@ impl<'a> Watch<'a> {
             self.end_batch(p.passes, &image);
         }
         if let Some(part) = part {
-            let errors = Errors::of(&image, self.reference);
             let (samples, image) = (p.passes, image.clone());
-            self.snapshots.push(Snapshot { part, samples, wall, image, errors });
+            self.snapshots.push(Shot { part, samples, wall, image });
         }
         if is_checkpoint {
             let (rays, scattered) = (p.counters.rays() as f64, p.counters.scattered as f64);
