@@ -152,7 +152,8 @@ fn irradiance_of_a_point_light_is_the_inverse_square_law() -> Result {
 /// `E = π L` under a uniform sky, `E = 2/3 π` under one of radiance cos θ, whatever is told of it.
 #[test]
 fn irradiance_of_skies() -> Result {
-    let skies: [(&str, fn(&mut WorldBuilder) -> Result, f64); 4] = [
+    type Set = fn(&mut WorldBuilder) -> Result;
+    let skies: [(&str, Set, f64); 4] = [
         ("one", |b| Ok(b.set_environment("sky", FunctionEnvironment::new(|_| 1.0.into())?)?), PI),
         (
             "cosine",

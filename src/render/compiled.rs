@@ -17,8 +17,10 @@ use std::ops::ControlFlow;
 /// What may be asked of an integrator and a scene, as functions.
 pub(super) struct Compiled<S: ?Sized, I> {
     pub render: Render<S, I>,
-    pub blind_spots: fn(&S, &dyn Camera, &I) -> Result<Vec<MissingPaths>, RenderError>,
+    pub blind_spots: BlindSpots<S, I>,
 }
+
+type BlindSpots<S, I> = fn(&S, &dyn Camera, &I) -> Result<Vec<MissingPaths>, RenderError>;
 
 type Render<S, I> = fn(
     (&S, &dyn Camera, &I),
