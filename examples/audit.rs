@@ -2,6 +2,7 @@
 //! of all techniques that could have drawn it, their weights and estimates, and a check of what the
 //! integrator had cached against the definitions.
 
+#[macro_use]
 mod common;
 
 use clap::Parser;
@@ -131,14 +132,20 @@ fn run(options: &Options) -> Result<End, Box<dyn Error>> {
         )
         .into());
     };
-    println!("{}: {}", scene.name, scene.description);
-    println!(
+    say!("{}: {}", scene.name, scene.description);
+    say!(
         "sample {} of seed {}: a path with {} bounces, drawn by technique (s, t) = {}",
-        found.sample, options.seed, options.bounces, found.technique
+        found.sample,
+        options.seed,
+        options.bounces,
+        found.technique
     );
-    println!(
+    say!(
         "it meets the film of {} x {} pixels at ({:.2}, {:.2})\n",
-        size.x, size.y, found.raster.x, found.raster.y
+        size.x,
+        size.y,
+        found.raster.x,
+        found.raster.y
     );
     print_vertices(&found, &scene.world);
     print_factors(&found.record);
@@ -251,8 +258,8 @@ fn find(
 }
 
 fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, world: &World) {
-    println!("VERTICES, from the lens x_0 to the light x_{}", record.edges());
-    println!("  {:<4} {:<10} {:<20} position, and normals", "", "kind", "surface");
+    say!("VERTICES, from the lens x_0 to the light x_{}", record.edges());
+    say!("  {:<4} {:<10} {:<20} position, and normals", "", "kind", "surface");
     let k = record.edges();
     for (i, x) in record.points.iter().enumerate() {
         let kind = match (i, x.place) {
@@ -266,18 +273,16 @@ fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, 
             _ => "surface",
         };
         let name = if i == 0 { "camera" } else { world.surface_name(x).unwrap_or("-") };
-        println!("  x_{i:<2} {kind:<10} {name:<20} {}", vector(x.position));
+        say!("  x_{i:<2} {kind:<10} {name:<20} {}", vector(x.position));
         if x.place != Place::Dirac {
-            print!("  {:<4} geometric {}", "", short(x.geometric_normal));
-            match x.is_flat() {
-                true => println!(", shading the same"),
-                false => println!(", shading {}", short(x.shading_normal)),
-            }
+            let shading = if x.is_flat() { "the same".to_owned() } else { short(x.shading_normal) };
+            let geometric = short(x.geometric_normal);
+            say!("  {:<4} geometric {geometric}, shading {shading}", "");
         }
     }
     if let Some(distance) = distance {
         let (m, radius) = (technique.t - 1, (weighting.merge_area() / PI).sqrt());
-        println!(
+        say!(
             "  x_{m} is where the camera walk ends; the light walk ends {distance:.5} beside it,\n  \
              less than r = {radius:.5}"
         );
@@ -286,14 +291,14 @@ fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, 
 
 fn print_factors(record: &PathRecord) {
     let k = record.edges();
-    println!("\nFACTORS");
-    println!("  We or f or Le:  importance at the lens, BSDF per steradian (Dirac: its");
-    println!("                  coefficient), radiance at the light");
-    println!("  G_i = V |cos θ_i cos θ'_i| / r²  of the edge x_i x_(i+1), geometric normals");
-    println!("  a_i = p⊥(x_i → x_(i+1))          density of a camera walk's direction, per");
-    println!("                                   projected solid angle");
-    println!("  b_i = p⊥(x_i → x_(i-1))          the same for a light walk\n");
-    println!("  {:<4} {:<6} {COLUMNS} {:>10} {:>10} {:>10}", "", "factor", "G_i", "a_i", "b_i");
+    say!("\nFACTORS");
+    say!("  We or f or Le:  importance at the lens, BSDF per steradian (Dirac: its");
+    say!("                  coefficient), radiance at the light");
+    say!("  G_i = V |cos θ_i cos θ'_i| / r²  of the edge x_i x_(i+1), geometric normals");
+    say!("  a_i = p⊥(x_i → x_(i+1))          density of a camera walk's direction, per");
+    say!("                                   projected solid angle");
+    say!("  b_i = p⊥(x_i → x_(i-1))          the same for a light walk\n");
+    say!("  {:<4} {:<6} {COLUMNS} {:>10} {:>10} {:>10}", "", "factor", "G_i", "a_i", "b_i");
     for i in 0..=k {
         let factor = match i {
             0 => "We",
@@ -304,7 +309,7 @@ fn print_factors(record: &PathRecord) {
         let when =
             |shown: bool, value: f64| if shown { format!("{value:.4e}") } else { "-".to_owned() };
         let g = if i < k { record.geometry_terms[i] } else { 0.0 };
-        println!(
+        say!(
             "  x_{i:<2} {factor:<6} {} {:>10} {:>10} {:>10}",
             rgb(record.factors[i]),
             when(i < k, g),
@@ -313,10 +318,10 @@ fn print_factors(record: &PathRecord) {
         );
     }
     let ends = record.ends;
-    println!("\n  densities of the ends, in the measure of their place (area, solid angle, or a");
-    println!("  probability)");
+    say!("\n  densities of the ends, in the measure of their place (area, solid angle, or a");
+    say!("  probability)");
     let end = |x: usize, role: &str, density: f64| {
-        println!("  x_{x:<2} {role:<40} {density:>12.5e}");
+        say!("  x_{x:<2} {role:<40} {density:>12.5e}");
     };
     end(0, "as the start of a camera walk", ends.camera);
     end(0, "as the point that x_1 connects to", ends.camera_connection);
@@ -327,32 +332,33 @@ fn print_factors(record: &PathRecord) {
 fn print_contribution(record: &PathRecord) {
     let k = record.edges();
     let product = format!("T = Π_(i=1)^({}) f(x_i) G(x_i, x_(i+1))", k - 1);
-    println!("\n{:<44} {COLUMNS}", "CONTRIBUTION f(x), and throughput T");
-    println!("  {product:<42} {}", rgb(record.throughput()));
-    println!("  {:<42} {}", "f(x) = We · G(x_0, x_1) · T · Le", rgb(record.contribution()));
+    say!("\n{:<44} {COLUMNS}", "CONTRIBUTION f(x), and throughput T");
+    say!("  {product:<42} {}", rgb(record.throughput()));
+    say!("  {:<42} {}", "f(x) = We · G(x_0, x_1) · T · Le", rgb(record.contribution()));
 }
 
 fn print_techniques(Found { record, weighting, technique: drawn_by, .. }: &Found) {
     let (k, set, merge_area) = (record.edges(), weighting.set(), weighting.merge_area());
-    println!(
-        "\nTECHNIQUES (s, t): s vertices from the light, t from the camera, s + t = {}",
-        k + 1
-    );
-    println!(
+    say!("\nTECHNIQUES (s, t): s vertices from the light, t from the camera, s + t = {}", k + 1);
+    say!(
         "  p_(s,t) = p(ends) · Π_(i=0)^(t-2) a_i G_i · Π_(i=t+1)^k b_i G_(i-1)\n  \
          w_(s,t) = (n p)^β / Σ (n p)^β over the admissible ones"
     );
     if merge_area > 0.0 {
-        println!(
+        say!(
             "  merge (s, t): s + t = {}, n = {} light walks,\n  \
              p = π r² · p(ends) · Π_(i=0)^(t-2) a_i G_i · Π_(i=t)^k b_i G_(i-1)",
             k + 2,
             set.merges
         );
     }
-    println!(
+    say!(
         "\n  {:<12} {:<11} {:>12} {:>10} {:>10}",
-        "(s, t)", "admissible", "density p", "w (β = 1)", "w (β = 2)"
+        "(s, t)",
+        "admissible",
+        "density p",
+        "w (β = 1)",
+        "w (β = 2)"
     );
     let radius = (merge_area / PI).sqrt();
     let weightings = [Heuristic::Balance, Heuristic::Power(2.0)]
@@ -371,7 +377,7 @@ fn print_techniques(Found { record, weighting, technique: drawn_by, .. }: &Found
             () => "yes",
         };
         if reason != "yes" {
-            println!("  {label:<12} {reason:<11}");
+            say!("  {label:<12} {reason:<11}");
             continue;
         }
         let weights = weightings.map(|weighting| record.weight(technique, &weighting));
@@ -381,15 +387,16 @@ fn print_techniques(Found { record, weighting, technique: drawn_by, .. }: &Found
         } else {
             record.estimate(t)
         };
-        println!(
+        say!(
             "  {label:<12} {reason:<11} {density:>12.5e} {:>10.6} {:>10.6} {mark}",
-            weights[0], weights[1]
+            weights[0],
+            weights[1]
         );
         for (name, value) in [("f/(n p)", estimate), ("w f/(n p), β = 2", estimate * weights[1])] {
-            println!("  {:<12} {name:<24} {}", "", rgb(value));
+            say!("  {:<12} {name:<24} {}", "", rgb(value));
         }
     }
-    println!("  {:<12} {:<11} {:>12} {:>10.6} {:>10.6}", "Σ", "", "", sums[0], sums[1]);
+    say!("  {:<12} {:<11} {:>12} {:>10.6} {:>10.6}", "Σ", "", "", sums[0], sums[1]);
 }
 
 /// The density of a path under a technique that can draw it; a merge draws both ends of its edges.
@@ -407,14 +414,14 @@ fn density(record: &PathRecord, technique: Technique, merge_area: f64) -> f64 {
 fn print_verification(found: &Found) -> bool {
     let Found { value, survival, weight, verification, .. } = found;
     let ok = verification.worst() < TOLERANCE;
-    println!("\nVERIFICATION of what the integrator had cached against the definitions above");
-    println!("  its f/p                          {}", rgb(*value));
-    println!("  its roulette survival Π (1 - q)  {survival:.5e} (f/p contains the inverse)");
-    println!("  its weight                       {weight:.6}");
-    println!("  relative error of f/p            {:.1e}", verification.value_error);
-    println!("  error of the weight              {:.1e}", verification.weight_error);
-    println!("  |Σ w - 1|                        {:.1e}", verification.weight_sum_error);
-    println!("{}", if ok { "verified" } else { "NOT VERIFIED" });
+    say!("\nVERIFICATION of what the integrator had cached against the definitions above");
+    say!("  its f/p                          {}", rgb(*value));
+    say!("  its roulette survival Π (1 - q)  {survival:.5e} (f/p contains the inverse)");
+    say!("  its weight                       {weight:.6}");
+    say!("  relative error of f/p            {:.1e}", verification.value_error);
+    say!("  error of the weight              {:.1e}", verification.weight_error);
+    say!("  |Σ w - 1|                        {:.1e}", verification.weight_sum_error);
+    say!("{}", if ok { "verified" } else { "NOT VERIFIED" });
     ok
 }
 

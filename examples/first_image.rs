@@ -1,5 +1,6 @@
 //! The library in a few lines: a ball on the ground under a lamp, path traced.
 
+#[macro_use]
 mod common;
 
 use clap::Parser;
@@ -54,7 +55,7 @@ fn save(options: &Options) -> Result<End, Box<dyn Error>> {
             .map_err(|error| format!("directory {}: {error}", directory.display()))?;
     }
     first_image(&options.out)?;
-    println!("wrote {}", options.out.display());
+    say!("wrote {}", options.out.display());
     Ok(End::Done)
 }
 

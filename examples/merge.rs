@@ -4,6 +4,7 @@
 //! cargo run --release --example merge -- --out target/box.exr target/cornell-box-*-of-8.npz
 //! ```
 
+#[macro_use]
 mod common;
 
 use clap::Parser;
@@ -59,17 +60,17 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         file.metadata.remove(ImageFile::CLOCK);
     }
     file.save(&arguments.out)?;
-    println!("shards      {}", arguments.shards.len());
-    println!("samples     {} per pixel", whole.passes().len());
+    say!("shards      {}", arguments.shards.len());
+    say!("samples     {} per pixel", whole.passes().len());
     if !whole.wall().is_zero() {
         let seconds = whole.wall().as_secs_f64();
-        println!("time        {seconds:.3} s on the wall, one shard after the other");
+        say!("time        {seconds:.3} s on the wall, one shard after the other");
     }
-    println!("image       {}", arguments.out.display());
+    say!("image       {}", arguments.out.display());
     if let Some(path) = &arguments.checkpoint {
         let whole = if arguments.no_clocks { whole.without_clocks() } else { whole };
         whole.save(path)?;
-        println!("checkpoint  {}", path.display());
+        say!("checkpoint  {}", path.display());
     }
     Ok(())
 }

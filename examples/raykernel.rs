@@ -14,6 +14,7 @@
 //! ("HIT1", the number of rays, for each the primitive or all ones, or for a shadow ray whether it
 //! is blocked, then for each that is not one the distance as f32), what differs is counted.
 
+#[macro_use]
 mod common;
 
 use clap::Parser;
@@ -72,7 +73,8 @@ fn run(options: &Options) -> Result<End> {
         let tree = world.tree_statistics();
         let share = tree.bytes as f64 / world.primitive_count() as f64;
         let (build, set) = (tree.build_time.as_secs_f64(), tree.instruction_set);
-        print!("{scene:6} build {build:.2} s, {share:.0} bytes per triangle, {set} |");
+        let mut line =
+            format!("{scene:6} build {build:.2} s, {share:.0} bytes per triangle, {set} |");
         let mut differences = String::new();
         let mut different = 0;
         for set in &options.sets {
@@ -90,7 +92,7 @@ fn run(options: &Options) -> Result<End> {
                 });
                 different +=
                     rays.iter().zip(&clear).filter(|&(r, &clear)| blocked(r) == clear).count();
-                print!(" {:6.2} :{:.2}", rate(best(passes, &rays, blocked)), rate(many));
+                line += &format!(" {:6.2} :{:.2}", rate(best(passes, &rays, blocked)), rate(many));
             } else {
                 let point = |r: &Ray| world.intersect(&SurfacePoint::dirac(r.origin), r.direction);
                 let mut hits = vec![None; rays.len()];
@@ -100,7 +102,7 @@ fn run(options: &Options) -> Result<End> {
                     });
                 });
                 different += rays.iter().zip(&hits).filter(|&(r, &hit)| first(r) != hit).count();
-                print!(" {:6.2} :{:.2}", rate(best(passes, &rays, first)), rate(many));
+                line += &format!(" {:6.2} :{:.2}", rate(best(passes, &rays, first)), rate(many));
                 let froms: Vec<SurfacePoint> =
                     rays.iter().map(|r| SurfacePoint::dirac(r.origin)).collect();
                 let many = best_of_all(passes, || {
@@ -111,7 +113,7 @@ fn run(options: &Options) -> Result<End> {
                         },
                     );
                 });
-                print!(" _{:.2} _:{:.2}", rate(best(passes, &rays, point)), rate(many));
+                line += &format!(" _{:.2} _:{:.2}", rate(best(passes, &rays, point)), rate(many));
             }
             if let Ok(hits) =
                 words(&directory.join(format!("hits/{scene}_{set}.hits")), b"HIT1", [1])
@@ -126,7 +128,7 @@ fn run(options: &Options) -> Result<End> {
                 differences += &format!(" {set} {} of {},", different.count(), rays.len());
             }
         }
-        println!("\n       differ: at once {different};{differences}");
+        say!("{line}\n       differ: at once {different};{differences}");
     }
     Ok(End::Done)
 }

@@ -11,6 +11,7 @@
 //! cargo run --release --example render -- --scene list
 //! ```
 
+#[macro_use]
 mod common;
 
 use clap::error::ErrorKind;
@@ -119,12 +120,12 @@ struct Arguments {
 fn main() -> ExitCode {
     let arguments: Arguments = common::options();
     if arguments.scene == "list" {
-        print!("{}", common::scene_list());
+        say!("{}", common::scene_list().trim_end());
         return ExitCode::SUCCESS;
     }
     if arguments.info {
         match common::scene_info(&arguments.scene, arguments.size, &arguments.file) {
-            Ok(text) => print!("{text}"),
+            Ok(text) => say!("{}", text.trim_end()),
             Err(error) => refuse(&format!("--scene: {error}")),
         }
         return ExitCode::SUCCESS;
@@ -208,7 +209,7 @@ fn run(
                 format!("{}: it is of {there:?}, not of {here:?}", files.npz.display()).into()
             );
         }
-        println!("resumed     {} after {} passes", files.npz.display(), from.passes().len());
+        say!("resumed     {} after {} passes", files.npz.display(), from.passes().len());
     }
     let interrupted = common::interrupt_flag();
     let bar = common::progress_bar(name);
@@ -251,12 +252,12 @@ fn run(
             file.metadata.remove(ImageFile::CLOCK);
         }
         file.save(out)?;
-        println!("image       {}", out.display());
+        say!("image       {}", out.display());
     }
     // The image is there all the same.
     failed.map_or(checkpoint, Err)?;
     if files.keeps_checkpoint || stopped.0 {
-        println!("checkpoint  {}", files.npz.display());
+        say!("checkpoint  {}", files.npz.display());
     }
     Ok(stopped)
 }
@@ -320,27 +321,24 @@ impl Files {
 fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene) {
     let counters = &rendering.counters;
     let seconds = rendering.wall.as_secs_f64();
-    println!("scene       {}: {}", scene.name, scene.description);
-    println!("integrator  {}: {}", rendering.integrator, rendering.techniques);
-    println!("left out    {}", rendering.notes.left_out);
+    say!("scene       {}: {}", scene.name, scene.description);
+    say!("integrator  {}: {}", rendering.integrator, rendering.techniques);
+    say!("left out    {}", rendering.notes.left_out);
     if let Some(decision) = &rendering.notes.decision {
-        println!("decision    {}", decision.to_string().replace('\n', "\n            "));
+        say!("decision    {}", decision.to_string().replace('\n', "\n            "));
     }
-    println!("samples     {} per pixel, {} in all", rendering.samples_per_pixel, counters.samples);
+    say!("samples     {} per pixel, {} in all", rendering.samples_per_pixel, counters.samples);
     if let Some(error) = rendering.estimated_error {
-        println!("error       relMSE {error:.3e}, estimated");
+        say!("error       relMSE {error:.3e}, estimated");
     }
-    println!(
-        "time        {seconds:.3} s on the wall, {:.3} s of processors",
-        processors.as_secs_f64()
-    );
-    println!(
+    say!("time        {seconds:.3} s on the wall, {:.3} s of processors", processors.as_secs_f64());
+    say!(
         "rays        {} ({:.2} million per second)",
         counters.rays(),
         counters.rays() as f64 / seconds.max(1e-9) / 1e6
     );
     if counters.photons > 0 {
-        println!(
+        say!(
             "photons     {}, {} queries, {} merges, {:.1} MB at most",
             counters.photons,
             counters.queries,
@@ -349,14 +347,14 @@ fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene
         );
     }
     if rendering.notes.estimator != Estimator::Unbiased {
-        println!("estimator   {}", rendering.notes.estimator);
+        say!("estimator   {}", rendering.notes.estimator);
     }
-    println!("mean        {}", rgb(rendering.image.mean()));
+    say!("mean        {}", rgb(rendering.image.mean()));
     let ledger = &counters.ledger;
     // Integrators without walks from the light keep no ledger.
     if !ledger.emitted.is_black() {
         let share = |part: Rgb| 100.0 * part.mean() / ledger.emitted.mean();
-        println!(
+        say!(
             "light       absorbed {:.2} %, escaped {:.2} %, truncated {:.2} %, rejected {:.2} % of what was emitted",
             share(ledger.absorbed),
             share(ledger.escaped),
@@ -366,12 +364,12 @@ fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene
     }
     if !ledger.clamped.is_black() {
         let lost = ledger.clamped * (1.0 / counters.samples as f64);
-        println!("clamped     {} of the mean, which is lost", rgb(lost));
+        say!("clamped     {} of the mean, which is lost", rgb(lost));
     }
-    println!("truncated   {} walks", counters.truncated_subpaths);
-    println!("non-finite  {}", counters.non_finite);
+    say!("truncated   {} walks", counters.truncated_subpaths);
+    say!("non-finite  {}", counters.non_finite);
     for (technique, count) in rendering.non_finite().by_technique() {
-        println!("            {count} by (s, t) = {technique}");
+        say!("            {count} by (s, t) = {technique}");
     }
 }
 

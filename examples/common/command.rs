@@ -6,6 +6,14 @@ use std::process::ExitCode;
 
 use super::interrupt::INTERRUPTED;
 
+/// Prints a line. Whoever has stopped reading, such as `head`, misses it, and the work goes on.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+
 const EXIT_STATUS: &str = "Exit status: 0 if all is done, 1 if it failed, 2 for wrong arguments, \
     3 if it is done and what was measured is wrong, 130 if it was interrupted (what it had is \
     written).";

@@ -5,6 +5,7 @@
 #![allow(dead_code, unused_imports)]
 
 mod arguments;
+#[macro_use]
 mod command;
 mod imported;
 mod info;

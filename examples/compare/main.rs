@@ -6,6 +6,7 @@
 //! measures; this program chooses scene, integrators and reference, shows progress and writes the
 //! files. Ctrl-C ends the work early and still writes the page.
 
+#[macro_use]
 #[path = "../common/mod.rs"]
 mod common;
 
@@ -146,8 +147,8 @@ fn run(options: &Options, interrupted: &AtomicBool) -> Result<End, Box<dyn Error
     }
     if names.len() > 1 {
         match suspicious.len() {
-            0 => println!("the integrators agree on all {} scenes", names.len()),
-            n => println!(
+            0 => say!("the integrators agree on all {} scenes", names.len()),
+            n => say!(
                 "something is wrong on {n} of {} scenes: {}",
                 names.len(),
                 suspicious.join(", ")
@@ -168,7 +169,7 @@ fn compare(
     interrupted: &AtomicBool,
 ) -> Result<bool, Box<dyn Error>> {
     let depth = options.max_bounces.or(scene.max_bounces);
-    println!("{}", wrapped(&format!("{}: {}", scene.name, scene.description)));
+    say!("{}", wrapped(&format!("{}: {}", scene.name, scene.description)));
     let mut integrators: Vec<AnyIntegrator> = Vec::new();
     for integrator in &options.integrators {
         if !integrators.contains(integrator) {
@@ -217,11 +218,11 @@ fn compare(
         let runs = directory.join(format!("shard-{}-of-{}", shard.index(), shard.count()));
         let files = study_shard(world, camera, &contestants, &plan, shard, &runs, &mut show)?;
         bar.finish_and_clear();
-        println!("wrote {} runs to {}\n", files.len(), runs.display());
+        say!("wrote {} runs to {}\n", files.len(), runs.display());
         return Ok(true);
     }
     let reference = reference(options, scene, depth, &settings, interrupted)?;
-    println!("{}\n", wrapped(&format!("reference: {}", reference.origin())));
+    say!("{}\n", wrapped(&format!("reference: {}", reference.origin())));
     let mut study = if options.merge {
         let shards = shards(directory)?;
         study_of_shards(world, camera, &info, &contestants, reference, &plan, &shards, &mut show)?
@@ -235,7 +236,7 @@ fn compare(
 
     table::print(&study.report);
     write(&study, directory)?;
-    println!("wrote {}\n", directory.join("index.html").display());
+    say!("wrote {}\n", directory.join("index.html").display());
     Ok(study.report.is_clean())
 }
 

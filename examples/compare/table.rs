@@ -6,7 +6,7 @@ use pathspace::report::text::{number, percent_with_error, signed, with_error};
 use pathspace::report::{MethodReport, Omission, Outcome, Report, Slope, SpeedUp};
 
 pub fn print(report: &Report) {
-    let say = |sentence: &str| println!("{}", wrapped(sentence));
+    let say = |sentence: &str| say!("{}", wrapped(sentence));
     report.answers().iter().for_each(|answer| say(answer));
     for (headings, cells) in blocks(report) {
         let rows = report.methods.iter().map(|m| {
@@ -14,9 +14,9 @@ pub fn print(report: &Report) {
             std::iter::once(name).chain(cells(m)).collect()
         });
         let headings: Vec<&str> = std::iter::once("").chain(headings).collect();
-        print!("\n{}", table(&headings, rows));
+        say!("\n{}", table(&headings, rows).trim_end());
     }
-    println!();
+    say!();
     let methods = || report.methods.iter();
     if let Some(baseline) = &report.setup.baseline {
         say(&format!("speed-up: ratio of variance × cost, over {baseline}"));
@@ -118,8 +118,7 @@ fn bias(m: &MethodReport, reference: f64) -> String {
 
 /// Prints what each integrator leaves out, and why.
 fn left_out(report: &Report) {
-    let say =
-        |name: &str, what: &str| println!("{}", wrapped(&format!("{name} leaves out {what}")));
+    let say = |name: &str, what: &str| say!("{}", wrapped(&format!("{name} leaves out {what}")));
     for method in &report.methods {
         let adapts = method.decisions.iter().any(|decision| decision.pilot_samples > 0);
         match (method.left_out.is_empty(), adapts) {
@@ -153,7 +152,7 @@ fn limited(m: &MethodReport) -> bool {
 }
 
 fn verdicts(report: &Report) {
-    report.verdicts().iter().for_each(|verdict| println!("\n{}", wrapped(verdict)));
+    report.verdicts().iter().for_each(|verdict| say!("\n{}", wrapped(verdict)));
     for pair in report.pairs.iter().filter(|pair| pair.outcome() == Outcome::Disagree) {
         let [mean, worst, all] = pair.verdicts().map(|ok| if ok { "" } else { " (!)" });
         let sentence = format!(
@@ -170,7 +169,7 @@ fn verdicts(report: &Report) {
             number(pair.worst_means[1]),
             with_error(pair.mean_square, pair.mean_square_error)
         );
-        println!("\n{}", wrapped(&sentence));
+        say!("\n{}", wrapped(&sentence));
     }
 }
 

@@ -1,6 +1,7 @@
 //! An integrator of one's own beside a ready-made one: the Cornell box by path tracing, and what
 //! its lamp alone does after up to three scattering events, which is not all.
 
+#[macro_use]
 #[path = "../common/mod.rs"]
 mod common;
 mod one_light;
@@ -53,7 +54,7 @@ fn run(options: &Options) -> Result<End, Box<dyn Error>> {
             integrator.render_with_progress(&scene.world, &*scene.camera, &settings, &mut go_on)?;
         let path = options.out.join(format!("custom_integrator-{}.png", integrator.name()));
         rendering.to_file().save(&path)?;
-        println!("mean {:.4}, wrote {}", rendering.image.mean().luminance(), path.display());
+        say!("mean {:.4}, wrote {}", rendering.image.mean().luminance(), path.display());
         if rendering.stopped {
             return Ok(End::Interrupted);
         }

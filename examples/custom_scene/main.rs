@@ -10,6 +10,7 @@
 //! ways. If their images agree, then the host's sampling, densities and values are consistent with
 //! each other: comparing them is the best test of a new material or light.
 
+#[macro_use]
 #[path = "../common/mod.rs"]
 mod common;
 mod host;
@@ -118,7 +119,7 @@ fn run<S: Scene>(scene: &S, options: &Options) -> Result<End, Box<dyn Error>> {
             }
             eprint!("\r{name}: {} of {} renderings ", batch + 1, options.batches);
         }
-        println!("\r{name:<15} mean luminance {:.6} ± {:.6}", mean.mean(), mean.standard_error());
+        say!("\r{name:<15} mean luminance {:.6} ± {:.6}", mean.mean(), mean.standard_error());
         images.push(image);
         means.push((name, mean));
     }
@@ -127,11 +128,11 @@ fn run<S: Scene>(scene: &S, options: &Options) -> Result<End, Box<dyn Error>> {
     for (i, (name, a)) in means.iter().enumerate() {
         for (other, b) in &means[i + 1..] {
             let z = (a.mean() - b.mean()) / a.standard_error().hypot(b.standard_error());
-            println!("{name} - {other}: {z:+.2} standard errors");
+            say!("{name} - {other}: {z:+.2} standard errors");
             agree &= z.abs() < 4.0;
         }
     }
-    println!("{}", if agree { "the integrators agree" } else { "THE INTEGRATORS DISAGREE" });
+    say!("{}", if agree { "the integrators agree" } else { "THE INTEGRATORS DISAGREE" });
 
     let side_by_side = Image::from_fn(3 * options.size, options.size, |x, y| {
         let image = images.get((x / options.size) as usize);
@@ -142,7 +143,7 @@ fn run<S: Scene>(scene: &S, options: &Options) -> Result<End, Box<dyn Error>> {
             .map_err(|error| format!("directory {}: {error}", directory.display()))?;
     }
     ImageFile::from(side_by_side).save(&options.out)?;
-    println!("wrote {}", options.out.display());
+    say!("wrote {}", options.out.display());
     Ok(match agree {
         _ if images.len() < integrators.len() => End::Interrupted,
         true => End::Done,

@@ -2,6 +2,7 @@
 //! integrator beside the same one unpruned, which leaves nothing out, and the decisions of the
 //! adaptive one. Makes the tables of docs/leave-out.md.
 
+#[macro_use]
 #[path = "../common/mod.rs"]
 mod common;
 
@@ -106,15 +107,15 @@ fn measure(options: &Options, name: &str, interrupted: &AtomicBool) -> Result<()
         quiet,
     )?;
 
-    println!("\n### {name}\n");
-    println!("Needs: {}.\n", world.needs());
-    println!("| integrator | rays per sample | time per sample [µs] | variance × time [µs] |");
-    println!("|---|---|---|---|");
+    say!("\n### {name}\n");
+    say!("Needs: {}.\n", world.needs());
+    say!("| integrator | rays per sample | time per sample [µs] | variance × time [µs] |");
+    say!("|---|---|---|---|");
     let pixels = f64::from(options.size.x * options.size.y);
     study.report.methods.iter().for_each(|method| row(method, pixels));
-    println!();
+    say!();
     for method in study.report.methods.iter().filter(|method| !method.left_out.is_empty()) {
-        println!("- {} leaves out {}", method.name, Omission::sentence(&method.left_out));
+        say!("- {} leaves out {}", method.name, Omission::sentence(&method.left_out));
     }
     let settings = Settings { budget: Budget::Samples(64), ..settings };
     let adaptive = AnyIntegrator::Adaptive.build_up_to(scene.max_bounces);
@@ -122,7 +123,7 @@ fn measure(options: &Options, name: &str, interrupted: &AtomicBool) -> Result<()
     let rendering =
         adaptive.render_with_progress(world, camera, &settings, &mut |_| ControlFlow::Break(()))?;
     if let Some(decision) = &rendering.notes.decision {
-        println!("\n```text\n{decision}\n```");
+        say!("\n```text\n{decision}\n```");
     }
     if std::env::var_os("LEAVE_OUT_COSTS").is_some() {
         costs(&study.report.methods, &contestants, world, camera, &settings)?;
@@ -135,7 +136,7 @@ fn row(method: &MethodReport, pixels: f64) {
     let (rays, time) = (method.rays_per_sample, 1e6 * method.cpu_per_sample);
     let Interval { value, low, high } = method.variance_times_cpu;
     let [value, low, high] = [value, low, high].map(|x| x * 1e6 / pixels);
-    println!(
+    say!(
         "| {}{incomplete} | {rays:.2} | {time:.2} | {value:.3e} ({low:.2e} … {high:.2e}) |",
         method.name
     );

@@ -9,6 +9,7 @@
 //! Prints the table and writes `index.html` and `stability.json` into a directory. docs/numerics.md
 //! explains the rows.
 
+#[macro_use]
 #[path = "../common/mod.rs"]
 mod common;
 
@@ -103,14 +104,14 @@ fn run(arguments: &Arguments) -> Result<End, Box<dyn Error>> {
             case.world.warnings().iter().map(move |warning| report::CaseWarning { case, warning })
         })
         .collect();
-    print!("{}", report::text(&lines, &comparisons, &warnings));
+    say!("{}", report::text(&lines, &comparisons, &warnings).trim_end());
     for (name, contents) in [
         ("stability.json", report::json(&lines, &comparisons, &warnings)),
         ("index.html", report::html(&lines, &comparisons, &warnings)),
     ] {
         let path = arguments.out.join(name);
         replace_file(&path, contents.as_bytes()).map_err(|e| format!("{}: {e}", path.display()))?;
-        println!("wrote {}", path.display());
+        say!("wrote {}", path.display());
     }
     let is_good = comparisons.iter().all(|comparison| comparison.is_good);
     if ends() {

@@ -4,6 +4,8 @@
 //! Which of both is a constant, so that what is not taken is not compiled: a host that renders
 //! worlds need not compile an integrator.
 
+#[cfg(feature = "report")]
+use super::alone::{Alone, alone};
 use super::{Checkpoint, Progress, RenderError, Rendering, Settings, drive};
 use crate::endpoint::Camera;
 use crate::integrator::{AnyIntegrator, BoxedRun, Caller, Crew, Integrator, Stage, Started};
@@ -15,10 +17,17 @@ use std::marker::PhantomData;
 use std::ops::ControlFlow;
 
 /// What may be asked of an integrator and a scene, as functions.
-pub(super) struct Compiled<S: ?Sized, I> {
+pub(super) struct Compiled<S: Scene + ?Sized, I> {
     pub render: Render<S, I>,
-    pub blind_spots: fn(&S, &dyn Camera, &I) -> Result<Vec<MissingPaths>, RenderError>,
+    pub blind_spots: BlindSpots<S, I>,
+    #[cfg(feature = "report")]
+    pub start_alone: StartAlone<S, I>,
 }
+
+type BlindSpots<S, I> = fn(&S, &dyn Camera, &I) -> Result<Vec<MissingPaths>, RenderError>;
+
+#[cfg(feature = "report")]
+type StartAlone<S, I> = for<'a> fn(&'a I, Stage<'a, S>) -> Started<Box<dyn Alone + 'a>>;
 
 type Render<S, I> = fn(
     (&S, &dyn Camera, &I),
@@ -39,12 +48,18 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Compiled<S, I> {
                 let integrator = &OnWorld(integrator, PhantomData::<fn(&S)>);
                 blind_spots_in_world(as_world(scene), camera, integrator)
             },
+            #[cfg(feature = "report")]
+            start_alone: start_alone_in_world,
         },
         _ => Self {
             render: |(scene, camera, integrator), settings, from, progress| {
                 drive_ready_made((scene, camera, integrator), settings, from, progress)
             },
             blind_spots: |scene, camera, integrator| blind_spots(scene, camera, integrator),
+            #[cfg(feature = "report")]
+            start_alone: |integrator, stage| {
+                Ok(alone(AnyIntegrator::start(integrator, stage, &Caller)?))
+            },
         },
     };
 }
@@ -118,4 +133,22 @@ fn blind_spots<S: Scene + ?Sized>(
 ) -> Result<Vec<MissingPaths>, RenderError> {
     let stage = Stage { samples: 0, ..Stage::new(scene, camera) };
     Ok(integrator.start(stage, &Caller)?.notes().missing)
+}
+
+#[cfg(feature = "report")]
+fn start_alone_in_world<'a, S: Scene + ?Sized, I: Integrator<S>>(
+    integrator: &'a I,
+    stage: Stage<'a, S>,
+) -> Started<Box<dyn Alone + 'a>> {
+    let start = const { I::ON_WORLD.expect("asked for where it is") };
+    let Stage { scene, camera, film, kernel, needs, samples, seed, arrival } = stage;
+    let scene = as_world(scene);
+    let stage = Stage { scene, camera, film, kernel, needs, samples, seed, arrival };
+    Ok(alone_in_world(start(integrator, stage, &Caller)?))
+}
+
+#[cfg(feature = "report")]
+#[inline(never)]
+fn alone_in_world<'a>(run: BoxedRun<'a, World, AnySampler>) -> Box<dyn Alone + 'a> {
+    alone(run)
 }

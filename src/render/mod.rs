@@ -7,6 +7,8 @@
 //! numbers. Random numbers depend on (seed, pixel, pass). So the same settings give the same image
 //! to the bit for any number of threads, after every pass.
 
+#[cfg(feature = "report")]
+mod alone;
 mod checkpoint;
 mod chunks;
 mod compiled;
@@ -40,6 +42,8 @@ use crate::integrator::{Integrator, Notes};
 use crate::path::{Counters, MissingPaths, TechniqueSet};
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
+#[cfg(feature = "report")]
+pub(crate) use alone::{Alone, start_alone};
 use compiled::Compiled;
 use driver::drive;
 use state::State;

@@ -5,10 +5,11 @@
 //! per pixel included: a scene or a renderer that has changed is noticed.
 
 use super::method::Contestant;
+use super::numbers;
 use super::plan::{ReferencePlan, Step};
 use crate::endpoint::Camera;
 use crate::film::{Image, replace_file};
-use crate::math::Rgb;
+use crate::math::{Fingerprint, Rgb};
 use crate::render::{Budget, Settings};
 use crate::report::error::{ReportError, file_error};
 use crate::report::stats::{Batch, Layout, Reference};
@@ -70,45 +71,20 @@ fn path_of<S: Scene + ?Sized>(
     halves: [&Contestant<'_, S>; 2],
     plan: &ReferencePlan,
 ) -> Result<PathBuf, ReportError> {
-    let mut hash = Fnv::default();
     let Settings { seed, filter, sampler, .. } = plan.settings;
-    hash.add(
-        format!(
-            "{RULES} {key} {:?} {:?} {} {seed} {filter:?} {sampler:?}",
-            camera.film(),
-            plan.budget,
-            plan.runs
-        )
-        .as_bytes(),
-    );
+    let of = (RULES, key, camera.film(), plan.budget, plan.runs, seed, filter, sampler);
+    let mut print = Fingerprint::default().with(of);
     for half in halves {
-        hash.add(half.name.as_bytes());
         let settings = Settings { budget: Budget::Samples(1), ..plan.settings };
         let rendering = half.method.render(scene, camera, &settings);
         let image = rendering
             .map_err(|source| ReportError::Render { name: half.name.clone(), source })?
             .image;
-        image.pixels().iter().flat_map(|p| p.0).for_each(|c| hash.add(&c.to_le_bytes()));
+        print = print.with(&half.name).with(image);
     }
     let name: String =
         key.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(64).collect();
-    Ok(directory.join(format!("{name}-{:016x}.reference", hash.0)))
-}
-
-/// Fowler, Noll and Vo's hash, 64 bits (FNV-1a): the same on every platform and version of the
-/// compiler.
-struct Fnv(u64);
-
-impl Default for Fnv {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Fnv {
-    fn add(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|b| self.0 = (self.0 ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3));
-    }
+    Ok(directory.join(format!("{name}-{:016x}.reference", print.get())))
 }
 
 fn encode(reference: &Reference) -> Vec<u8> {
@@ -123,27 +99,21 @@ fn encode(reference: &Reference) -> Vec<u8> {
             .map(|(w, batches)| (*w, batches.iter().map(|b| b.samples).collect()))
             .collect(),
     };
-    let mut bytes = serde_json::to_vec(&header).unwrap_or_default();
-    bytes.push(b'\n');
     let images =
         [image, reference.variance()].into_iter().flat_map(|i| i.pixels().iter().flat_map(|p| p.0));
     let blocks = halves
         .iter()
         .flat_map(|(_, batches)| batches.iter().flat_map(|b| b.blocks.iter().copied()));
-    images.chain(blocks).for_each(|x| bytes.extend(x.to_le_bytes()));
-    bytes
+    numbers::encode(&header, images.chain(blocks))
 }
 
 fn decode(bytes: &[u8]) -> Option<Reference> {
-    let end = bytes.iter().position(|b| *b == b'\n')?;
-    let header: Header = serde_json::from_slice(&bytes[..end]).ok()?;
-    let (floats, rest) = bytes[end + 1..].as_chunks::<8>();
-    let mut numbers = floats.iter().map(|b| f64::from_le_bytes(*b));
+    let (header, mut numbers) = numbers::decode::<Header>(bytes)?;
     let pixels = (u64::from(header.width) * u64::from(header.height)) as usize;
     let layout = Layout { width: header.width, height: header.height };
     let batches: usize = header.halves.iter().map(|(_, samples)| samples.len()).sum();
     let expected = pixels.checked_mul(6)?.checked_add(batches.checked_mul(layout.blocks())?)?;
-    if !rest.is_empty() || floats.len() != expected {
+    if numbers.len() != expected {
         return None;
     }
     let mut image = || {

@@ -10,6 +10,7 @@ mod cache;
 mod compare;
 mod machine;
 mod method;
+mod numbers;
 mod observer;
 mod plan;
 mod pyramid;

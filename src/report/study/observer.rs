@@ -1,11 +1,10 @@
 //! Looks at the samples of an integrator, one by one, in the calling thread.
 
 use crate::endpoint::Camera;
-use crate::film::{Contribution, FilmRegion, FilmSample, Sample};
-use crate::integrator::{Caller, Integrator, Run, Stage};
-use crate::path::Scratch;
-use crate::render::{Budget, RenderError, Settings};
-use crate::sampler::{AnySource, SampleSource};
+use crate::film::{Contribution, FilmRegion, FilmSample};
+use crate::integrator::{Integrator, Stage};
+use crate::render::{Alone, Budget, RenderError, Settings, start_alone};
+use crate::sampler::{AnySampler, SampleSource};
 use crate::scene::Scene;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -26,33 +25,31 @@ pub(super) fn observe<S: Scene + ?Sized, I: Integrator<S>>(
     scene: &S,
     camera: &dyn Camera,
     settings: &Settings,
-    observer: &mut impl Observer,
+    observer: &mut dyn Observer,
 ) -> Result<Option<(u32, f64)>, RenderError> {
     let region = camera.film();
     let samples = u64::from(region.pixels()) * u64::from(settings.budget.samples().unwrap_or(1));
     let kernel = settings.filter.kernel()?;
     let stage = Stage { samples, seed: settings.seed, kernel, ..Stage::new(scene, camera) };
-    let mut scratch = Scratch::default();
-    let mut run = integrator.start(stage, &Caller)?;
-    // One that prepares passes does so for the whole window at once.
-    let mut chunk = <I::Run<'_> as Run<'_, S>>::Chunk::default();
+    observe_run(&mut *start_alone(integrator, stage)?, region, settings, observer)
+}
+
+fn observe_run(
+    run: &mut dyn Alone,
+    region: FilmRegion,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<Option<(u32, f64)>, RenderError> {
     let passes = for_each_sample(region, settings, |pixel, pass, film, sampler| {
-        let mut sink = |_: usize, contribution: &Contribution| observer.add(contribution);
-        if run.prepares() {
-            if pixel == 0 {
-                if pass > 0 {
-                    run.collect(&mut chunk);
-                }
-                run.begin_pass(pass, &Caller)?;
-            }
-            run.draw(&mut [Sample { film, sampler }], &mut sink, &mut chunk, &mut scratch);
-        } else {
-            run.sample(film, sampler, &mut sink, &mut scratch);
+        // A pass is prepared for the whole window at once.
+        if pixel == 0 {
+            run.begin_pass(pass)?;
         }
+        let mut sink = |_: usize, contribution: &Contribution| observer.add(contribution);
+        run.draw(film, sampler, &mut sink);
         Ok(observer.end_sample(pixel))
     })?;
-    let rays = run.take_preparation().rays() + scratch.counters.rays();
-    let rays = rays as f64 / scratch.counters.samples.max(1) as f64;
+    let rays = run.rays_per_sample();
     Ok(passes.map(|passes| (passes, rays)))
 }
 
@@ -64,12 +61,7 @@ pub(super) fn for_each_sample<P>(
     mut visit: P,
 ) -> Result<Option<u32>, RenderError>
 where
-    P: FnMut(
-        u32,
-        u32,
-        FilmSample,
-        &mut <AnySource as SampleSource>::Sampler,
-    ) -> Result<ControlFlow<()>, RenderError>,
+    P: FnMut(u32, u32, FilmSample, AnySampler) -> Result<ControlFlow<()>, RenderError>,
 {
     let kernel = settings.filter.kernel()?;
     let strata = if let Budget::Samples(n) = settings.budget { n } else { 64 };
@@ -79,7 +71,7 @@ where
         for pixel in 0..region.pixels() {
             let mut sampler = source.sampler(pixel, pass);
             let film = FilmSample::draw(&region, pixel, &kernel, &mut sampler);
-            if visit(pixel, pass, film, &mut sampler)?.is_break() {
+            if visit(pixel, pass, film, sampler)?.is_break() {
                 return Ok(None);
             }
         }

@@ -12,10 +12,10 @@
 use super::observer::{Observer, for_each_sample, observe};
 use crate::endpoint::Camera;
 use crate::film::{Contribution, FilmRegion, Image, Sample, Technique};
-use crate::integrator::{Bidirectional, Caller, Integrator, Run, Stage};
+use crate::integrator::{Bidirectional, Integrator, Stage};
 use crate::math::Rgb;
 use crate::path::{PathDensities, Scratch, TechniqueSet, Weighting};
-use crate::render::{Budget, RenderError, Settings};
+use crate::render::{Budget, RenderError, Settings, start_alone};
 use crate::report::result::{Layer, Pyramid, TechniqueShare};
 use crate::report::stats::ratio;
 use crate::scene::Scene;
@@ -308,15 +308,14 @@ fn count_rays<S: Scene + ?Sized>(
     const PIXELS: u32 = 4096;
     let region = camera.film();
     let step = (region.pixels() / PIXELS).max(1);
-    let mut scratch = Scratch::default();
     let settings = Settings { budget: Budget::Samples(1), ..*settings };
-    let run = integrator.start(Stage::new(scene, camera), &Caller)?;
+    let mut run = start_alone(integrator, Stage::new(scene, camera))?;
     let mut nowhere = |_: usize, _: &Contribution| {};
     for_each_sample(region, &settings, |pixel, _, film, sampler| {
         if pixel.is_multiple_of(step) {
-            run.sample(film, sampler, &mut nowhere, &mut scratch);
+            run.draw(film, sampler, &mut nowhere);
         }
         Ok(ControlFlow::Continue(()))
     })?;
-    Ok(scratch.counters.rays() as f64 / scratch.counters.samples.max(1) as f64)
+    Ok(run.rays_per_sample())
 }

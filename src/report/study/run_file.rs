@@ -3,6 +3,7 @@
 //! A file is a line of JSON and then 64-bit floats: ledger, images at checkpoints, images on the way,
 //! blocks of batches. Its name has the integrator and the number of the run.
 
+use super::numbers;
 use super::watch::{Shot, Watch};
 use crate::film::{Image, replace_file};
 use crate::math::Rgb;
@@ -133,33 +134,26 @@ impl RunFile {
             first_non_finite: self.drawn.first_non_finite.clone(),
             decision: self.drawn.decision.clone(),
         };
-        let mut bytes = serde_json::to_vec(&header).unwrap_or_default();
-        bytes.push(b'\n');
         let images = checkpoints.iter().map(|(.., image)| image);
         let images = images.chain(snapshots.iter().map(|shot| &shot.image));
         let pixels = images.flat_map(|image| image.pixels());
         let colours = counters.ledger.to_array().into_iter().chain(pixels.copied());
         let blocks = batches.iter().flat_map(|batch| batch.blocks.iter().copied());
-        let numbers = colours.flat_map(|colour| colour.0).chain(blocks);
-        numbers.for_each(|number| bytes.extend(number.to_le_bytes()));
-        bytes
+        numbers::encode(&header, colours.flat_map(|colour| colour.0).chain(blocks))
     }
 }
 
 fn decode(bytes: &[u8]) -> Option<RunFile> {
-    let end = bytes.iter().position(|b| *b == b'\n')?;
-    let header: Header = serde_json::from_slice(&bytes[..end]).ok()?;
+    let (header, mut numbers) = numbers::decode::<Header>(bytes)?;
     let [width, height] = header.size;
     let (layout, pixels) = (Layout { width, height }, u64::from(width) * u64::from(height));
     let images = (header.checkpoints.len() + header.snapshots.len()) as u64;
     let colours = pixels.checked_mul(images)?.checked_add(6)?;
-    let (numbers, rest) = bytes[end + 1..].as_chunks::<8>();
     let blocks = (header.batches.len() as u64).checked_mul(layout.blocks() as u64)?;
     let expected = colours.checked_mul(3)?.checked_add(blocks)?;
-    if header.format != FORMAT || !rest.is_empty() || numbers.len() as u64 != expected {
+    if header.format != FORMAT || numbers.len() as u64 != expected {
         return None;
     }
-    let mut numbers = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes));
     let mut colour = || Some(Rgb([numbers.next()?, numbers.next()?, numbers.next()?]));
     let mut ledger = [Rgb::BLACK; 6];
     for entry in &mut ledger {
