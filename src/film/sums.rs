@@ -4,6 +4,7 @@ use super::image::Image;
 use super::{Contribution, FilmRegion, Sink, Technique};
 use crate::math::{ExactSums, Rgb};
 use glam::UVec2;
+use std::hint::black_box;
 use std::ops::Range;
 
 /// Sums of contributions over the window of a film.
@@ -38,6 +39,9 @@ fn window(region: &FilmRegion) -> String {
 fn size(region: &FilmRegion) -> String {
     format!("{} × {} pixels", region.resolution.x, region.resolution.y)
 }
+
+/// Entries of a chunk whose sums are fetched before they are added.
+const LOOKED_AT: usize = 32;
 
 impl Film {
     /// A black film.
@@ -109,9 +113,16 @@ impl Film {
 
     /// Adds what a chunk recorded.
     pub fn add(&mut self, chunk: &ChunkFilm) {
-        for &(pixel, value) in &chunk.entries {
-            for (sum, value) in (pixel as usize * 3..).zip(value.0) {
-                self.sums.add(sum, value);
+        for entries in chunk.entries.chunks(LOOKED_AT) {
+            // Splats are anywhere: their memory is fetched together.
+            let places = entries.iter().map(|(pixel, _)| *pixel as usize * 3);
+            black_box(
+                places
+                    .map(|first| self.sums.rough(first) + self.sums.rough(first + 2))
+                    .sum::<f64>(),
+            );
+            for &(pixel, value) in entries {
+                self.sums.add_all(pixel as usize * 3, value.0);
             }
         }
         self.non_finite.merge(&chunk.non_finite);

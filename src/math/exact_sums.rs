@@ -47,19 +47,39 @@ impl ExactSums {
     /// Adds a term to a sum. There is no sum to add to from [`len`](Self::len) on.
     #[inline]
     pub fn add(&mut self, index: usize, term: f64) {
-        let Some([sum, lost]) = self.sums.get_mut(index) else { return };
-        let error;
-        let rest;
-        (*sum, error) = exact_sum(*sum, term);
-        (*lost, rest) = exact_sum(*lost, error);
-        // Not a number after an overflow.
-        if rest != 0.0 {
-            self.keep(index, rest);
+        self.add_all(index, [term]);
+    }
+
+    /// Adds terms to as many consecutive sums.
+    #[inline]
+    pub fn add_all<const N: usize>(&mut self, first: usize, terms: [f64; N]) {
+        let Some(sums) = self.sums.get_mut(first..).and_then(|sums| sums.first_chunk_mut::<N>())
+        else {
+            return;
+        };
+        let mut rest = [0.0; N];
+        for (([sum, lost], term), rest) in sums.iter_mut().zip(terms).zip(&mut rest) {
+            let error;
+            (*sum, error) = exact_sum(*sum, term);
+            (*lost, *rest) = exact_sum(*lost, error);
         }
+        // Not a number after an overflow.
+        if rest.iter().any(|rest| *rest != 0.0) {
+            (first..).zip(rest).for_each(|(index, rest)| self.keep(index, rest));
+        }
+    }
+
+    /// A sum to within a few units in its last place; 0 from [`len`](Self::len) on.
+    #[inline]
+    pub(crate) fn rough(&self, index: usize) -> f64 {
+        self.sums.get(index).map_or(0.0, |[sum, _]| *sum)
     }
 
     #[cold]
     fn keep(&mut self, index: usize, rest: f64) {
+        if rest == 0.0 {
+            return;
+        }
         let [sum, lost] = &mut self.sums[index];
         if sum.is_finite() {
             grow(self.rest.entry(index).or_default(), rest);

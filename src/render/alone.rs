@@ -1,8 +1,7 @@
 //! Runs that draw one sample after the other in the calling thread, as objects.
 
-use super::compiled::Compiled;
 use crate::film::{FilmSample, Sample, Sink};
-use crate::integrator::{BoxedRun, Caller, Integrator, IntegratorError, Stage, Started};
+use crate::integrator::{BoxedRun, Caller, IntegratorError};
 use crate::path::Scratch;
 use crate::sampler::AnySampler;
 use crate::scene::Scene;
@@ -22,17 +21,7 @@ pub trait Alone {
     fn rays_per_sample(&mut self) -> f64;
 }
 
-/// A run that draws samples in the calling thread.
-///
-/// # Errors
-/// If the settings do not fit the stage, or there is not enough memory.
-pub fn start_alone<'a, S: Scene + ?Sized, I: Integrator<S>>(
-    integrator: &'a I,
-    stage: Stage<'a, S>,
-) -> Started<Box<dyn Alone + 'a>> {
-    (Compiled::NEAREST.start_alone)(integrator, stage)
-}
-
+/// The run with working memory.
 pub(super) fn alone<'a, S: Scene + ?Sized + 'a>(
     mut run: BoxedRun<'a, S, AnySampler>,
 ) -> Box<dyn Alone + 'a> {

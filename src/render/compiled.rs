@@ -64,6 +64,18 @@ impl<S: Scene + ?Sized, I: Integrator<S>> Compiled<S, I> {
     };
 }
 
+/// A run that draws samples in the calling thread.
+///
+/// # Errors
+/// If the settings do not fit the stage, or there is not enough memory.
+#[cfg(feature = "report")]
+pub fn start_alone<'a, S: Scene + ?Sized, I: Integrator<S>>(
+    integrator: &'a I,
+    stage: Stage<'a, S>,
+) -> Started<Box<dyn Alone + 'a>> {
+    (Compiled::NEAREST.start_alone)(integrator, stage)
+}
+
 fn as_world<S: Scene + ?Sized>(scene: &S) -> &World {
     let as_world = const { S::AS_WORLD.expect("asked for where it is") };
     as_world(scene)

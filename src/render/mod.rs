@@ -43,8 +43,10 @@ use crate::path::{Counters, MissingPaths, TechniqueSet};
 use crate::sampler::{SampleSource, SamplerKind};
 use crate::scene::Scene;
 #[cfg(feature = "report")]
-pub(crate) use alone::{Alone, start_alone};
+pub(crate) use alone::Alone;
 use compiled::Compiled;
+#[cfg(feature = "report")]
+pub(crate) use compiled::start_alone;
 use driver::drive;
 use state::State;
 use std::fmt;
