@@ -26,16 +26,24 @@ pub(super) const FILM_SIDE: u32 = 32;
 /// its densities per area say: the measure of its position is the Dirac distribution. All
 /// techniques draw the lens, so that the measure cancels out of everything else.
 ///
+/// # Where it may be
+/// Between the surfaces of the scene: a light that cannot reach any of them is not chosen, even if it
+/// reaches the meter.
+///
 /// ```
 /// use pathspace::endpoint::{IrradianceMeter, PointLight};
+/// use pathspace::geometry::Disk;
 /// use pathspace::glam::DVec3;
 /// use pathspace::integrator::LightTracer;
 /// use pathspace::math::Rgb;
 /// use pathspace::render::{Settings, measure};
-/// use pathspace::scene::WorldBuilder;
+/// use pathspace::scene::{Material, WorldBuilder};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let mut scene = WorldBuilder::new();
+/// let black = scene.add_material("black", Material::Black)?;
+/// let below = Disk { center: DVec3::NEG_Z, normal: DVec3::Z, radius: 9.0 };
+/// scene.add_disk("floor", below, black)?;
 /// scene.add_light("bulb", PointLight::new(DVec3::new(0.0, 0.0, 2.0), Rgb::from(8.0))?)?;
 /// let meter = IrradianceMeter::new(DVec3::ZERO, DVec3::Z)?;
 /// let irradiance =

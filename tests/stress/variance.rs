@@ -35,7 +35,6 @@ rows! {
     stress_s77_variance_of_hidden_lights, "S77", 1e3;
     stress_s78_variance_of_lamps_of_many_powers, "S78", 24.0;
     stress_s79_variance_of_rooms_with_a_lamp, "S79", 100.0;
-    stress_s80_variance_of_a_claimed_power_of_0, "S80", 1.0;
     stress_s81_variance_within_a_cluster, "S81", 1e3;
     stress_s82_variance_of_clusters_far_apart, "S82", 1e6;
 }

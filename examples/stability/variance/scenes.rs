@@ -2,14 +2,14 @@
 
 use crate::scenes::{Stage, cube, footprint_of, lambert};
 use pathspace::endpoint::{
-    Camera, ConstantEnvironment, DirectionSample, DirectionalLight, Endpoint, EnvironmentMap,
-    Light, OrthographicCamera, PinholeCamera, PointLight, PointSample, SpotLight,
+    Camera, ConstantEnvironment, DirectionalLight, EnvironmentMap, OrthographicCamera,
+    PinholeCamera, PointLight, SpotLight,
 };
-use pathspace::geometry::{Quad, Sphere, SurfacePoint};
+use pathspace::geometry::{Quad, Sphere};
 use pathspace::glam::{DAffine3, DVec2, DVec3, UVec2};
 use pathspace::integrator::Depth;
+use pathspace::math::Rgb;
 use pathspace::math::warp::square_to_sphere;
-use pathspace::math::{PerArea, PerProjected, Rgb};
 use pathspace::scene::{Material, Mesh, World};
 use std::f64::consts::PI;
 
@@ -157,19 +157,6 @@ pub fn all() -> Vec<Entry> {
         let stage = rooms_with_lamps(rooms as u32, rooms as u32, true);
         scenario(stage, None, camera.expect("valid"))
     });
-    row("S80", "lamps beside one of claimed power 0", &[0.0, 1.0, 100.0], |others| {
-        let stage = |others: u32, claimed: f64| {
-            let mut stage = Stage::default();
-            add_room(&mut stage, DVec3::ZERO, false);
-            let power = Rgb::splat(claimed);
-            stage.light(Claiming { light: point_light(DVec3::Y * 0.8, LAMP), power });
-            for i in 0..others {
-                stage.light(point_light(3.0 * spread(i, others), LAMP));
-            }
-            stage
-        };
-        scenario(stage(others as u32, 0.0), Some(stage(0, LAMP)), eye(DVec3::ZERO))
-    });
     row("S81", "lights around a ball", &[1e1, 1e3, 1e5], |lights| {
         let mut stage = Stage::default();
         stage.sphere(Sphere::new(DVec3::ZERO, 0.02), lambert(0.5));
@@ -278,42 +265,4 @@ fn rooms_with_lamps(rooms: u32, lit: u32, are_open: bool) -> Stage {
         }
     }
     stage
-}
-
-/// A light of a host that is wrong about its power.
-struct Claiming {
-    light: PointLight,
-    power: Rgb,
-}
-
-impl Endpoint for Claiming {
-    fn sample_point(&self, u1: f64, u2: DVec2) -> Option<PointSample> {
-        self.light.sample_point(u1, u2)
-    }
-
-    fn point_pdf(&self, point: &SurfacePoint) -> PerArea {
-        self.light.point_pdf(point)
-    }
-
-    fn sample_direction(&self, point: &SurfacePoint, u: DVec2) -> Option<DirectionSample> {
-        self.light.sample_direction(point, u)
-    }
-
-    fn direction_pdf(&self, point: &SurfacePoint, direction: DVec3) -> PerProjected {
-        self.light.direction_pdf(point, direction)
-    }
-
-    fn emit(&self, point: &SurfacePoint, direction: DVec3) -> Rgb {
-        self.light.emit(point, direction)
-    }
-}
-
-impl Light for Claiming {
-    fn power(&self) -> Rgb {
-        self.power
-    }
-
-    fn can_be_hit(&self) -> bool {
-        false
-    }
 }
