@@ -235,7 +235,7 @@ fn meters_in_a_furnace() -> Result {
     Ok(())
 }
 
-/// What a floor scatters of a lamp along a ray: the integrators agree with `ρ/π E`, whose weights
+/// The light of a lamp that a floor scatters along a ray: the integrators agree with `ρ/π E`, whose weights
 /// would be wrong with the technique t = 1 among them.
 #[test]
 fn radiance_along_a_ray_is_seen_by_all_but_light_walks() -> Result {
@@ -335,7 +335,7 @@ fn windows_and_pixels_are_those_of_the_image() -> Result {
     Ok(())
 }
 
-/// What hands a camera on is the same camera.
+/// A pointer to a camera is the same camera.
 #[test]
 fn cameras_behind_pointers_render_the_same() -> Result {
     let scene = pathspace::gallery::build("cornell-box", UVec2::splat(12))?;

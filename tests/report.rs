@@ -70,7 +70,7 @@ fn against<S: Scene + ?Sized>(
         .report
 }
 
-/// What people read of a page: without scripts and embedded images.
+/// The part of a page that people read: without scripts and embedded images.
 fn readable(page: &str) -> String {
     let mut text = page[..page.find("<script>").unwrap()].to_owned();
     for start in ["src=\"data:", "data-values=\""] {

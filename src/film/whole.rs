@@ -7,7 +7,7 @@ use tempfile::{Builder, NamedTempFile};
 
 /// Writes a file beside its place and renames it, so that under the name there is the old file or
 /// the new one, whole, whatever happens. Links are followed; permissions of an old file are kept.
-/// What is no file, such as a device, is written to as it is.
+/// Devices, and others that are no files, are written to as they are.
 ///
 /// # Errors
 /// If the directory of the file cannot be written to, or the disk is full: the old file is

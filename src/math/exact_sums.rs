@@ -11,12 +11,12 @@ use std::collections::TryReserveError;
 /// Exact sums of f64, many at a time: 16 bytes each, and a few more for those whose terms differ
 /// by 2⁵⁰ and more in size.
 ///
-/// What comes of a sum beyond the range of f64 is infinite.
+/// A sum beyond the range of f64 is infinite.
 #[derive(Clone, Debug, Default)]
 pub struct ExactSums {
     /// Each sum, and what rounding took from it: neighbours in memory.
     sums: Vec<[f64; 2]>,
-    /// What rounding took from the second number.
+    /// The loss of the second number by rounding.
     rest: BTreeMap<usize, Vec<f64>>,
 }
 

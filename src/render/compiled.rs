@@ -1,7 +1,7 @@
 //! The code that renders a scene with an integrator: for a [`World`] and the built-in integrators it
 //! was compiled with this crate, for all others it is compiled where it is asked for.
 //!
-//! Which of both is a constant, so that what is not taken is not compiled: a host that renders
+//! The choice is a constant, so that what is not taken is not compiled: a host that renders
 //! worlds need not compile an integrator.
 
 #[cfg(feature = "report")]
@@ -16,7 +16,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
 
-/// What may be asked of an integrator and a scene, as functions.
+/// The questions to an integrator and a scene, as functions.
 pub(super) struct Compiled<S: Scene + ?Sized, I> {
     pub render: Render<S, I>,
     pub blind_spots: BlindSpots<S, I>,

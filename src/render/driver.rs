@@ -33,8 +33,6 @@ pub(super) fn drive<N: SampleSource, S: Scene + ?Sized>(
     let (shard, passes) = (settings.shard, settings.check()?);
     let kernel = settings.filter.kernel()?;
     let threads = Threads::new(settings.threads)?;
-    let film = Film::new(camera.film())?;
-    let region = film.region();
     let identity = OnceCell::new();
     let identify =
         || identity.get_or_init(|| Identity::new(scene, camera, integrator, settings, sampler));
@@ -44,9 +42,10 @@ pub(super) fn drive<N: SampleSource, S: Scene + ?Sized>(
         Some(checkpoint) => checkpoint.into_state(identify(), shard)?,
         None => {
             let watch = settings.target_error.map(Watch::new);
-            State { watch, ..State::before(passes.start, film) }
+            State { watch, ..State::before(passes.start, Film::new(camera.film())?) }
         }
     };
+    let region = state.film.region();
     let start = Instant::now();
     let crew = TimedCrew { threads: &threads, nanoseconds: AtomicU64::new(0) };
     let expected = settings.budget.samples().unwrap_or(UNKNOWN_BUDGET);

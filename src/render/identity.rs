@@ -1,4 +1,4 @@
-//! What a rendering is of, by name: by it, a checkpoint knows its rendering again.
+//! The identity of a rendering, by name: by it, a checkpoint knows its rendering again.
 
 use super::Settings;
 use crate::endpoint::{Camera, answers};

@@ -5,7 +5,7 @@ use crate::film::{FilmRegion, Image, ImageFile};
 use crate::path::Counters;
 use std::time::Duration;
 
-/// What files tell of a rendering's identity.
+/// The part of a rendering's identity that files tell.
 const SHOWN: [&str; 4] = ["integrator", "filter", "sampler", "seed"];
 
 impl Rendering {

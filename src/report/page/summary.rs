@@ -59,7 +59,7 @@ pub(super) fn summary(report: &Report) -> Markup {
     table("key figures", "", names(report), clocks.into_iter().chain(rows).chain(shared(report)))
 }
 
-/// What clocks tell.
+/// The readings of clocks.
 fn times(report: &Report) -> Vec<Markup> {
     let target = format!("time to relMSE {} [s]", report.setup.target);
     vec![

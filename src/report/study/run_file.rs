@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// The format of the files that this version writes and reads.
 const FORMAT: u32 = 1;
 
-/// What one rendering brings to a study.
+/// The yield of one rendering to a study.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Drawn {
     /// Samples per pixel, cost and image at each checkpoint; the last is the whole.

@@ -49,7 +49,7 @@ pub(super) struct Runs {
     /// Seconds before the first pass, in the warm-up.
     preparation: f64,
     pub techniques: TechniqueSet,
-    /// What the warm-up was of, if the runs are kept in files.
+    /// The identity of the warm-up, if the runs are kept in files.
     pub identity: Option<Identity>,
     /// Of the warm-up; the bytes are those of the largest map of any run.
     pub notes: Notes,

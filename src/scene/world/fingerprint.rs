@@ -1,4 +1,4 @@
-//! What a world is made of, as one number.
+//! All that a world is made of, as one number.
 
 use super::World;
 use crate::endpoint::{Light, answers};
