@@ -43,11 +43,7 @@ impl<B: Bsdf> ShadedBsdf<B> {
     #[inline(always)]
     #[must_use]
     pub fn new(bsdf: B, point: &SurfacePoint) -> Self {
-        let frame = if point.tangent == DVec3::ZERO || !bsdf.is_anisotropic() {
-            Frame::from_normal(point.shading_normal)
-        } else {
-            Frame::from_normal_and_tangent(point.shading_normal, point.tangent)
-        };
+        let frame = frame(&bsdf, point);
         let is_mapped = point.normal_origin == NormalOrigin::Map && !point.is_flat();
         Self { bsdf, frame, geometric_normal: point.geometric_normal, is_mapped }
     }
@@ -273,6 +269,18 @@ impl<B: Bsdf> ShadedBsdf<B> {
     #[inline]
     fn is_flat(&self) -> bool {
         self.frame.z == self.geometric_normal
+    }
+}
+
+/// The local frame of a BSDF at a surface point: z is the shading normal, and x follows the tangent
+/// if the BSDF [is anisotropic](Bsdf::is_anisotropic).
+#[inline(always)]
+#[must_use]
+pub fn frame<B: Bsdf + ?Sized>(bsdf: &B, point: &SurfacePoint) -> Frame {
+    if point.tangent == DVec3::ZERO || !bsdf.is_anisotropic() {
+        Frame::from_normal(point.shading_normal)
+    } else {
+        Frame::from_normal_and_tangent(point.shading_normal, point.tangent)
     }
 }
 

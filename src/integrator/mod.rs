@@ -32,6 +32,7 @@ mod run;
 mod shared;
 mod uniform_area;
 mod vertex_connection_merging;
+mod viewed;
 mod with_needs;
 
 pub use crate::path::{Depth, Stage};

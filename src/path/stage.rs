@@ -47,6 +47,15 @@ impl<'a, S: Scene + ?Sized> Stage<'a, S> {
         }
     }
 
+    /// The same stage with a view of its scene, and the needs of that. Both have the same lights.
+    pub fn viewed<'v, V: Scene + ?Sized>(&self, scene: &'v V, needs: Needs) -> Stage<'v, V>
+    where
+        'a: 'v,
+    {
+        let Self { camera, film, kernel, samples, seed, arrival, .. } = *self;
+        Stage { scene, camera, film, kernel, needs, samples, seed, arrival }
+    }
+
     /// Chooses the light at which a walk starts; see [`Scene::pick_light`].
     #[inline]
     #[must_use]
