@@ -11,9 +11,10 @@ use pathspace::integrator::{
 };
 use pathspace::math::Rgb;
 use pathspace::path::{Scratch, TechniqueSet};
-use pathspace::render::{Budget, Render, RenderError, Settings, Shard};
+use pathspace::render::{Budget, Progress, Render, RenderError, Settings, Shard};
 use pathspace::sampler::{Independent, SampleSource, Sampler, SamplerKind};
 use pathspace::scene::World;
+use std::ops::ControlFlow;
 
 /// An integrand of one number: I(u), shared between the channels by thirds of `[0, 1)`.
 #[derive(Clone, Copy, Debug)]
@@ -82,15 +83,16 @@ const PEAK: [f64; 3] = {
 fn chains_of_any_length_are_unbiased() {
     let (world, eye) = anywhere();
     let target = Target(peak);
-    for (seed, (candidates, restart)) in [(1, 1), (4, 10), (4, 100), (64, 10)].into_iter().enumerate()
+    for (seed, (candidates, restart)) in
+        [(1, 1), (4, 10), (4, 100), (64, 10)].into_iter().enumerate()
     {
         let over = Metropolis::over(target);
         let metropolis = Metropolis { candidates: Some(candidates), restart, ..over };
-        let sets = 1_600_000 / candidates.max(restart) / 8;
+        let sets = 400_000 / candidates.max(restart).max(4);
         let effort = Effort { sets, samples: 1, seed: 1 + seed as u64 };
         let measured = measure((&world, &eye), &metropolis, effort);
         let what = format!("{candidates} candidates, {restart} steps");
-        measured.assert_mean(&what, PEAK, 0.02);
+        measured.assert_mean(&what, PEAK, 0.05);
         let (b, error) = measured.b;
         let expected = PEAK.iter().sum::<f64>() / 3.0;
         assert!((b - expected).abs() <= 4.0 * error * expected, "{what}: {b} of {expected}");
@@ -114,9 +116,9 @@ fn a_constant_has_no_variance() {
     let metropolis = Metropolis::over(Target(|_| 0.7));
     let effort = Effort { sets: 4, samples: 64, seed: 3 };
     let measured = measure((&world, &eye), &metropolis, effort);
-    assert!((measured.b.0 - 0.7).abs() < 1e-14 && measured.b.1 < 1e-7, "{:?}", measured.b);
+    assert!((measured.b.0 - 0.7).abs() < 1e-12 && measured.b.1 < 1e-7, "{:?}", measured.b);
     let mean: f64 = measured.channels.iter().map(|channel| channel.mean()).sum::<f64>() / 3.0;
-    assert!((mean - 0.7).abs() < 1e-14, "{mean}");
+    assert!((mean - 0.7).abs() < 1e-12, "{mean}");
 }
 
 /// S62: what is seen through a slit of 1e-4 of the numbers, over 60 decades, and not at all.
@@ -126,10 +128,10 @@ fn narrow_steep_and_black_targets() {
     let of = (&world, &eye as &dyn Camera);
     let slit = Target(|u| if (0.5..0.5001).contains(&u) { 1e4 } else { 0.0 });
     let metropolis = Metropolis { candidates: Some(1024), ..Metropolis::over(slit) };
-    let measured = measure(of, &metropolis, Effort { sets: 4000, samples: 32, seed: 5 });
+    let measured = measure(of, &metropolis, Effort { sets: 400, samples: 32, seed: 5 });
     // Sets without a candidate in the slit are black, which the others make up for, and make way
     // for larger ones.
-    assert!(measured.black > 0 && measured.black < 100, "{}", measured.black);
+    assert!(measured.black > 0 && measured.black < 20, "{}", measured.black);
     let estimate = measured.channels[1];
     assert!((estimate.mean() - 3.0).abs() <= 4.0 * estimate.standard_error(), "{estimate:?}");
     assert!(estimate.standard_error() < 0.02 * 3.0, "{estimate:?}");
@@ -161,8 +163,8 @@ fn no_chain_stays_where_contributions_are_not_finite() {
     let metropolis = Metropolis { candidates: Some(1024), ..Metropolis::over(target) };
     let measured = measure((&world, &eye), &metropolis, Effort { sets: 64, samples: 64, seed: 8 });
     let mean: f64 = measured.channels.iter().map(|channel| channel.mean()).sum::<f64>() / 3.0;
-    let error: f64 = measured.channels[0].standard_error();
-    assert!((mean - 0.98).abs() < 4.0 * error && error < 0.01, "{mean} ± {error}");
+    let error = measured.b.1;
+    assert!((mean / 0.98 - 1.0).abs() < 4.0 * error && error < 0.001, "{mean} ± {error}");
     let drawn = 64.0 * (1024.0 + 32.0 + 16.0 * 64.0);
     let lost = measured.counters.non_finite as f64 / drawn;
     assert!(lost > 0.001 && lost < 0.03, "{lost}");
@@ -229,12 +231,14 @@ fn threads_and_rests_do_not_matter() {
             let other = method.render(world, eye, &settings(threads, 7)).expect("valid");
             assert!(other.image == whole.image, "{threads} threads");
         }
-        let part = method.render(world, eye, &settings(2, 4)).expect("valid");
-        let checkpoint = part.checkpoint.expect("kept");
+        let mut pause = |progress: &Progress<'_>| match progress.passes {
+            4 => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
+        };
+        let part = method.render_with_progress(world, eye, &settings(2, 7), &mut pause);
+        let checkpoint = part.expect("valid").checkpoint.expect("kept");
         let rest = method
-            .resume(world, eye, &settings(3, 7), checkpoint, &mut |_| {
-                std::ops::ControlFlow::Continue(())
-            })
+            .resume(checkpoint, world, eye, &settings(3, 7), &mut |_| ControlFlow::Continue(()))
             .expect("valid");
         assert!(rest.image == whole.image, "after a rest");
         let shard = Settings { shard: Shard::new(1, 2).expect("valid"), ..settings(1, 7) };
