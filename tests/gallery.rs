@@ -52,8 +52,16 @@ fn every_scene_builds_and_renders() {
             (&Bidirectional::default(), scene.claims.bidirectional),
         ];
         for (integrator, claimed) in integrators {
-            let mean = mean(integrator, &scene.world, &*scene.camera, 16);
-            assert!(mean.is_finite() && (!claimed || !mean.is_black()), "{name}: {mean:?}");
+            // Few paths pass the slit of a door.
+            let most = if claimed { 16 } else { 4 };
+            let mut means = (4..=most)
+                .step_by(4)
+                .map(|exponent| mean(integrator, &scene.world, &*scene.camera, 1 << exponent));
+            let is_lit = means.any(|mean| {
+                assert!(mean.is_finite(), "{name}: {mean:?}");
+                !mean.is_black()
+            });
+            assert!(is_lit || !claimed, "{name}");
         }
     }
 }

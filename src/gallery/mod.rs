@@ -1,4 +1,4 @@
-//! Seven ready-made scenes, each of which asks something else of an integrator.
+//! Ten ready-made scenes, each of which asks something else of an integrator.
 //!
 //! ```
 //! use pathspace::glam::UVec2;
@@ -18,15 +18,20 @@
 //! | glossy-plates | plates and lights of many sizes: multiple importance sampling (Veach 1997) |
 //! | smooth-mesh | shading normals, light at infinity: transport modes |
 //! | pool | caustics seen through the water that makes them: hard for all unbiased integrators |
+//! | door-ajar | light through a slit: few walks find it (Veach and Guibas 1997) |
+//! | door-ajar-narrow | the same, a hundred times as rare |
+//! | mirror-chain | light over mirrors and glass, seen in a mirror: paths with Dirac lobes at both ends |
 //!
 //! [`Claims`] tell which integrators see every path of a scene.
 
 mod caustic;
 mod cornell_box;
+mod door_ajar;
 mod error;
 mod glossy_plates;
 mod lamp_room;
 mod materials;
+mod mirror_chain;
 mod pool;
 mod shapes;
 mod smooth_mesh;
@@ -99,8 +104,18 @@ impl Claims {
 }
 
 /// The names of the scenes.
-pub const NAMES: [&str; 7] =
-    ["cornell-box", "sphere-cap", "lamp-room", "caustic", "glossy-plates", "smooth-mesh", "pool"];
+pub const NAMES: [&str; 10] = [
+    "cornell-box",
+    "sphere-cap",
+    "lamp-room",
+    "caustic",
+    "glossy-plates",
+    "smooth-mesh",
+    "pool",
+    "door-ajar",
+    "door-ajar-narrow",
+    "mirror-chain",
+];
 
 /// The subject of a scene, in one sentence; `None` if there is no such scene.
 #[must_use]
@@ -114,6 +129,9 @@ pub fn description(name: &str) -> Option<&'static str> {
         glossy_plates::DESCRIPTION,
         smooth_mesh::DESCRIPTION,
         pool::DESCRIPTION,
+        door_ajar::DESCRIPTION,
+        door_ajar::NARROW,
+        mirror_chain::DESCRIPTION,
     ];
     Some(descriptions[index])
 }
@@ -131,6 +149,9 @@ pub fn build(name: &str, resolution: UVec2) -> Result<GalleryScene, GalleryError
         "glossy-plates" => glossy_plates::build(resolution),
         "smooth-mesh" => smooth_mesh::build(resolution),
         "pool" => pool::build(resolution),
+        "door-ajar" => door_ajar::wide(resolution),
+        "door-ajar-narrow" => door_ajar::narrow(resolution),
+        "mirror-chain" => mirror_chain::build(resolution),
         _ => Err(GalleryError::UnknownScene { name: name.to_owned() }),
     }
 }

@@ -5,7 +5,17 @@ use glam::DVec3;
 
 /// A flat quadrilateral of two triangles, its corners counter-clockwise seen from the front.
 pub(super) fn quadrilateral(corners: [DVec3; 4]) -> Mesh {
-    Mesh { positions: corners.to_vec(), indices: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() }
+    quadrilaterals([corners])
+}
+
+/// Several of them as one mesh.
+pub(super) fn quadrilaterals(all: impl IntoIterator<Item = [DVec3; 4]>) -> Mesh {
+    let mut mesh = Mesh::default();
+    for (first, corners) in (0..).step_by(4).zip(all) {
+        mesh.positions.extend(corners);
+        mesh.indices.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    mesh
 }
 
 /// An upright prism between two heights (y). The base is given counter-clockwise seen from above:
