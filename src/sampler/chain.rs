@@ -7,26 +7,21 @@ use super::{Sampler, Stream};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
-/// The numbers of a Markov chain's state, and of the one that is proposed next.
+/// The numbers of a Markov chain's state, and of the one that it proposes next.
 ///
 /// A number is known by its dimension, stream and count, so that it keeps its meaning when a path
-/// gets longer or shorter. Those that a path does not take cost nothing: they catch up with the
-/// steps that they missed when they are needed, by one normal displacement of the same variance.
-/// All of them follow from the keys of the steps.
+/// gets longer or shorter. Those that a path does not take cost nothing: when they are needed they
+/// catch up with the steps that they missed, by one normal displacement of the same variance. All
+/// of them follow from the keys of the steps.
 #[derive(Clone, Debug, Default)]
 pub struct ChainSampler {
-    /// The key of the first state.
+    clock: Clock,
+    before: Clock,
+    /// The key of the first state, and of the proposal.
     seed: u64,
-    /// The key of the last step that drew all numbers anew, and its count.
-    base: (u64, u32),
-    before: (u64, u32),
-    /// The key of the proposal, and its count among the steps that were accepted.
     key: u64,
-    step: u32,
-    /// Standard deviation of a small step.
-    size: f64,
     coordinates: Vec<Coordinate>,
-    /// The coordinates that the state before had, and those of them that the proposal has changed.
+    /// Number of coordinates before the proposal, and those of them that it has changed.
     known: usize,
     changed: Vec<(usize, Coordinate)>,
     cursor: usize,
@@ -34,84 +29,97 @@ pub struct ChainSampler {
     is_fixed: bool,
 }
 
-/// A number, and the step that it was moved by last.
+/// A step of a Markov chain from the numbers of a state to those that it proposes. Each is as likely
+/// as its reverse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// All numbers anew.
+    Large,
+    /// A normal displacement of each number with this standard deviation, around the ends of
+    /// `[0, 1)`.
+    Small(f64),
+}
+
+/// The steps that numbers take part in.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Clock {
+    /// The count of large steps, and the key of the last one.
+    epoch: u32,
+    key: u64,
+    /// The variance of all displacements since.
+    moved: f64,
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Coordinate {
     id: u64,
     value: f64,
-    step: u32,
+    epoch: u32,
+    moved: f64,
 }
 
 impl ChainSampler {
-    /// The chain whose first state has the independent uniform numbers of a key. Small steps move
-    /// each number by a normal displacement of this standard deviation, around the ends of `[0, 1)`.
+    /// The chain whose first state has the independent uniform numbers of a key.
     #[must_use]
-    pub fn new(key: u64, size: f64) -> Self {
-        Self { seed: key, base: (key, 0), before: (key, 0), key, size, ..Self::default() }
+    pub fn new(key: u64) -> Self {
+        let clock = Clock { epoch: 1, key, moved: 0.0 };
+        Self { clock, before: clock, seed: key, key, ..Self::default() }
     }
 
-    /// Proposes the next state: independent numbers (a large step), or those of the state moved a
-    /// little. What is drawn from here on are its numbers.
-    pub fn propose(&mut self, key: u64, is_large: bool) {
-        self.rewind();
-        self.step += 1;
-        self.key = key;
-        self.before = self.base;
-        if is_large {
-            self.base = (key, self.step);
-        }
+    /// Proposes the next state: what is drawn from here on are its numbers.
+    pub fn propose(&mut self, key: u64, step: Step) {
+        (self.dimension, self.cursor, self.is_fixed) = (Dimension::default(), 0, false);
         self.known = self.coordinates.len();
         self.changed.clear();
+        (self.key, self.before) = (key, self.clock);
+        let Clock { epoch, moved, .. } = &mut self.clock;
+        match step {
+            Step::Large => self.clock = Clock { epoch: *epoch + 1, key, moved: 0.0 },
+            Step::Small(deviation) => *moved += deviation * deviation,
+        }
     }
 
     /// Makes the proposal the state.
     pub fn accept(&mut self) {
-        let Self { base: (_, large), step, .. } = *self;
-        if large == step {
-            // All others are drawn anew, too, once they are needed.
-            self.coordinates.retain(|coordinate| coordinate.step == step);
+        let epoch = self.clock.epoch;
+        if epoch > self.before.epoch {
+            // Of the others nothing is left to remember.
+            self.coordinates.retain(|coordinate| coordinate.epoch == epoch);
         }
     }
 
     /// Returns to the state before the proposal.
     pub fn reject(&mut self) {
-        self.step -= 1;
-        self.base = self.before;
+        self.clock = self.before;
         self.coordinates.truncate(self.known);
         for (place, before) in self.changed.drain(..) {
             self.coordinates[place] = before;
         }
     }
 
-    /// Begins again with the first number of the state or proposal.
-    pub fn rewind(&mut self) {
-        (self.dimension, self.cursor, self.is_fixed) = (Dimension::default(), 0, false);
-    }
-
     fn number(&mut self, n: u32) -> f64 {
         let id = self.dimension.id(n);
         if self.is_fixed {
-            return unit_interval(combine(self.seed, id));
+            return fresh(self.seed, id);
         }
-        let (key, step, (base, large)) = (self.key, self.step, self.base);
+        let Clock { epoch, key, moved } = self.clock;
         let place = self.place(id);
         let coordinate = &mut self.coordinates[place];
-        if coordinate.step == step {
-            return coordinate.value;
+        let before = *coordinate;
+        if before.epoch < epoch {
+            *coordinate = Coordinate { id, value: fresh(key, id), epoch, moved: 0.0 };
         }
-        if place < self.known {
-            self.changed.push((place, *coordinate));
+        if coordinate.moved < moved {
+            let deviation = (moved - coordinate.moved).sqrt();
+            let value = coordinate.value + deviation * normal(combine(self.key, id));
+            coordinate.value = (value - value.floor()).min(ONE_MINUS_ULP);
+            coordinate.moved = moved;
         }
-        if coordinate.step < large {
-            (coordinate.value, coordinate.step) = (fresh(base, id), large);
+        let value = coordinate.value;
+        if place < self.known && (before.epoch, before.moved) != (epoch, moved) {
+            self.changed.push((place, before));
         }
-        if coordinate.step < step {
-            let missed = f64::from(step - coordinate.step);
-            let moved = coordinate.value + self.size * missed.sqrt() * normal(combine(key, id));
-            coordinate.value = (moved - moved.floor()).min(ONE_MINUS_ULP);
-            coordinate.step = step;
-        }
-        coordinate.value
+        value
     }
 
     /// The place of a coordinate: most paths ask for the same ones in the same order.
@@ -121,8 +129,7 @@ impl ChainSampler {
         let found =
             if is_next { Some(self.cursor) } else { self.coordinates.iter().position(is_this) };
         let place = found.unwrap_or_else(|| {
-            let (base, step) = self.base;
-            self.coordinates.push(Coordinate { id, value: fresh(base, id), step });
+            self.coordinates.push(Coordinate { id, value: 0.0, epoch: 0, moved: 0.0 });
             self.coordinates.len() - 1
         });
         self.cursor = place + 1;
@@ -130,7 +137,7 @@ impl ChainSampler {
     }
 }
 
-/// The number of a dimension in the state that a large step with this key draws.
+/// The number of a dimension where a key draws all anew.
 fn fresh(key: u64, id: u64) -> f64 {
     unit_interval(combine(key, id))
 }

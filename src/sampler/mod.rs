@@ -25,7 +25,7 @@ mod stratified;
 #[cfg(test)]
 mod tests;
 
-pub use chain::ChainSampler;
+pub use chain::{ChainSampler, Step};
 pub use independent::{Independent, IndependentSampler};
 pub use kind::{AnySampler, AnySource, SamplerKind};
 pub use replay::{Recorder, Replay};

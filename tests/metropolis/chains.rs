@@ -127,14 +127,13 @@ fn narrow_steep_and_black_targets() {
     let (world, eye) = anywhere();
     let of = (&world, &eye as &dyn Camera);
     let slit = Target(|u| if (0.5..0.5001).contains(&u) { 1e4 } else { 0.0 });
-    let metropolis = Metropolis { candidates: Some(1024), ..Metropolis::over(slit) };
-    let measured = measure(of, &metropolis, Effort { sets: 400, samples: 32, seed: 5 });
-    // Sets without a candidate in the slit are black, which the others make up for, and make way
-    // for larger ones.
-    assert!(measured.black > 0 && measured.black < 20, "{}", measured.black);
+    let metropolis = Metropolis { candidates: Some(1024), restart: 4, ..Metropolis::over(slit) };
+    let measured = measure(of, &metropolis, Effort { sets: 4000, samples: 32, seed: 5 });
+    // Sets without a candidate in the slit are black, which the others make up for.
+    assert!((3550..3680).contains(&measured.black), "{}", measured.black);
     let estimate = measured.channels[1];
     assert!((estimate.mean() - 3.0).abs() <= 4.0 * estimate.standard_error(), "{estimate:?}");
-    assert!(estimate.standard_error() < 0.02 * 3.0, "{estimate:?}");
+    assert!(estimate.standard_error() < 0.06 * 3.0, "{estimate:?}");
 
     // ∫ 10^(60 u - 30) du, nearly all of it in the last thousandth.
     let steep = Target(|u| 10f64.powf(60.0 * u - 30.0));
@@ -258,8 +257,8 @@ fn what_makes_no_chain_is_refused() {
         (Metropolis { restart: 0, ..over }, "chains of 0 passes"),
         (Metropolis { large_step: 0.0, ..over }, "probability 0 of large steps"),
         (Metropolis { large_step: f64::NAN, ..over }, "NaN"),
-        (Metropolis { size: -1.0, ..over }, "small steps of -1"),
-        (Metropolis { size: 2.0, ..over }, "small steps of 2"),
+        (Metropolis { sizes: [-1.0, 1.0], ..over }, "small steps of [-1.0, 1.0]"),
+        (Metropolis { sizes: [0.5, 0.4], ..over }, "small steps of [0.5, 0.4]"),
     ];
     let reason = |result: Result<_, pathspace::integrator::IntegratorError>| match result {
         Err(error) => error.to_string(),

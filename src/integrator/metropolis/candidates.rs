@@ -4,7 +4,7 @@ use crate::integrator::Crew;
 use crate::math::Fingerprint;
 use std::ops::Range;
 
-/// The candidates of some passes.
+/// The candidates of a set of chains.
 #[derive(Debug, Default)]
 pub(super) struct Candidates {
     /// The key of the first; those of the others follow it.
@@ -13,6 +13,8 @@ pub(super) struct Candidates {
     sums: Vec<f64>,
     /// The place of the last one that contributes.
     last: usize,
+    /// The constant b by these candidates alone.
+    pub found: Normalization,
 }
 
 /// Candidates that a thread draws at a time.
@@ -22,7 +24,7 @@ const CHUNK: u32 = 256;
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl Candidates {
-    /// Draws candidates, given I of those of some keys; with the constant b by these alone.
+    /// Draws candidates, given I of those of some keys.
     ///
     /// # Errors
     /// If there is no memory for them.
@@ -31,7 +33,7 @@ impl Candidates {
         number: u32,
         crew: &dyn Crew,
         importances: impl Fn(Range<u64>) -> Vec<f64> + Sync,
-    ) -> Result<(Self, Normalization), String> {
+    ) -> Result<Self, String> {
         // Far from the end, so that no key overflows.
         let key = Fingerprint::of(("candidates", seed)) >> 1;
         let mut sums = Vec::new();
@@ -52,13 +54,13 @@ impl Candidates {
             sums.push(sum);
         }
         let black = u32::from(sum == 0.0);
-        let normalization = Normalization { candidates: number.into(), black, sum, squares };
-        Ok((Self { key, sums, last }, normalization))
+        let found = Normalization { candidates: number.into(), black, sum, squares };
+        Ok(Self { key, sums, last, found })
     }
 
     /// The constant b.
     pub fn mean(&self) -> f64 {
-        self.sums.last().map_or(0.0, |sum| sum / self.sums.len() as f64)
+        self.found.mean()
     }
 
     /// The key of a candidate that is drawn in proportion to its I: chains with numbers that follow
@@ -79,7 +81,7 @@ pub struct Normalization {
     /// Number of candidates.
     pub candidates: u64,
     /// Number of sets of candidates of which none contributed. The passes of such a set are black,
-    /// as the mean demands, and the next set is larger.
+    /// as the mean demands.
     pub black: u32,
     sum: f64,
     squares: f64,
@@ -97,6 +99,13 @@ impl Normalization {
     pub fn relative_error(&self) -> f64 {
         let (n, mean) = (self.candidates as f64, self.mean());
         if mean > 0.0 { ((self.squares / n / mean / mean - 1.0).max(0.0) / n).sqrt() } else { 0.0 }
+    }
+
+    /// The part of the candidates that chains begin at, so to speak: as many equal ones would leave
+    /// them as free a choice (Kish 1965, the effective size of a sample). 0 if nothing contributed.
+    pub(super) fn effective_part(&self) -> f64 {
+        let mean_square = self.squares * self.candidates as f64;
+        if mean_square > 0.0 { self.sum / mean_square * self.sum } else { 0.0 }
     }
 
     pub(super) fn add(&mut self, other: &Self) {

@@ -2,7 +2,7 @@
 
 use crate::film::Contribution;
 use crate::math::Rgb;
-use crate::sampler::ChainSampler;
+use crate::sampler::{ChainSampler, Step};
 
 /// A chain.
 #[derive(Debug, Default)]
@@ -22,13 +22,13 @@ pub(super) struct Evaluated {
 
 impl Chain {
     /// A chain whose first proposal has the numbers of a key.
-    pub fn new(key: u64, size: f64) -> Self {
-        Self { numbers: Box::new(ChainSampler::new(key, size)), ..Self::default() }
+    pub fn new(key: u64) -> Self {
+        Self { numbers: Box::new(ChainSampler::new(key)), ..Self::default() }
     }
 
     /// Begins a proposal.
-    pub fn propose(&mut self, key: u64, is_large: bool) {
-        self.numbers.propose(key, is_large);
+    pub fn propose(&mut self, key: u64, step: Step) {
+        self.numbers.propose(key, step);
         self.proposal.clear();
     }
 

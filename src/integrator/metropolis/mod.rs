@@ -27,7 +27,7 @@ use super::{
 };
 use crate::film::{Contribution, FilmSample, Sample, Sink};
 use crate::path::{Counters, Ledger, Scratch, TechniqueSet};
-use crate::sampler::{AnySampler, IndependentSampler, Sampler};
+use crate::sampler::{AnySampler, IndependentSampler, Sampler, Step};
 use crate::scene::{Scene, World};
 use candidates::Candidates;
 use chain::Chain;
@@ -38,14 +38,16 @@ use std::sync::{Mutex, PoisonError};
 pub struct Metropolis<I> {
     /// The integrator whose samples are mutated.
     pub integrator: I,
-    /// Number of candidates; `None` for one per pixel, at least 4096.
+    /// Number of candidates; `None` for as many as it takes for chains to begin at different ones,
+    /// but at most one for eight mutations.
     pub candidates: Option<u32>,
     /// Passes after which chains begin anew.
     pub restart: u32,
     /// Probability of a large step, which draws all numbers anew.
     pub large_step: f64,
-    /// Standard deviation of the displacement of a number in a small step.
-    pub size: f64,
+    /// Smallest and largest standard deviation of the displacements in a small step. That of a step
+    /// is in between, its logarithm uniform.
+    pub sizes: [f64; 2],
 }
 
 /// A rendering by Markov chains.
@@ -54,8 +56,7 @@ pub struct Chains<'a, S: Scene + ?Sized> {
     run: BoxedRun<'a, S, AnySampler>,
     settings: Metropolis<()>,
     candidates: Candidates,
-    /// The number of the set of candidates, and its factor over the first.
-    set: (u32, u32),
+    set: u32,
     normalization: Normalization,
     counters: Counters,
 }
@@ -71,8 +72,8 @@ pub struct ChunkChains {
 /// Chains of a chunk, which take turns: so many that their samples can be drawn together.
 const CHAINS: usize = 32;
 
-/// The largest factor by which sets of candidates grow while they are black.
-const GROWTH: u32 = 1 << 10;
+/// The fewest candidates, if their number is not given.
+const FEWEST: u32 = 1 << 12;
 
 impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Chains<'a, S> {
     type Chunk = ChunkChains;
@@ -110,8 +111,8 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Chains<'a, S> {
     ) {
         // A mutation is a sample of the image, whatever it takes.
         let (drawn, ledger) = (scratch.counters.samples, scratch.counters.ledger);
-        if chunk.set != self.set.0 {
-            *chunk = ChunkChains { set: self.set.0, ..ChunkChains::default() };
+        if chunk.set != self.set {
+            *chunk = ChunkChains { set: self.set, ..ChunkChains::default() };
         }
         let mut first = 0;
         while first < samples.len() && self.candidates.mean() > 0.0 {
@@ -146,8 +147,8 @@ impl<'a, S: Scene + ?Sized> Chains<'a, S> {
         let random = samples.iter_mut().map(|s| IndependentSampler::seeded_by(&mut s.sampler));
         let mut random: Vec<_> = random.collect();
         for (chain, random) in chains.iter_mut().zip(&mut random) {
-            let is_large = random.next_1d() < self.settings.large_step;
-            chain.propose(random.next_u64(), is_large);
+            let step = self.settings.step(random.next_1d(), random.next_1d());
+            chain.propose(random.next_u64(), step);
         }
         self.evaluate(chains, scratch);
         for (i, (chain, random)) in chains.iter_mut().zip(&mut random).enumerate() {
@@ -177,46 +178,67 @@ impl<'a, S: Scene + ?Sized> Chains<'a, S> {
 
     /// The chains that begin at candidates of some keys.
     fn begin(&self, keys: impl Iterator<Item = u64>, scratch: &mut Scratch<'a, S>) -> Vec<Chain> {
-        let mut chains: Vec<_> = keys.map(|key| Chain::new(key, self.settings.size)).collect();
+        let mut chains: Vec<_> = keys.map(Chain::new).collect();
         self.evaluate(&mut chains, scratch);
         chains.iter_mut().for_each(Chain::accept);
         chains
     }
 
     fn draw_candidates(&mut self, set: u32, crew: &dyn Crew) -> Result<(), String> {
-        let (_, factor) = self.set;
-        let number = self.settings.candidates.unwrap_or(self.stage.film.pixels().max(1 << 12));
-        let counted = Mutex::new(Counters::default());
-        let (candidates, found) = Candidates::draw(
-            (self.stage.seed, set),
-            number.saturating_mul(factor),
-            crew,
-            |keys| {
-                let mut scratch = Scratch::default();
-                let chains = self.begin(keys, &mut scratch);
-                let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
-                *counted += Counters { ledger: Ledger::default(), ..scratch.counters };
-                chains.iter().map(Chain::importance).collect()
-            },
-        )?;
-        self.counters += counted.into_inner().unwrap_or_else(PoisonError::into_inner);
-        self.normalization.add(&found);
-        self.candidates = candidates;
-        let is_black = found.black > 0;
-        self.set = (set, if is_black { (4 * factor).min(GROWTH) } else { factor });
+        if set == 0 && self.settings.candidates.is_none() {
+            // A pilot, which none of the image depends on, tells how many it takes.
+            self.candidates = self.candidates(u32::MAX, FEWEST, crew)?;
+        }
+        self.candidates = self.candidates(set, self.number_of_candidates(), crew)?;
+        self.normalization.add(&self.candidates.found);
+        self.set = set;
         Ok(())
+    }
+
+    fn number_of_candidates(&self) -> u32 {
+        let pixels = f64::from(self.stage.film.pixels());
+        let mutations = (pixels * f64::from(self.settings.restart)).min(self.stage.samples as f64);
+        let most = 0.125 * mutations;
+        let chains = CHAINS as f64 / 256.0 * pixels;
+        let enough = (chains / self.candidates.found.effective_part()).min(most);
+        self.settings.candidates.unwrap_or(FEWEST.max(enough as u32))
+    }
+
+    fn candidates(&mut self, set: u32, number: u32, crew: &dyn Crew) -> Result<Candidates, String> {
+        let counted = Mutex::new(Counters::default());
+        let seed = (self.stage.seed, set);
+        let candidates = Candidates::draw(seed, number, crew, |keys| {
+            let mut scratch = Scratch::default();
+            let chains = self.begin(keys, &mut scratch);
+            let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
+            *counted += Counters { ledger: Ledger::default(), ..scratch.counters };
+            chains.iter().map(Chain::importance).collect()
+        });
+        self.counters += counted.into_inner().unwrap_or_else(PoisonError::into_inner);
+        candidates
     }
 }
 
 impl<I> Metropolis<I> {
-    /// Metropolis sampling over an integrator: chains of 16 passes, with large steps of probability
-    /// 0.3 and small ones of 0.01.
+    /// Metropolis sampling over an integrator: chains of 256 passes, with large steps of probability
+    /// 0.3 and small ones of 2⁻¹² to 2⁻⁶.
     pub const fn over(integrator: I) -> Self {
-        Self { integrator, candidates: None, restart: 16, large_step: 0.3, size: 0.01 }
+        let sizes = [1.0 / 4096.0, 1.0 / 64.0];
+        Self { integrator, candidates: None, restart: 256, large_step: 0.3, sizes }
+    }
+
+    /// The step that two numbers choose.
+    fn step(&self, u1: f64, u2: f64) -> Step {
+        let [least, most] = self.sizes;
+        if u1 < self.large_step {
+            Step::Large
+        } else {
+            Step::Small(least * (most / least).powf(u2))
+        }
     }
 
     fn check(&self) -> Result<(), String> {
-        let Self { candidates, restart, large_step, size, .. } = *self;
+        let Self { candidates, restart, large_step, sizes, .. } = *self;
         let is_in = |value: f64| value > 0.0 && value <= 1.0;
         match () {
             () if candidates == Some(0) => Err("no candidates: at least 1 is needed".to_owned()),
@@ -224,7 +246,9 @@ impl<I> Metropolis<I> {
             () if !is_in(large_step) => {
                 Err(format!("probability {large_step} of large steps: it must be in (0, 1]"))
             }
-            () if !is_in(size) => Err(format!("small steps of {size}: they must be in (0, 1]")),
+            () if !(sizes.into_iter().all(is_in) && sizes.is_sorted()) => {
+                Err(format!("small steps of {sizes:?}: they must rise in (0, 1]"))
+            }
             () => Ok(()),
         }
     }
@@ -238,10 +262,10 @@ impl<I> Metropolis<I> {
         if run.prepares() {
             return Err(refused("passes that share what is made for each have no chains".into()));
         }
-        let &Self { candidates, restart, large_step, size, .. } = self;
-        let settings = Metropolis { integrator: (), candidates, restart, large_step, size };
+        let &Self { candidates, restart, large_step, sizes, .. } = self;
+        let settings = Metropolis { integrator: (), candidates, restart, large_step, sizes };
         let (candidates, normalization) = (Candidates::default(), Normalization::default());
-        let (set, counters) = ((0, 1), Counters::default());
+        let (set, counters) = (0, Counters::default());
         Ok(Chains { stage, run, settings, candidates, set, normalization, counters })
     }
 }
