@@ -2,17 +2,16 @@
 //! Szirmay-Kalos, Antal and Csonka 2002).
 
 use super::dimension::Dimension;
-use super::hash::{ONE_MINUS_ULP, combine, nth, unit_interval};
+use super::hash::{ONE_MINUS_ULP, combine, unit_interval};
 use super::{Sampler, Stream};
 use glam::DVec2;
-use std::f64::consts::TAU;
 
 /// The numbers of a Markov chain's state, and of the one that it proposes next.
 ///
 /// A number is known by its dimension, stream and count, so that it keeps its meaning when a path
 /// gets longer or shorter. Those that a path does not take cost nothing: when they are needed they
-/// catch up with the steps that they missed, by one normal displacement of the same variance. All
-/// of them follow from the keys of the steps.
+/// catch up with the steps that they missed, by one displacement of the same variance. All of them
+/// follow from the keys of the steps.
 #[derive(Clone, Debug, Default)]
 pub struct ChainSampler {
     clock: Clock,
@@ -35,8 +34,7 @@ pub struct ChainSampler {
 pub enum Step {
     /// All numbers anew.
     Large,
-    /// A normal displacement of each number with this standard deviation, around the ends of
-    /// `[0, 1)`.
+    /// A displacement of each number with this standard deviation, around the ends of `[0, 1)`.
     Small(f64),
 }
 
@@ -111,7 +109,7 @@ impl ChainSampler {
         }
         if coordinate.moved < moved {
             let deviation = (moved - coordinate.moved).sqrt();
-            let value = coordinate.value + deviation * normal(combine(self.key, id));
+            let value = coordinate.value + deviation * displacement(combine(self.key, id));
             coordinate.value = (value - value.floor()).min(ONE_MINUS_ULP);
             coordinate.moved = moved;
         }
@@ -142,10 +140,11 @@ fn fresh(key: u64, id: u64) -> f64 {
     unit_interval(combine(key, id))
 }
 
-/// A standard normal number (Box and Muller 1958).
-fn normal(hash: u64) -> f64 {
-    let (u1, u2) = (unit_interval(nth(hash, 0)), unit_interval(nth(hash, 1)));
-    (-2.0 * (1.0 - u1).ln()).sqrt() * (TAU * u2).cos()
+/// A displacement of variance 1, of triangular distribution: what counts is that its opposite is as
+/// likely.
+fn displacement(hash: u64) -> f64 {
+    let halves = [hash >> 32, hash & 0xffff_ffff].map(|half| half as f64 / f64::from(u32::MAX));
+    6f64.sqrt() * (halves[0] + halves[1] - 1.0)
 }
 
 impl Sampler for ChainSampler {
