@@ -180,9 +180,9 @@ fn door_ajar() {
     agree(
         "door-ajar",
         &Targets {
-            path: 0.03,
-            light: Some(0.01),
-            bidirectional: 0.01,
+            path: 0.06,
+            light: Some(0.03),
+            bidirectional: 0.03,
             uniform: None,
             blocks: true,
         },
@@ -194,9 +194,9 @@ fn door_ajar_narrow() {
     agree(
         "door-ajar-narrow",
         &Targets {
-            path: 0.2,
-            light: Some(0.06),
-            bidirectional: 0.06,
+            path: 0.4,
+            light: Some(0.12),
+            bidirectional: 0.12,
             uniform: None,
             blocks: false,
         },
