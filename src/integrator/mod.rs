@@ -9,6 +9,8 @@
 //! | [`PhotonMapping`] | merges at the first finite lobe seen from the camera, s = 0 without one |
 //! | [`InstantRadiosity`] | connections to light walks that all pixels share, rest by s = 0 and 1 |
 //! | [`VertexConnectionMerging`] | all (s, t) and all merges |
+//! | [`Multiplexed`] | one of all (s, t) in each sample |
+//! | [`Metropolis`] | those of another integrator, whose numbers Markov chains move |
 //! | [`Adaptive`] | the most efficient set, from path tracing to all (s, t), as a pilot finds it |
 //!
 //! All of them estimate the same image, with the same normalisation and the same meaning of depth:
@@ -26,6 +28,8 @@ mod bidirectional;
 mod crew;
 mod instant_radiosity;
 mod light_tracer;
+mod metropolis;
+mod multiplexed;
 mod path_tracer;
 mod photon_mapping;
 mod run;
@@ -43,6 +47,8 @@ pub use bidirectional::Bidirectional;
 pub use crew::{Caller, Crew};
 pub use instant_radiosity::{InstantRadiosity, VirtualLightPasses};
 pub use light_tracer::LightTracer;
+pub use metropolis::{Chains, ChunkChains, Metropolis, Normalization};
+pub use multiplexed::{Choices, Multiplexed};
 pub use path_tracer::{PathTracer, PathTracing};
 pub use photon_mapping::{PhotonMapping, PhotonPasses};
 pub use run::{Estimator, Integrator, IntegratorError, Notes, Run, SingleWalk, Started};

@@ -1,7 +1,7 @@
 //! Settings that start a run, and the run that draws: the two traits of an integrator.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
-use super::{Crew, Decision, StartOnWorld};
+use super::{Crew, Decision, Normalization, StartOnWorld};
 use crate::film::{FilmSample, Sample, Sink};
 use crate::path::{
     Counters, Depth, LeftOut, MissingPaths, Plan, Scratch, Stage, Steps, TechniqueSet, advance,
@@ -169,6 +169,11 @@ pub struct Notes {
     /// True if samples depend on one another, as those do that share light walks: then the variance
     /// of single ones says nothing of that of their mean.
     pub is_correlated: bool,
+    /// Number of passes in a row whose errors depend on one another, as those of one set of Markov
+    /// chains do; 0 if passes are independent.
+    pub dependent_passes: u32,
+    /// The constant that Markov chains are scaled with, as far as it is known.
+    pub normalization: Option<Normalization>,
 }
 
 impl Notes {
