@@ -137,7 +137,7 @@ pub type StartOnWorld<I> =
 pub(super) mod on_world {
     use super::super::{
         Adaptive, Bidirectional, InstantRadiosity, LightTracer, PathTracer, PhotonMapping,
-        UniformArea, VertexConnectionMerging,
+        Regularization, UniformArea, VertexConnectionMerging,
     };
     use super::{AnyIntegrator, AnySampler, BoxedRun, Crew, Stage, Started, World};
 
@@ -161,6 +161,7 @@ pub(super) mod on_world {
         light_tracer: LightTracer,
         path_tracer: PathTracer,
         photon_mapping: PhotonMapping,
+        regularized_path_tracer: Regularization<PathTracer>,
         uniform_area: UniformArea,
         vertex_connection_merging: VertexConnectionMerging,
     }

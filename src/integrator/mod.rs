@@ -9,6 +9,7 @@
 //! | [`PhotonMapping`] | merges at the first finite lobe seen from the camera, s = 0 without one |
 //! | [`InstantRadiosity`] | connections to light walks that all pixels share, rest by s = 0 and 1 |
 //! | [`VertexConnectionMerging`] | all (s, t) and all merges |
+//! | [`Regularization`] | those of an integrator, in a scene without Dirac lobes |
 //! | [`Adaptive`] | the most efficient set, from path tracing to all (s, t), as a pilot finds it |
 //!
 //! All of them estimate the same image, with the same normalisation and the same meaning of depth:
@@ -28,6 +29,7 @@ mod instant_radiosity;
 mod light_tracer;
 mod path_tracer;
 mod photon_mapping;
+mod regularization;
 mod run;
 mod shared;
 mod uniform_area;
@@ -45,6 +47,7 @@ pub use instant_radiosity::{InstantRadiosity, VirtualLightPasses};
 pub use light_tracer::LightTracer;
 pub use path_tracer::{PathTracer, PathTracing};
 pub use photon_mapping::{PhotonMapping, PhotonPasses};
+pub use regularization::{Regularization, RegularizedPasses};
 pub use run::{Estimator, Integrator, IntegratorError, Notes, Run, SingleWalk, Started};
 pub use shared::{LightWalks, Merging, PhotonMaps, SharedWalks};
 pub use uniform_area::UniformArea;
