@@ -27,7 +27,7 @@ pub struct Regularization<I> {
     pub integrator: I,
     /// ε_1, the mollifiers' radius in the first pass, in radians near the normal, at most 1.
     pub epsilon: f64,
-    /// α, between 0 and 1.
+    /// α, in (0, 1]. With 1 the radius is fixed, and so is the bias.
     pub alpha: f64,
 }
 
@@ -37,7 +37,12 @@ impl<I> Regularization<I> {
         Self { integrator, epsilon: 0.02, alpha: 2.0 / 3.0 }
     }
 
-    /// ε of a pass, from 0 on.
+    /// An integrator in the scene of one radius.
+    pub const fn fixed(integrator: I, epsilon: f64) -> Self {
+        Self { integrator, epsilon, alpha: 1.0 }
+    }
+
+    /// ε of a pass; passes are numbered from 0.
     fn radius(&self, pass: u32) -> f64 {
         self.epsilon * (f64::from(pass) + 1.0).powf(0.5 * (self.alpha - 1.0))
     }
@@ -96,8 +101,8 @@ where
         if let Err(error) = checked_radius(self.epsilon) {
             return refused(error.to_string());
         }
-        if !(self.alpha > 0.0 && self.alpha < 1.0) {
-            return refused(format!("alpha must be between 0 and 1, but is {}", self.alpha));
+        if !(self.alpha > 0.0 && self.alpha <= 1.0) {
+            return refused(format!("alpha must be in (0, 1], but is {}", self.alpha));
         }
         if !stage.needs.contains(Needs::DIRAC_LOBES) {
             return self.integrator.start(stage, crew).map(RegularizedPasses::Unchanged);
@@ -106,7 +111,9 @@ where
         let scene = Regularized::of_valid(stage.scene, radius);
         let (techniques, notes) =
             viewed::look(&self.integrator, stage.viewed(&scene, needs), crew)?;
-        let notes = Box::new(Notes { estimator: Estimator::Consistent, ..notes });
+        let shrinks = self.alpha < 1.0;
+        let estimator = if shrinks { Estimator::Consistent } else { Estimator::Biased };
+        let notes = Box::new(Notes { estimator, ..notes });
         let stage = Stage { needs, ..stage };
         Ok(RegularizedPasses::Passes { settings: self, stage, techniques, notes, radius })
     }

@@ -12,10 +12,11 @@
 //! p⊥ = P · n_next²/n_s² · κ · (1 + |z_next|²)²                       f/p⊥ = value/P · (1 + O(ε))
 //! ```
 //!
-//! with P the probability of the image of the fixed direction, and value the mean of the two that the
-//! image of either end has, by which f is reciprocal as the model is. Along the normal the disc is a
-//! cone of the angular radius ε. Horizon and critical angle are infinitely far away, so that nothing
-//! is cut off there: what a lobe scatters changes by O(ε²), uniformly in the angle.
+//! with value and P those of the image of `to_camera` and of the fixed direction: f is one function
+//! of the labelled pair, reciprocal as far as both ends have images of the same value. Along the
+//! normal the disc is a cone of the angular radius ε. Horizon and critical angle are infinitely far
+//! away, so that nothing is cut off there: what a camera walk is to scatter changes by O(ε²),
+//! uniformly in the angle.
 
 use super::{FlatSurfaces, Needs, Scene, SurfaceArea};
 use crate::bsdf::fresnel::difference_of_squares;
@@ -165,50 +166,44 @@ impl<B: Bsdf> RegularizedBsdf<B> {
         self.bsdf.lobes().intersects(Lobes::DIRAC)
     }
 
-    /// f by the images of `fixed` alone, and the density of `next`.
+    /// The density of `next` around the images of `fixed`, and the same of their values, which is f
+    /// of a camera walk.
     fn around_images(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> (Rgb, f64) {
-        let (mut f, mut pdf) = (Rgb::BLACK, 0.0);
+        let (mut value, mut pdf) = (Rgb::BLACK, 0.0);
         if !self.has_dirac_lobes() {
-            return (f, pdf);
+            return (value, pdf);
         }
+        let square = self.epsilon * self.epsilon;
         self.bsdf.dirac_images(fixed, mode, &mut |image| {
-            let near_over_far = 1.0 / image.relative_ior;
-            if !on_same_side(image.next.z, next.z) {
-                return;
-            }
-            let slopes =
-                [image.next, next].map(|direction| slope(direction, near_over_far.min(1.0)));
+            let ratio = smaller_over_next(&image);
+            let slopes = [image.next, next].map(|direction| slope(direction, ratio));
             let [Some(center), Some(z)] = slopes else { return };
-            if center.distance_squared(z) >= self.epsilon * self.epsilon {
-                return;
+            if on_same_side(image.next.z, next.z) && center.distance_squared(z) < square {
+                let [at_image, at_next] = [center, z].map(|z| 1.0 + z.length_squared());
+                let kappa = at_next / (PI * square * ratio * ratio);
+                // No density has digits for more than some 1e-75 from the horizon.
+                if (kappa * at_image).is_finite() && (kappa * at_next).is_finite() {
+                    value += image.dirac_value(mode).value * (kappa * at_image);
+                    pdf += image.dirac_probability(mode) * (kappa * at_next);
+                }
             }
-            let [at_center, at_next] = [center, z].map(|z| 1.0 + z.length_squared());
-            let kappa = at_next / (PI * self.epsilon * self.epsilon);
-            // n²/n_s² of the sides of `fixed` and `next`.
-            let [fixed, next] =
-                [near_over_far, image.relative_ior].map(|over| over.max(1.0) * over.max(1.0));
-            let light = if mode == TransportMode::Radiance { next } else { fixed };
-            f += image.dirac_value(mode).value * (light * kappa * at_center);
-            pdf += image.dirac_probability(mode) * (next * kappa * at_next);
         });
-        (f, pdf)
-    }
-
-    /// f of the mollified lobes, and the densities of either direction given the other one.
-    fn mollified(&self, fixed: DVec3, next: DVec3, mode: TransportMode) -> (Rgb, f64, f64) {
-        let (there, pdf) = self.around_images(fixed, next, mode);
-        let (back, pdf_reverse) = self.around_images(next, fixed, mode.reversed());
-        ((there + back) * 0.5, pdf, pdf_reverse)
+        (value, pdf)
     }
 
     /// A direction around an image.
     fn around(&self, image: &BsdfSample, u: DVec2) -> Option<DVec3> {
-        let ratio = (1.0 / image.relative_ior).min(1.0);
+        let ratio = smaller_over_next(image);
         let z = slope(image.next, ratio)? + square_to_disk(u) * self.epsilon;
         let square = 1.0 + z.length_squared();
         let cosine = ((1.0 + (1.0 - ratio) * (1.0 + ratio) * z.length_squared()) / square).sqrt();
         Some((z * (ratio / square.sqrt())).extend(cosine.copysign(image.next.z)))
     }
+}
+
+/// n_s / n on the side of an image.
+fn smaller_over_next(image: &BsdfSample) -> f64 {
+    (1.0 / image.relative_ior).min(1.0)
 }
 
 /// The slope of a direction, given n_s / n; `None` from the critical angle on.
@@ -224,7 +219,7 @@ impl<B: Bsdf> Bsdf for RegularizedBsdf<B> {
     }
 
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
-        let (mollified, ..) = self.mollified(to_camera, to_light, TransportMode::Radiance);
+        let (mollified, _) = self.around_images(to_camera, to_light, TransportMode::Radiance);
         self.bsdf.eval(to_light, to_camera) + mollified
     }
 
@@ -235,7 +230,7 @@ impl<B: Bsdf> Bsdf for RegularizedBsdf<B> {
 
     fn eval_and_pdf(&self, to_light: DVec3, to_camera: DVec3) -> (Rgb, PerProjected) {
         let (value, pdf) = self.bsdf.eval_and_pdf(to_light, to_camera);
-        let (mollified, more, _) = self.mollified(to_camera, to_light, TransportMode::Radiance);
+        let (mollified, more) = self.around_images(to_camera, to_light, TransportMode::Radiance);
         (value + mollified, PerProjected(pdf.value() + more))
     }
 
@@ -246,9 +241,11 @@ impl<B: Bsdf> Bsdf for RegularizedBsdf<B> {
         }
         let next = if sample.dirac { self.around(&sample, u2)? } else { sample.next };
         let (to_light, to_camera) = mode.label(fixed, next);
-        let (mollified, more, more_reverse) = self.mollified(fixed, next, mode);
-        let pdf = self.bsdf.pdf(fixed, next, mode).value() + more;
-        let pdf_reverse = self.bsdf.pdf(next, fixed, mode.reversed()).value() + more_reverse;
+        let there = self.around_images(fixed, next, mode);
+        let back = self.around_images(next, fixed, mode.reversed());
+        let mollified = if mode == TransportMode::Radiance { there.0 } else { back.0 };
+        let pdf = self.bsdf.pdf(fixed, next, mode).value() + there.1;
+        let pdf_reverse = self.bsdf.pdf(next, fixed, mode.reversed()).value() + back.1;
         (pdf > 0.0).then(|| BsdfSample {
             next,
             weight: (self.bsdf.eval(to_light, to_camera) + mollified) / pdf,
