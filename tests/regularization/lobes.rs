@@ -301,7 +301,9 @@ fn extreme_directions_and_radii_give_finite_numbers() {
                 };
                 let numbers = [sample.pdf.value(), sample.pdf_reverse.value(), sample.weight.g()];
                 assert!(numbers.into_iter().all(f64::is_finite), "{epsilon:e} {fixed} {sample:?}");
-                assert!(sample.weight.g() < 5.0, "{epsilon:e} {fixed} {sample:?}");
+                // Where light from below all comes back, a light walk may have taken R of the normal.
+                let most = if mode == TransportMode::Radiance { 5.0 } else { 30.0 };
+                assert!(sample.weight.g() < most, "{epsilon:e} {fixed} {sample:?}");
                 found += 1;
             }
             if fixed.z.abs() > 1e-5 && epsilon > 1e-8 {
