@@ -45,7 +45,7 @@ fn s64_weights_sum_to_one_at_every_radius() -> Result {
                 Bidirectional { depth: Depth::up_to(6), heuristic, ..Bidirectional::default() };
             let weighting = Weighting::new(set, heuristic);
             let (mut sampler, mut scratch) = (Random::new(7), Scratch::default());
-            let (mut paths, mut sum, mut difference, mut unsure) = (0, 0.0f64, 0.0f64, 0);
+            let (mut paths, mut shared, mut unsure) = (0, 0, 0);
             for _ in 0..2000 {
                 let film = worlds::film_sample(&*scene.camera, &mut sampler);
                 method.for_each_path(
@@ -54,20 +54,22 @@ fn s64_weights_sum_to_one_at_every_radius() -> Result {
                     &mut scratch,
                     |path, contribution| {
                         let verified = path.verify(&weighting);
-                        assert!(verified.weight_sum_error.is_finite());
-                        sum = sum.max(verified.weight_sum_error);
                         let swept = path.weight(&weighting);
-                        difference = difference.max((contribution.weight - swept).abs());
+                        assert!(verified.weight_sum_error < 1e-12, "{path:?} {verified:?}");
+                        assert!((contribution.weight - swept).abs() < 1e-12, "{path:?} {swept}");
+                        shared += u32::from(contribution.weight < 1.0);
                         unsure += u32::from(verified.worst() > 1e-6);
                         paths += 1;
                     },
                 );
             }
-            println!(
-                "{} {epsilon:e} {heuristic:?}: {paths} paths, sum {sum:e}, rivals {difference:e}, unsure {unsure}",
-                scene.name
-            );
-            assert_eq!(scratch.counters.non_finite, 0);
+            let what = format!("{} {epsilon:e}: {unsure} of {paths}", scene.name);
+            assert_eq!(scratch.counters.non_finite, 0, "{what}");
+            assert!(paths > 900 && (epsilon < 0.1 || shared > 10), "{what}, {shared}");
+            // At 1e-3 from the horizon a disc of 1e-7 is 1e-13 wide: a direction that is recomputed
+            // may leave it.
+            let most = if scene.name == "grazing" { paths / 10 } else { 0 };
+            assert!(unsure <= most, "{what} have another value if evaluated anew");
         }
     }
     Ok(())
