@@ -142,7 +142,7 @@ pub type StartOnWorld<I> =
 pub(super) mod on_world {
     use super::super::{
         Adaptive, Bidirectional, InstantRadiosity, LightTracer, Multiplexed, PathTracer,
-        PhotonMapping, UniformArea, VertexConnectionMerging,
+        PhotonMapping, Regularization, UniformArea, VertexConnectionMerging,
     };
     use super::{AnyIntegrator, AnySampler, BoxedRun, Crew, Stage, Started, World};
     use crate::integrator::metropolis::Chains;
@@ -174,6 +174,7 @@ pub(super) mod on_world {
         multiplexed: Multiplexed,
         path_tracer: PathTracer,
         photon_mapping: PhotonMapping,
+        regularized_path_tracer: Regularization<PathTracer>,
         uniform_area: UniformArea,
         vertex_connection_merging: VertexConnectionMerging,
     }

@@ -11,6 +11,7 @@
 //! | [`VertexConnectionMerging`] | all (s, t) and all merges |
 //! | [`Multiplexed`] | one of all (s, t) in each sample |
 //! | [`Metropolis`] | those of another integrator, whose numbers Markov chains move |
+//! | [`Regularization`] | those of an integrator, in a scene without Dirac lobes |
 //! | [`Adaptive`] | the most efficient set, from path tracing to all (s, t), as a pilot finds it |
 //!
 //! All of them estimate the same image, with the same normalisation and the same meaning of depth:
@@ -32,6 +33,7 @@ mod metropolis;
 mod multiplexed;
 mod path_tracer;
 mod photon_mapping;
+mod regularization;
 mod run;
 mod shared;
 mod uniform_area;
@@ -51,6 +53,7 @@ pub use metropolis::{Chains, ChunkChains, Metropolis, Normalization};
 pub use multiplexed::{Choices, Multiplexed};
 pub use path_tracer::{PathTracer, PathTracing};
 pub use photon_mapping::{PhotonMapping, PhotonPasses};
+pub use regularization::{Regularization, RegularizedPasses};
 pub use run::{Estimator, Integrator, IntegratorError, Notes, Run, SingleWalk, Started};
 pub use shared::{LightWalks, Merging, PhotonMaps, SharedWalks};
 pub use uniform_area::UniformArea;
