@@ -136,7 +136,7 @@ pub type StartOnWorld<I> =
 /// that runs and all below them are compiled with this crate and not again with each of its users.
 pub(super) mod on_world {
     use super::super::{
-        Adaptive, Bidirectional, InstantRadiosity, LightTracer, PathTracer, PhotonMapping,
+        Adaptive, Bidirectional, Guiding, InstantRadiosity, LightTracer, PathTracer, PhotonMapping,
         UniformArea, VertexConnectionMerging,
     };
     use super::{AnyIntegrator, AnySampler, BoxedRun, Crew, Stage, Started, World};
@@ -157,6 +157,8 @@ pub(super) mod on_world {
     starts! {
         adaptive: Adaptive,
         bidirectional: Bidirectional,
+        guided_bidirectional: Guiding<Bidirectional>,
+        guided_path_tracer: Guiding<PathTracer>,
         instant_radiosity: InstantRadiosity,
         light_tracer: LightTracer,
         path_tracer: PathTracer,

@@ -9,6 +9,7 @@
 //! | [`PhotonMapping`] | merges at the first finite lobe seen from the camera, s = 0 without one |
 //! | [`InstantRadiosity`] | connections to light walks that all pixels share, rest by s = 0 and 1 |
 //! | [`VertexConnectionMerging`] | all (s, t) and all merges |
+//! | [`Guiding`] | those of an integrator, with camera walks that go where light was found before |
 //! | [`Adaptive`] | the most efficient set, from path tracing to all (s, t), as a pilot finds it |
 //!
 //! All of them estimate the same image, with the same normalisation and the same meaning of depth:
@@ -24,6 +25,7 @@ mod arrivals;
 mod audit;
 mod bidirectional;
 mod crew;
+mod guiding;
 mod instant_radiosity;
 mod light_tracer;
 mod path_tracer;
@@ -41,6 +43,7 @@ pub use any_run::{AnyIntegrator, AnyRun, BoxedRun, StartOnWorld};
 pub use arrivals::Arrivals;
 pub use bidirectional::Bidirectional;
 pub use crew::{Caller, Crew};
+pub use guiding::{Guidable, Guidance, GuidedRun, Guiding};
 pub use instant_radiosity::{InstantRadiosity, VirtualLightPasses};
 pub use light_tracer::LightTracer;
 pub use path_tracer::{PathTracer, PathTracing};
