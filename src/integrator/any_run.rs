@@ -141,7 +141,7 @@ pub type StartOnWorld<I> =
 /// that runs and all below them are compiled with this crate and not again with each of its users.
 pub(super) mod on_world {
     use super::super::{
-        Adaptive, Bidirectional, InstantRadiosity, LightTracer, Multiplexed, PathTracer,
+        Adaptive, Bidirectional, Guiding, InstantRadiosity, LightTracer, Multiplexed, PathTracer,
         PhotonMapping, Regularization, UniformArea, VertexConnectionMerging,
     };
     use super::{AnyIntegrator, AnySampler, BoxedRun, Crew, Stage, Started, World};
@@ -169,6 +169,8 @@ pub(super) mod on_world {
     starts! {
         adaptive: Adaptive,
         bidirectional: Bidirectional,
+        guided_bidirectional: Guiding<Bidirectional>,
+        guided_path_tracer: Guiding<PathTracer>,
         instant_radiosity: InstantRadiosity,
         light_tracer: LightTracer,
         multiplexed: Multiplexed,

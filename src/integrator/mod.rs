@@ -12,6 +12,7 @@
 //! | [`Multiplexed`] | one of all (s, t) in each sample |
 //! | [`Metropolis`] | those of another integrator, whose numbers Markov chains move |
 //! | [`Regularization`] | those of an integrator, in a scene without Dirac lobes |
+//! | [`Guiding`] | those of an integrator, with camera walks that go where light was found before |
 //! | [`Adaptive`] | the most efficient set, from path tracing to all (s, t), as a pilot finds it |
 //!
 //! All of them estimate the same image, with the same normalisation and the same meaning of depth:
@@ -27,6 +28,7 @@ mod arrivals;
 mod audit;
 mod bidirectional;
 mod crew;
+mod guiding;
 mod instant_radiosity;
 mod light_tracer;
 mod metropolis;
@@ -47,6 +49,7 @@ pub use any_run::{AnyIntegrator, AnyRun, BoxedRun, StartOnWorld};
 pub use arrivals::Arrivals;
 pub use bidirectional::Bidirectional;
 pub use crew::{Caller, Crew};
+pub use guiding::{Guidable, Guidance, GuidedRun, Guiding};
 pub use instant_radiosity::{InstantRadiosity, VirtualLightPasses};
 pub use light_tracer::LightTracer;
 pub use metropolis::{Chains, ChunkChains, Metropolis, Normalization};

@@ -1,7 +1,7 @@
 //! Settings that start a run, and the run that draws: the two traits of an integrator.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
-use super::{Crew, Decision, Normalization, Regularization, StartOnWorld};
+use super::{Crew, Decision, Guidance, Normalization, Regularization, StartOnWorld};
 use crate::film::{FilmSample, Sample, Sink};
 use crate::path::{
     Counters, Depth, LeftOut, MissingPaths, Plan, Scratch, Stage, Steps, TechniqueSet, advance,
@@ -168,6 +168,8 @@ pub struct Notes {
     pub missing: Vec<MissingPaths>,
     /// The choice of what to run, if there was one.
     pub decision: Option<Decision>,
+    /// What was found out about guiding, if it was asked for.
+    pub guidance: Option<Guidance>,
     /// The kind of the estimator: unbiased, consistent or biased.
     pub estimator: Estimator,
     /// True if samples depend on one another, as those do that share light walks: then the variance
