@@ -144,6 +144,7 @@ pub mod endpoint;
 pub mod film;
 pub mod gallery;
 pub mod geometry;
+pub mod guiding;
 #[cfg(feature = "import")]
 #[cfg_attr(
     not(all(feature = "gltf", feature = "mitsuba", feature = "pbrt")),

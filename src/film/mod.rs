@@ -127,10 +127,27 @@ impl FilmSample {
         let width = region.window_size().x.max(1);
         let corner = region.window_min.as_dvec2()
             + DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
-        // Rounding must not carry the point into the next pixel.
-        let last = corner + 1.0;
-        let raster =
-            (corner + sampler.next_2d()).min(DVec2::new(last.x.next_down(), last.y.next_down()));
+        Self::within(corner, DVec2::ONE, kernel, sampler)
+    }
+
+    /// Draws a point of the whole window, and an offset from the filter's kernel.
+    #[must_use]
+    pub fn draw_anywhere<P: Sampler>(
+        region: &FilmRegion,
+        kernel: &Kernel,
+        sampler: &mut P,
+    ) -> Self {
+        sampler.stream(Stream::Film);
+        let size = region.window_size().as_dvec2();
+        Self::within(region.window_min.as_dvec2(), size, kernel, sampler)
+    }
+
+    #[inline]
+    fn within<P: Sampler>(corner: DVec2, size: DVec2, kernel: &Kernel, sampler: &mut P) -> Self {
+        // Rounding must not carry the point beyond the end.
+        let end = corner + size;
+        let end = DVec2::new(end.x.next_down(), end.y.next_down());
+        let raster = (corner + size * sampler.next_2d()).min(end);
         Self { raster, offset: kernel.sample(sampler) }
     }
 }

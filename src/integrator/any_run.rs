@@ -114,6 +114,11 @@ pub trait AnyIntegrator<S: Scene + ?Sized, P>: fmt::Debug + Sync {
     fn start<'a>(&'a self, stage: Stage<'a, S>, crew: &dyn Crew) -> Started<BoxedRun<'a, S, P>>;
 }
 
+/// A run as an object.
+fn boxed<'a, S: Scene + ?Sized + 'a, P: Sampler>(run: impl Run<'a, S> + 'a) -> BoxedRun<'a, S, P> {
+    Box::new(Kept { run, chunks: Vec::new() })
+}
+
 impl<S: Scene + ?Sized, P: Sampler, I: Integrator<S>> AnyIntegrator<S, P> for I {
     fn name(&self) -> &'static str {
         Integrator::name(self)
@@ -124,7 +129,7 @@ impl<S: Scene + ?Sized, P: Sampler, I: Integrator<S>> AnyIntegrator<S, P> for I 
     }
 
     fn start<'a>(&'a self, stage: Stage<'a, S>, crew: &dyn Crew) -> Started<BoxedRun<'a, S, P>> {
-        Ok(Box::new(Kept { run: Integrator::start(self, stage, crew)?, chunks: Vec::new() }))
+        Ok(boxed(Integrator::start(self, stage, crew)?))
     }
 }
 
@@ -136,10 +141,17 @@ pub type StartOnWorld<I> =
 /// that runs and all below them are compiled with this crate and not again with each of its users.
 pub(super) mod on_world {
     use super::super::{
-        Adaptive, Bidirectional, InstantRadiosity, LightTracer, PathTracer, PhotonMapping,
-        UniformArea, VertexConnectionMerging,
+        Adaptive, Bidirectional, Guiding, InstantRadiosity, LightTracer, Multiplexed, PathTracer,
+        PhotonMapping, Regularization, UniformArea, VertexConnectionMerging,
     };
     use super::{AnyIntegrator, AnySampler, BoxedRun, Crew, Stage, Started, World};
+    use crate::integrator::metropolis::Chains;
+
+    /// Markov chains as an object, whatever they move.
+    #[inline(never)]
+    pub fn chains(run: Chains<'_, World>) -> BoxedRun<'_, World, AnySampler> {
+        super::boxed(run)
+    }
 
     macro_rules! starts {
         ($($name:ident: $integrator:ty),+ $(,)?) => {$(
@@ -157,10 +169,14 @@ pub(super) mod on_world {
     starts! {
         adaptive: Adaptive,
         bidirectional: Bidirectional,
+        guided_bidirectional: Guiding<Bidirectional>,
+        guided_path_tracer: Guiding<PathTracer>,
         instant_radiosity: InstantRadiosity,
         light_tracer: LightTracer,
+        multiplexed: Multiplexed,
         path_tracer: PathTracer,
         photon_mapping: PhotonMapping,
+        regularized_path_tracer: Regularization<PathTracer>,
         uniform_area: UniformArea,
         vertex_connection_merging: VertexConnectionMerging,
     }

@@ -27,6 +27,15 @@ pub struct Out<'v> {
     pub(super) connections: &'v mut Connections,
 }
 
+impl Out<'_> {
+    /// The number of the sample among those that are drawn together.
+    #[inline]
+    #[must_use]
+    pub fn sample(&self) -> usize {
+        self.sample
+    }
+}
+
 impl End {
     #[inline]
     pub(super) fn of(mode: TransportMode, index: u32) -> Self {

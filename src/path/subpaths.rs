@@ -21,8 +21,9 @@ pub struct Subpaths<'s, S: Scene + ?Sized + 's> {
 }
 
 impl<'s, S: Scene + ?Sized + 's> Subpaths<'s, S> {
+    /// The subpath of walks of a kind.
     #[inline]
-    pub(super) fn of(&mut self, mode: TransportMode) -> &mut Vec<Vertex<S::Bsdf<'s>>> {
+    pub fn of(&mut self, mode: TransportMode) -> &mut Vec<Vertex<S::Bsdf<'s>>> {
         match mode {
             TransportMode::Radiance => &mut self.camera,
             TransportMode::Importance => &mut self.light,

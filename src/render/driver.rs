@@ -66,6 +66,8 @@ pub(super) fn drive<N: SampleSource, S: Scene + ?Sized>(
     if run.learns() && shard != Shard::WHOLE {
         return Err(RenderError::ShardOfLearner { integrator: integrator.name(), shard });
     }
+    let dependent_passes = run.notes().dependent_passes;
+    state.watch = state.watch.take().map(|watch| watch.by_rows(dependent_passes));
     let mut prepared = arrivals.as_ref().map_or_else(Counters::default, |a| a.counters);
     prepared += run.take_preparation();
     // Samples of preparations are none of the image's.

@@ -8,7 +8,8 @@
 //! E[(I_N - I_{N/2})²] = σ²/N = Var(I_N)
 //! ```
 //!
-//! for each pixel. Looked at whenever N is a power of two, this costs one kept image.
+//! for each pixel. Looked at whenever N is a power of two, this costs one kept image. Where passes in
+//! a row depend on one another, N counts such rows.
 
 use crate::film::Image;
 use crate::math::Rgb;
@@ -23,6 +24,8 @@ const EPSILON: f64 = 0.01;
 #[derive(Clone, Debug)]
 pub(crate) struct Watch {
     target: f64,
+    /// Passes in a row that depend on one another.
+    row: u32,
     pub before: Option<Arc<Image>>,
     /// Estimated error times passes: the variance of one sample, relative.
     pub variance: Option<f64>,
@@ -30,12 +33,18 @@ pub(crate) struct Watch {
 
 impl Watch {
     pub fn new(target: f64) -> Self {
-        Self { target, before: None, variance: None }
+        Self { target, row: 1, before: None, variance: None }
+    }
+
+    /// The same for passes of which so many in a row depend on one another; 0 if none do.
+    pub fn by_rows(self, row: u32) -> Self {
+        Self { row: row.max(1), ..self }
     }
 
     /// To be called after each pass.
     pub fn look(&mut self, passes: u32, image: impl FnOnce() -> Image) {
-        if !passes.is_power_of_two() || passes < FEWEST_PASSES / 2 {
+        let is_whole = passes.is_multiple_of(self.row) && (passes / self.row).is_power_of_two();
+        if !is_whole || passes < FEWEST_PASSES / 2 {
             return;
         }
         let image = image();

@@ -24,11 +24,14 @@ impl Dimension {
     /// never repeat.
     #[inline]
     pub fn announce(&mut self, stream: Stream) {
-        // Exactly one number per stream; 0 is left for numbers drawn before any announcement.
+        // Exactly one number per stream, the first vertex of a walk being 1; 0 is left for numbers
+        // drawn before any announcement.
         let id = match stream {
             Stream::Film => 1,
             Stream::Lens => 2,
             Stream::Emission => 3,
+            Stream::PathLength => 4,
+            Stream::Technique => 5,
             Stream::CameraVertex(n) => 4 + 4 * u64::from(n),
             Stream::LightVertex(n) => 5 + 4 * u64::from(n),
             Stream::NextEvent(n) => 6 + 4 * u64::from(n),

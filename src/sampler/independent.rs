@@ -1,6 +1,6 @@
 //! Independent uniform numbers: plain Monte Carlo.
 
-use super::hash::{hash_sample, mix, unit_interval};
+use super::hash::{combine, hash_sample, mix, unit_interval};
 use super::{SampleSource, Sampler};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
@@ -28,6 +28,20 @@ impl IndependentSampler {
         let word =
             |n: u64| u128::from(mix(seed.wrapping_add(n.wrapping_mul(0x9e37_79b9_7f4a_7c15))));
         Self { generator: Pcg64::new(word(1) << 64 | word(2), word(3) << 64 | word(4)) }
+    }
+
+    /// A generator seeded by the next numbers of a sampler: they are independent also where those of
+    /// different samples are not, as Sobol' points.
+    #[must_use]
+    pub fn seeded_by<P: Sampler>(sampler: &mut P) -> Self {
+        let bits = [sampler.next_1d(), sampler.next_1d()].map(f64::to_bits);
+        Self::new(combine(mix(bits[0]), bits[1]))
+    }
+
+    /// The next 64 bits.
+    #[inline]
+    pub fn next_u64(&mut self) -> u64 {
+        self.generator.next_u64()
     }
 }
 

@@ -2,7 +2,9 @@
 
 use super::independent::IndependentSampler;
 use super::stratified::StratifiedSampler;
-use super::{Independent, SampleSource, Sampler, Sobol, SobolSampler, Stratified, Stream};
+use super::{
+    ChainSampler, Independent, SampleSource, Sampler, Sobol, SobolSampler, Stratified, Stream,
+};
 use glam::DVec2;
 
 /// A choice of sampler.
@@ -45,7 +47,7 @@ pub enum AnySource {
     Sobol(Sobol),
 }
 
-/// The sampler of an [`AnySource`].
+/// The sampler of an [`AnySource`], or of a Markov chain.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum AnySampler {
@@ -55,6 +57,8 @@ pub enum AnySampler {
     Stratified(StratifiedSampler),
     /// Scrambled Sobol' points.
     Sobol(SobolSampler),
+    /// The numbers of a Markov chain.
+    Chain(Box<ChainSampler>),
 }
 
 impl SampleSource for AnySource {
@@ -77,6 +81,7 @@ impl Sampler for AnySampler {
             Self::Independent(sampler) => sampler.next_1d(),
             Self::Stratified(sampler) => sampler.next_1d(),
             Self::Sobol(sampler) => sampler.next_1d(),
+            Self::Chain(sampler) => sampler.next_1d(),
         }
     }
 
@@ -86,6 +91,7 @@ impl Sampler for AnySampler {
             Self::Independent(sampler) => sampler.next_2d(),
             Self::Stratified(sampler) => sampler.next_2d(),
             Self::Sobol(sampler) => sampler.next_2d(),
+            Self::Chain(sampler) => sampler.next_2d(),
         }
     }
 
@@ -95,6 +101,7 @@ impl Sampler for AnySampler {
             Self::Independent(sampler) => sampler.next_1d_2d(),
             Self::Stratified(sampler) => sampler.next_1d_2d(),
             Self::Sobol(sampler) => sampler.next_1d_2d(),
+            Self::Chain(sampler) => sampler.next_1d_2d(),
         }
     }
 
@@ -104,6 +111,7 @@ impl Sampler for AnySampler {
             Self::Independent(sampler) => sampler.skip_1d(),
             Self::Stratified(sampler) => sampler.skip_1d(),
             Self::Sobol(sampler) => sampler.skip_1d(),
+            Self::Chain(sampler) => sampler.skip_1d(),
         }
     }
 
@@ -113,6 +121,7 @@ impl Sampler for AnySampler {
             Self::Independent(sampler) => sampler.skip_2d(),
             Self::Stratified(sampler) => sampler.skip_2d(),
             Self::Sobol(sampler) => sampler.skip_2d(),
+            Self::Chain(sampler) => sampler.skip_2d(),
         }
     }
 
@@ -122,6 +131,7 @@ impl Sampler for AnySampler {
             Self::Independent(sampler) => sampler.stream(stream),
             Self::Stratified(sampler) => sampler.stream(stream),
             Self::Sobol(sampler) => sampler.stream(stream),
+            Self::Chain(sampler) => sampler.stream(stream),
         }
     }
 }

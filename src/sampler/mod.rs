@@ -12,7 +12,9 @@
 //! | scrambled Sobol' points | [`Sobol`] |
 //! | any of them, chosen at run time | [`SamplerKind`], [`AnySource`] |
 //! | recorded and played back | [`Recorder`], [`Replay`] |
+//! | of a Markov chain, moved a little from state to state | [`ChainSampler`] |
 
+mod chain;
 mod dimension;
 mod hash;
 mod independent;
@@ -23,6 +25,7 @@ mod stratified;
 #[cfg(test)]
 mod tests;
 
+pub use chain::ChainSampler;
 pub use independent::{Independent, IndependentSampler};
 pub use kind::{AnySampler, AnySource, SamplerKind};
 pub use replay::{Recorder, Replay};
@@ -49,6 +52,10 @@ pub enum Stream {
     NextEvent(u32),
     /// Sampling of the lens from the given vertex of the light subpath.
     LensSampling(u32),
+    /// The length of the path, where it is chosen beforehand. A Markov chain keeps it.
+    PathLength,
+    /// The technique, where one is chosen for the sample.
+    Technique,
 }
 
 /// A source of numbers in `[0, 1)` for one sample. It is dyn-safe and open for users to implement.

@@ -1,0 +1,295 @@
+//! The walks that teach a field, and what they tell of guiding.
+//!
+//! A pass has twice the samples of the one before it, and is guided by what that has learnt. A
+//! guided sample `X = Σ x_j`, with its contributions in the order of the walk, tells the second
+//! moments with guiding and without,
+//!
+//! ```text
+//! E[X²]    and    E[Σ_j r_j x_j (x_j + 2 Σ_{i > j} x_i)],     r_j = Π p⊥/p⊥_bsdf up to the vertex of x_j,
+//! ```
+//!
+//! where a path that the BSDF hardly finds counts as much as it should. Both have the same mean, so
+//! the difference is that of the variances. Weights and roulette are taken to be the same.
+
+use super::Guidance;
+use crate::bsdf::TransportMode;
+use crate::bsdf::shading::ShadedBsdf;
+use crate::film::{Contribution, FilmSample, Sample};
+use crate::guiding::{Field, Guided, GuidedBsdf, Record};
+use crate::integrator::{Crew, PathTracer, Stage};
+use crate::math::Rgb;
+use crate::path::{Counters, Plan, RandomWalk, Scratch, Site, Steps, Vertex, Visit, advance, join};
+use crate::sampler::{Independent, SampleSource, Sampler};
+use crate::scene::Scene;
+use glam::DVec3;
+use std::ops::{ControlFlow, Range};
+
+/// Part of the rendering's samples that all passes together have at most, most samples, and the
+/// fewest of the first pass.
+const PART: f64 = 0.2;
+const MOST: u64 = 1 << 24;
+const FEWEST: u64 = 1 << 10;
+const PASSES: u32 = 6;
+/// The pass after which learning goes on only if the gain is at least this.
+const TRIAL: u32 = 2;
+const HOPE: f64 = 0.5;
+/// Cost of a guided sample, and of one without where walks between flat diffuse surfaces go in
+/// lanes, over that of others with the same counts.
+const GUIDED: f64 = 1.5;
+const IN_LANES: f64 = 0.5;
+/// Samples of each pixel that is looked at: the fewest that have a variance.
+const SAMPLES: usize = 2;
+/// Pixels that are drawn at a time, those of a task, and tasks whose records are kept at a time.
+const BATCH: u64 = 64;
+const TASK: u64 = 1024;
+const TASKS: u64 = 64;
+/// Tells the numbers of these walks from those of samples.
+const OWN_NUMBERS: u64 = 0x6775_6964_696e_6773;
+
+/// The learning of a field.
+pub(super) struct Training<'r, 'a, S: Scene + ?Sized> {
+    teacher: PathTracer,
+    alpha: f64,
+    stage: Stage<'a, S>,
+    crew: &'r dyn Crew,
+    pub field: Field,
+    pub counters: Counters,
+}
+
+/// The findings of some of the pixels of a pass.
+#[derive(Default)]
+struct Part {
+    records: Vec<Record>,
+    pixels: u64,
+    /// Σ of the variance of a sample, and of how much more it is without guiding.
+    variance: f64,
+    difference: f64,
+    counters: Counters,
+}
+
+impl<'r, 'a, S: Scene + ?Sized> Training<'r, 'a, S> {
+    pub fn new(teacher: PathTracer, alpha: f64, stage: Stage<'a, S>, crew: &'r dyn Crew) -> Self {
+        let (field, counters) = (Field::unknown(), Counters::default());
+        Self { teacher, alpha, stage, crew, field, counters }
+    }
+
+    /// Learns within the budget, as long as that may pay.
+    pub fn run(&mut self) -> Guidance {
+        let mut guidance = Guidance::default();
+        let budget = ((PART * self.stage.samples as f64) as u64).min(MOST);
+        let passes = (budget / FEWEST + 1).ilog2().min(PASSES);
+        if passes < 2 || self.alpha == 1.0 {
+            return guidance;
+        }
+        let (mut first, mut pixels) = (0, (budget >> passes) / SAMPLES as u64);
+        let mut plain_cost = f64::NAN;
+        for pass in 0..passes {
+            let found = self.pass(first..first + pixels);
+            self.field.update();
+            self.counters += found.counters;
+            guidance.samples += found.counters.samples;
+            guidance.parts = self.field.known();
+            first += pixels;
+            pixels *= 2;
+            let cost = found.counters.cost() / found.counters.samples as f64;
+            if pass == 0 {
+                let is_in_lanes = self.stage.scene.flat_surfaces().is_some();
+                plain_cost = if is_in_lanes { IN_LANES * cost } else { cost };
+                continue;
+            }
+            let plain = found.variance + found.difference;
+            guidance.gain = plain * plain_cost / (found.variance * GUIDED * cost);
+            if std::env::var("GDBG").is_ok() {
+                eprintln!(
+                    "pass {pass} pixels {} var {} diff {} ratio {} cost {} {} {:?}",
+                    found.pixels,
+                    found.variance / found.pixels as f64,
+                    found.difference / found.pixels as f64,
+                    plain / found.variance,
+                    plain_cost,
+                    cost,
+                    guidance
+                );
+            }
+            guidance.is_used = guidance.gain > 1.0;
+            if pass >= TRIAL
+                && guidance.gain.partial_cmp(&HOPE) != Some(std::cmp::Ordering::Greater)
+            {
+                break;
+            }
+        }
+        guidance
+    }
+
+    /// Draws samples of pixels and learns from them.
+    fn pass(&mut self, pixels: Range<u64>) -> Part {
+        let (mut sum, mut from) = (Part::default(), pixels.start);
+        while from < pixels.end {
+            let tasks = (pixels.end - from).div_ceil(TASK).min(TASKS);
+            for part in self.crew.collect(tasks as usize, |task| {
+                let from = from + task as u64 * TASK;
+                self.draw(from..(from + TASK).min(pixels.end), &pixels)
+            }) {
+                self.field.learn(&part.records);
+                sum.pixels += part.pixels;
+                sum.variance += part.variance;
+                sum.difference += part.difference;
+                sum.counters += part.counters;
+            }
+            from += tasks * TASK;
+        }
+        sum
+    }
+
+    /// Draws samples of some of the pixels of a pass.
+    fn draw(&self, pixels: Range<u64>, pass: &Range<u64>) -> Part {
+        let mut part = Part { pixels: pixels.end - pixels.start, ..Part::default() };
+        let Some(scene) = Guided::new(self.stage.scene, &self.field, self.alpha) else {
+            return part;
+        };
+        let stage = self.stage.viewed(&scene, self.stage.needs);
+        let plan = Plan::new(stage, self.teacher.techniques(), self.teacher.depth);
+        let Stage { film, kernel, seed, .. } = stage;
+        let source = Independent { seed: seed ^ OWN_NUMBERS };
+        let mut scratch = Scratch::default();
+        let mut from = pixels.start;
+        while from < pixels.end {
+            let mut samples = Vec::with_capacity(BATCH as usize * SAMPLES);
+            for number in from..(from + BATCH).min(pixels.end) {
+                // One in each part of the window, at random in it.
+                let jitter = source.sampler(u32::MAX, number as u32).next_1d();
+                let u = ((number - pass.start) as f64 + jitter) / (pass.end - pass.start) as f64;
+                let pixel = ((u * f64::from(film.pixels())) as u32).min(film.pixels() - 1);
+                samples.extend((0..SAMPLES as u64).map(|i| {
+                    let mut sampler = source.sampler(pixel, (number * SAMPLES as u64 + i) as u32);
+                    Sample { film: FilmSample::draw(&film, pixel, &kernel, &mut sampler), sampler }
+                }));
+            }
+            // The vertex of each contribution.
+            let mut found: Vec<(usize, usize, Rgb)> = Vec::new();
+            let sink = &mut |sample: usize, c: &Contribution| {
+                found.push((sample, usize::from(c.technique.t) - 1, c.value * c.weight));
+            };
+            scratch.counters.samples += samples.len() as u64;
+            advance(&plan, &Kept(self.teacher), &mut samples, sink, &mut scratch);
+            found.sort_by_key(|(sample, vertex, _)| (*sample, *vertex));
+            let (mut found, mut number, mut sums) = (found.iter().peekable(), 0, Vec::new());
+            let mut ahead = Vec::new();
+            let nowhere = &mut |_: usize, _: &Contribution| {};
+            join(&plan, &mut samples, nowhere, &mut scratch, |site| {
+                let camera = &site.subpaths.camera;
+                ahead.clear();
+                ahead.resize(camera.len(), Rgb::BLACK);
+                while let Some((_, vertex, value)) = found.next_if(|(i, ..)| *i == number) {
+                    ahead[*vertex] += *value;
+                }
+                let (sum, difference) = compare(camera, &ahead);
+                sums.push(sum);
+                if difference.is_finite() {
+                    part.difference += difference / SAMPLES as f64;
+                }
+                for i in (1..camera.len().saturating_sub(1)).rev() {
+                    let next = ahead[i + 1];
+                    ahead[i] += next;
+                    match record(&self.field, &camera[i], &camera[i + 1], next) {
+                        Some(Ok(record)) => part.records.push(record),
+                        Some(Err(())) => site.counters.non_finite += 1,
+                        None => {}
+                    }
+                }
+                number += 1;
+            });
+            for pair in sums.chunks_exact(SAMPLES) {
+                let variance = 0.5 * (pair[0] - pair[1]).powi(2);
+                part.variance += if variance.is_finite() { variance } else { 0.0 };
+            }
+            from += BATCH;
+        }
+        Part { counters: scratch.counters, ..part }
+    }
+}
+
+/// The luminance of a sample, by what each vertex of its walk contributes, and how much more its
+/// second moment is without guiding.
+fn compare<B: crate::bsdf::Bsdf>(camera: &[Vertex<GuidedBsdf<'_, B>>], own: &[Rgb]) -> (f64, f64) {
+    let sum: f64 = own.iter().map(|value| value.luminance()).sum();
+    let (mut rest, mut ratio, mut difference) = (sum, 1.0, 0.0);
+    for (i, vertex) in camera.iter().enumerate() {
+        if rest == 0.0 {
+            break;
+        }
+        let x = own[i].luminance();
+        rest -= x;
+        if x != 0.0 {
+            difference += (ratio - 1.0) * x * (x + 2.0 * rest);
+        }
+        if let (Some(bsdf), Some(next)) = (&vertex.bsdf, camera.get(i + 1)) {
+            let (model, alpha) = (bsdf.model().inner(), bsdf.model().alpha());
+            if alpha < 1.0 {
+                let direction = -next.to_previous;
+                ratio *= if vertex.dirac {
+                    alpha
+                } else {
+                    let mode = TransportMode::Radiance;
+                    let plain = ShadedBsdf::new(model, &vertex.point);
+                    vertex.pdf_next.value() / plain.pdf(vertex.to_previous, direction, mode).value()
+                };
+            }
+        }
+    }
+    (sum, difference)
+}
+
+/// The record of what comes to a vertex from the next one, given what the walk has estimated there
+/// and beyond; an error if it is not a number, `None` if the direction was that of a Dirac lobe.
+fn record<B: crate::bsdf::Bsdf>(
+    field: &Field,
+    vertex: &Vertex<B>,
+    next: &Vertex<B>,
+    value: Rgb,
+) -> Option<Result<Record, ()>> {
+    if vertex.dirac {
+        return None;
+    }
+    vertex.finite_bsdf()?;
+    let direction: DVec3 = -next.to_previous;
+    let pdf = vertex.pdf_next.per_solid_angle(vertex.point.geometric_normal.dot(direction));
+    let mut radiance = value;
+    for (channel, throughput) in radiance.0.iter_mut().zip(next.throughput.0) {
+        // Where the throughput is 0, nothing was estimated.
+        *channel = if *channel == 0.0 { 0.0 } else { *channel / throughput };
+    }
+    let energy = radiance.luminance() / pdf.value();
+    Some(field.record(vertex.point.position, direction, energy).ok_or(()))
+}
+
+/// Path tracing that keeps the vertices of its walks.
+struct Kept(PathTracer);
+
+impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for Kept {
+    const KEEPS: bool = true;
+    const CONNECTS: bool = true;
+
+    fn begin<P: Sampler>(&self, site: &mut Site<'_, 'a, S, P>) -> Option<RandomWalk<'a, S>> {
+        site.subpaths.camera.clear();
+        let (walk, lens) = site.plan.stage.camera_walk(site.sample)?;
+        site.subpaths.camera.push(lens);
+        Some(walk)
+    }
+
+    fn arrive<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        self.0.arrive(visit)
+    }
+
+    fn connect<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) {
+        self.0.connect(visit);
+    }
+
+    fn leave<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        self.0.leave(visit)
+    }
+
+    fn scatter<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) -> ControlFlow<()> {
+        self.0.scatter(visit)
+    }
+}
