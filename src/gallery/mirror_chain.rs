@@ -33,11 +33,11 @@ const THICKNESS: f64 = 0.03;
 /// Radii of glass balls at the middle of the last two legs of the way.
 const BALLS: [f64; 2] = [0.28, 0.18];
 const LAMP_HEIGHT: f64 = 2.2;
-const LAMP_SIZE: [f64; 2] = [0.03, 0.1];
-const LAMP_RADIANCE: Rgb = Rgb::new(180_000.0, 170_000.0, 154_000.0);
-/// Length and width of the way out of the lamp's box, and the heights that it opens between: all
-/// that leaves meets the first mirror.
-const WAY_OUT: [f64; 4] = [0.6, 0.04, 1.86, 2.05];
+const LAMP_SIZE: [f64; 2] = [0.06, 0.2];
+const LAMP_RADIANCE: Rgb = Rgb::new(44_000.0, 41_500.0, 37_500.0);
+/// Length and width of the way out of the lamp's box, and the height of its sill: what reaches the
+/// table has met a mirror, what fills the room went over the first one.
+const WAY_OUT: [f64; 3] = [0.6, 0.06, 1.8];
 
 pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
@@ -75,21 +75,17 @@ pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     );
     add("slab", &prism(slab, 0.001, 0.3, false), glass)?;
 
-    // The lamp looks out and down between the parts of its box.
+    // The lamp looks out between the sides of its box, over the sill.
     let ahead = WAY[1] - WAY[0];
-    let [length, width, low, high] = WAY_OUT;
-    // What is in the middle crosses the sides, since touching is not tight.
-    let (left, right, middle) = ([-0.2, -0.5 * width], [0.5 * width, 0.2], [-0.1, 0.1]);
+    let [length, width, sill] = WAY_OUT;
     let parts = [
-        ("left of lamp", -0.1, left, [1.0, 2.5]),
-        ("right of lamp", -0.1, right, [1.0, 2.5]),
-        ("under lamp", -0.1, middle, [1.0, low]),
-        ("before lamp", 0.5 * length, middle, [high, 2.5]),
-        ("over lamp", -0.1, middle, [2.4, 2.5]),
+        ("left of lamp", [-0.2, -0.5 * width], 2.5),
+        ("under lamp", [-0.5 * width, 0.5 * width], sill),
+        ("right of lamp", [0.5 * width, 0.2], 2.5),
     ];
-    for (name, begin, across, [bottom, top]) in parts {
-        let base = rectangle(WAY[0], ahead, [begin, length], across);
-        add(name, &prism(base, bottom, top, false), black)?;
+    for (name, across, top) in parts {
+        let base = rectangle(WAY[0], ahead, [-0.1, length], across);
+        add(name, &prism(base, 1.0, top, false), black)?;
     }
     for (number, (leg, radius)) in WAY[2..].windows(2).zip(BALLS).enumerate() {
         let place = leg[0].midpoint(leg[1]);
