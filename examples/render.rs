@@ -246,7 +246,7 @@ fn run(
         Some(checkpoint) => files.save(checkpoint.clone(), &metadata),
         None => Ok(()),
     };
-    print_summary(&rendering, processors, scene);
+    print_summary(&rendering, name, processors, scene);
     if let Some(out) = &files.image {
         let mut file = rendering.to_file();
         file.exposure = arguments.exposure;
@@ -321,11 +321,11 @@ impl Files {
     }
 }
 
-fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene) {
+fn print_summary(rendering: &Rendering, name: &str, processors: Duration, scene: &NamedScene) {
     let counters = &rendering.counters;
     let seconds = rendering.wall.as_secs_f64();
     say!("scene       {}: {}", scene.name, scene.description);
-    say!("integrator  {}: {}", rendering.integrator, rendering.techniques);
+    say!("integrator  {name}: {}", rendering.techniques);
     say!("left out    {}", rendering.notes.left_out);
     if let Some(decision) = &rendering.notes.decision {
         say!("decision    {}", decision.to_string().replace('\n', "\n            "));

@@ -36,10 +36,8 @@ fn findings_are_shown_run_by_run() {
     let section = page.split("<h2>What runs found out</h2>").nth(1).unwrap();
     let row = |name: &str, run: usize, cells: [String; 4]| {
         let row: String = cells.map(|cell| format!("<td>{cell}</td>")).concat();
-        let row = format!("<tr><th scope=\"row\">{run}</th>{row}</tr>");
-        let table = section.split(&format!("<h3>{name}</h3>")).nth(1).unwrap();
-        let table = table.split("</table>").next().unwrap();
-        assert!(table.contains(&row), "{row} is not in {table}");
+        let row = format!("<tr><th scope=\"row\">{name}, {run}</th>{row}</tr>");
+        assert!(section.contains(&row), "{row} is not in {section}");
     };
     assert_eq!((chains.findings.len(), guided.findings.len()), (2, 2));
     for (run, found) in (1..).zip(&chains.findings) {
