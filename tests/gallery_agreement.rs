@@ -190,29 +190,6 @@ fn door_ajar() {
 }
 
 #[test]
-fn door_ajar_narrow() {
-    agree(
-        "door-ajar-narrow",
-        &Targets {
-            path: 0.4,
-            light: Some(0.12),
-            bidirectional: 0.12,
-            uniform: None,
-            blocks: false,
-        },
-    );
-}
-
-/// What is seen in a mirror is found as in the pool.
-#[test]
-fn mirror_chain() {
-    agree(
-        "mirror-chain",
-        &Targets { path: 0.05, light: None, bidirectional: 0.03, uniform: None, blocks: false },
-    );
-}
-
-#[test]
 #[ignore = "takes long: standard errors of 0.2 %"]
 fn means_agree_to_a_fifth_of_a_percent() {
     agree(
@@ -258,5 +235,25 @@ fn means_agree_to_a_fifth_of_a_percent() {
             uniform: None,
             blocks: true,
         },
+    );
+}
+
+/// Paths that are found so rarely that a short test does not know its own error.
+#[test]
+#[ignore = "takes long: up to 1e7 samples"]
+fn rare_paths_agree() {
+    agree(
+        "door-ajar-narrow",
+        &Targets {
+            path: 0.2,
+            light: Some(0.08),
+            bidirectional: 0.08,
+            uniform: None,
+            blocks: false,
+        },
+    );
+    agree(
+        "mirror-chain",
+        &Targets { path: 0.03, light: None, bidirectional: 0.03, uniform: None, blocks: false },
     );
 }

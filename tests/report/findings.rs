@@ -10,7 +10,7 @@ use pathspace::scene::World;
 
 #[test]
 fn findings_are_shown_run_by_run() {
-    let size = UVec2::splat(8);
+    let size = UVec2::splat(16);
     let scene = cornell_box(size.x);
     let paths = PathTracer::up_to(2);
     let (chains, guided) = (Metropolis::over(paths), Guiding::new(paths));
@@ -19,7 +19,7 @@ fn findings_are_shown_run_by_run() {
         ("metropolis", &chains),
         ("guided", &guided),
     ]);
-    let plan = Plan { budget: Budget::Samples(64), seeds: 2, ..Plan::default() };
+    let plan = Plan { budget: Budget::Samples(256), seeds: 2, ..Plan::default() };
     let study = study(
         &scene.world,
         &*scene.camera,
@@ -44,13 +44,13 @@ fn findings_are_shown_run_by_run() {
         let FindingsReport { normalization: Some(b), guidance: None } = found else {
             panic!("{found:?}")
         };
-        // 4096 candidates for each of two sets of chains.
-        assert_eq!((b.candidates, b.black), (8192, 0));
+        // 4096 candidates for each of eight sets of chains.
+        assert_eq!((b.candidates, b.black), (32768, 0));
         let z = (b.mean / (study.images[1].mean.mean().0.iter().sum::<f64>() / 3.0) - 1.0)
             / b.relative_standard_error;
         assert!(z.abs() < 4.0, "{z} standard errors from the image");
         let error = percent(b.relative_standard_error);
-        row("metropolis", run, [number(b.mean), error, "8192".to_owned(), "0".to_owned()]);
+        row("metropolis", run, [number(b.mean), error, "32768".to_owned(), "0".to_owned()]);
     }
     for (run, found) in (1..).zip(&guided.findings) {
         let FindingsReport { normalization: None, guidance: Some(g) } = found else {
