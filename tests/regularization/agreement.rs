@@ -70,7 +70,7 @@ fn waves() -> TestScene {
         }
     }
     stage.mesh(&mesh, DAffine3::IDENTITY, Material::Dielectric { relative_ior: 1.33 });
-    let lamp = stage.square(4.0, 1.0, false, Material::Black);
+    let lamp = stage.square(3.5, 2.0, false, Material::Black);
     stage.glow(lamp, 1.0);
     let eye = camera(DVec3::new(0.0, -2.0, 3.0), DVec3::ZERO, 20.0);
     TestScene { name: "waves".into(), world: stage.build(), camera: Box::new(eye) }
@@ -85,7 +85,7 @@ fn a_small_radius_is_the_scene_without() -> Result {
         let TestScene { name, world, camera } = &scene;
         let plain = PathTracer::up_to(5);
         let regularized = Regularization::fixed(plain, 0.02);
-        let most = if name == "waves" { 1 << 16 } else { 1 << 10 };
+        let most = if name == "waves" { 1 << 15 } else { 1 << 10 };
         let comparison = Comparison { blocks: false, most, ..Comparison::default() };
         let named: [Named<'_>; 2] = [("plain", &plain), ("regularized", &regularized)];
         let measured = named.map(|named| measure(world, &**camera, named, &comparison));
