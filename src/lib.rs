@@ -84,6 +84,7 @@
 //! | radiance from photons | `L ≈ 1/N Σ f Φ / (π r²)` | [`PhotonMap`], [`PhotonMapping`] |
 //! | the radius of a pass | `r_i² = r_1² i^(α-1)` | [`Merging`] |
 //! | virtual lights | `L ≈ 1/N Σ min(G, g) f f Φ`, rest by going on | [`InstantRadiosity`] |
+//! | regularisation | `δ⊥ ≈ κ` on a disc of slopes, `ε_i² = ε_1² i^(α-1)` | [`Regularization`] |
 //! | connections and merges | all (s, t), all merges | [`VertexConnectionMerging`] |
 //!
 //! # The modules
@@ -137,6 +138,7 @@
 //! [`PhotonMapping`]: integrator::PhotonMapping
 //! [`Merging`]: integrator::Merging
 //! [`InstantRadiosity`]: integrator::InstantRadiosity
+//! [`Regularization`]: integrator::Regularization
 //! [`VertexConnectionMerging`]: integrator::VertexConnectionMerging
 
 pub mod bsdf;

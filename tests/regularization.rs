@@ -15,6 +15,8 @@ mod worlds;
 mod agreement;
 #[path = "regularization/bias.rs"]
 mod bias;
+#[path = "regularization/efficiency.rs"]
+mod efficiency;
 #[path = "regularization/furnaces.rs"]
 mod furnaces;
 #[path = "regularization/lobes.rs"]

@@ -55,22 +55,18 @@ impl<I: Default> Default for Regularization<I> {
 }
 
 /// A rendering of an integrator in regularised scenes.
-pub enum RegularizedPasses<'a, S: Scene + ?Sized + 'a, I: Integrator<S> + 'a> {
+pub struct RegularizedPasses<'a, S: Scene + ?Sized + 'a, I: Integrator<S> + 'a> {
+    settings: &'a Regularization<I>,
+    /// With the needs of the regularised scene.
+    stage: Stage<'a, S>,
+    kind: Kind<I::Run<'a>>,
+}
+
+enum Kind<R> {
     /// There is nothing to regularise.
-    Unchanged(I::Run<'a>),
-    /// The passes.
-    Passes {
-        /// The settings.
-        settings: &'a Regularization<I>,
-        /// The subject, with the needs of the regularised scene.
-        stage: Stage<'a, S>,
-        /// The techniques in the regularised scene.
-        techniques: TechniqueSet,
-        /// The notes, which are those there.
-        notes: Box<Notes>,
-        /// ε of the pass.
-        radius: f64,
-    },
+    Unchanged(R),
+    /// What the integrator has to say of the regularised scene, and ε of the pass.
+    Regularized { techniques: TechniqueSet, notes: Box<Notes>, radius: f64 },
 }
 
 impl<S, I> Integrator<S> for Regularization<I>
@@ -104,18 +100,20 @@ where
         if !(self.alpha > 0.0 && self.alpha <= 1.0) {
             return refused(format!("alpha must be in (0, 1], but is {}", self.alpha));
         }
-        if !stage.needs.contains(Needs::DIRAC_LOBES) {
-            return self.integrator.start(stage, crew).map(RegularizedPasses::Unchanged);
-        }
-        let (needs, radius) = (stage.needs.regularized(), self.radius(0));
-        let scene = Regularized::of_valid(stage.scene, radius);
-        let (techniques, notes) =
-            viewed::look(&self.integrator, stage.viewed(&scene, needs), crew)?;
-        let shrinks = self.alpha < 1.0;
-        let estimator = if shrinks { Estimator::Consistent } else { Estimator::Biased };
-        let notes = Box::new(Notes { estimator, ..notes });
-        let stage = Stage { needs, ..stage };
-        Ok(RegularizedPasses::Passes { settings: self, stage, techniques, notes, radius })
+        let has_dirac_lobes = stage.needs.contains(Needs::DIRAC_LOBES);
+        let (settings, stage) = (self, Stage { needs: stage.needs.regularized(), ..stage });
+        let kind = if has_dirac_lobes {
+            let radius = self.radius(0);
+            let scene = Regularized::of_valid(stage.scene, radius);
+            let view = stage.viewed(&scene, stage.needs);
+            let (techniques, mut notes) = viewed::look(&self.integrator, view, crew)?;
+            let shrinks = self.alpha < 1.0;
+            notes.estimator = if shrinks { Estimator::Consistent } else { Estimator::Biased };
+            Kind::Regularized { techniques, notes: Box::new(notes), radius }
+        } else {
+            Kind::Unchanged(self.integrator.start(stage, crew)?)
+        };
+        Ok(RegularizedPasses { settings, stage, kind })
     }
 }
 
@@ -127,35 +125,35 @@ where
     type Chunk = <<I as Integrator<S>>::Run<'a> as Run<'a, S>>::Chunk;
 
     fn techniques(&self) -> TechniqueSet {
-        match self {
-            Self::Unchanged(run) => run.techniques(),
-            Self::Passes { techniques, .. } => *techniques,
+        match &self.kind {
+            Kind::Unchanged(run) => run.techniques(),
+            Kind::Regularized { techniques, .. } => *techniques,
         }
     }
 
     fn notes(&self) -> Notes {
-        match self {
-            Self::Unchanged(run) => run.notes(),
-            Self::Passes { notes, .. } => (**notes).clone(),
+        match &self.kind {
+            Kind::Unchanged(run) => run.notes(),
+            Kind::Regularized { notes, .. } => (**notes).clone(),
         }
     }
 
     fn prepares(&self) -> bool {
-        match self {
-            Self::Unchanged(run) => run.prepares(),
-            Self::Passes { .. } => true,
+        match &self.kind {
+            Kind::Unchanged(run) => run.prepares(),
+            Kind::Regularized { .. } => true,
         }
     }
 
     fn learns(&self) -> bool {
-        matches!(self, Self::Unchanged(run) if run.learns())
+        matches!(&self.kind, Kind::Unchanged(run) if run.learns())
     }
 
     fn begin_pass(&mut self, pass: u32, crew: &dyn Crew) -> Result<(), IntegratorError> {
-        match self {
-            Self::Unchanged(run) => run.begin_pass(pass, crew),
-            Self::Passes { settings, radius, .. } => {
-                *radius = settings.radius(pass);
+        match &mut self.kind {
+            Kind::Unchanged(run) => run.begin_pass(pass, crew),
+            Kind::Regularized { radius, .. } => {
+                *radius = self.settings.radius(pass);
                 Ok(())
             }
         }
@@ -168,26 +166,27 @@ where
         chunk: &mut Self::Chunk,
         scratch: &mut Scratch<'a, S>,
     ) {
-        match self {
-            Self::Unchanged(run) => run.draw(samples, sink, chunk, scratch),
-            Self::Passes { settings, stage, radius, .. } => {
-                let scene = Regularized::of_valid(stage.scene, *radius);
-                let stage = stage.viewed(&scene, stage.needs);
-                viewed::draw(&settings.integrator, stage, samples, sink, &mut scratch.counters);
+        match &self.kind {
+            Kind::Unchanged(run) => run.draw(samples, sink, chunk, scratch),
+            Kind::Regularized { radius, .. } => {
+                let scene = Regularized::of_valid(self.stage.scene, *radius);
+                let view = self.stage.viewed(&scene, self.stage.needs);
+                let integrator = &self.settings.integrator;
+                viewed::draw(integrator, view, samples, sink, &mut scratch.counters);
             }
         }
     }
 
     fn collect(&mut self, chunk: &mut Self::Chunk) {
-        if let Self::Unchanged(run) = self {
+        if let Kind::Unchanged(run) = &mut self.kind {
             run.collect(chunk);
         }
     }
 
     fn take_preparation(&mut self) -> Counters {
-        match self {
-            Self::Unchanged(run) => run.take_preparation(),
-            Self::Passes { .. } => Counters::default(),
+        match &mut self.kind {
+            Kind::Unchanged(run) => run.take_preparation(),
+            Kind::Regularized { .. } => Counters::default(),
         }
     }
 }

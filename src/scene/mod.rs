@@ -13,6 +13,8 @@
 //! | the same for a receiver | [`Scene::pick_light_for`], [`Scene::pick_pmf_for`] |
 //! | features that the scene has at all | [`Needs`] |
 //!
+//! [`Regularized`] is a scene with glossy lobes in place of Dirac ones.
+//!
 //! A [`WorldBuilder`] makes a [`World`] of shapes, [`Mesh`]es, [`Material`]s and lights. It refuses
 //! what cannot be rendered with a [`SceneError`]; a [`Warning`] tells where f64 gets short.
 

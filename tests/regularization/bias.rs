@@ -34,7 +34,7 @@ fn wall() -> (World, PinholeCamera) {
 }
 
 /// A point light over water, and its light on the floor as seen from above (row C12).
-fn pool() -> (World, PinholeCamera) {
+pub fn pool() -> (World, PinholeCamera) {
     let world = floor_and(DVec3::Z * 3.0, |stage| {
         stage.square(1.0, 100.0, true, Material::Dielectric { relative_ior: WATER });
     });
@@ -93,7 +93,7 @@ fn irradiance_by_water(distance: f64, epsilon: f64) -> f64 {
 }
 
 /// The radiance that the camera above the pool sees.
-fn radiance_of_pool(epsilon: f64) -> f64 {
+pub fn radiance_of_pool(epsilon: f64) -> f64 {
     let passing = 1.0 - fresnel(1.0, 1.0, WATER);
     over_disc(epsilon, |slope| {
         let sine = slope.length() / (1.0 + slope.length_squared()).sqrt() / WATER;
