@@ -9,9 +9,12 @@ use glam::DVec3;
 /// Most leaves, and most nodes of all their quadtrees: 13 MB with those that are being learnt.
 const LEAVES: usize = 1 << 11;
 const NODES: usize = 1 << 17;
-/// A leaf is divided if it has more than this times √n of n records: then leaves and the records in
-/// each grow alike.
+/// A leaf is divided if it has more than this times √n of n records with energy: then leaves and the
+/// records in each grow alike.
 const RECORDS: f64 = 6.0;
+/// A leaf is guided unless the second moment without that is less than this part of that with it:
+/// what was tried was learnt from fewer records than are there now.
+const MARGIN: f64 = 0.8;
 
 /// Distributions of directions, one for each part of space.
 #[derive(Clone, Debug)]
@@ -34,6 +37,10 @@ struct Leaf {
     /// The index of its part.
     part: u32,
     density: Option<Quadtree>,
+    /// True if walks are guided here.
+    is_used: bool,
+    /// Second moments of what was estimated here, without guiding and with it.
+    moments: [f64; 2],
     /// What has been learnt since: energies, and the number of records and the box around them.
     learnt: Quadtree,
     records: u64,
@@ -47,6 +54,7 @@ pub struct Record {
     point: DVec3,
     place: Place,
     energy: f64,
+    moments: [f64; 2],
 }
 
 impl Field {
@@ -54,21 +62,30 @@ impl Field {
     #[must_use]
     pub fn unknown() -> Self {
         let learnt = Quadtree::empty();
-        let leaf = Leaf { part: 0, density: None, learnt, records: 0, bounds: Bounds::EMPTY };
+        let leaf = Leaf {
+            part: 0,
+            density: None,
+            is_used: false,
+            moments: [0.0; 2],
+            learnt,
+            records: 0,
+            bounds: Bounds::EMPTY,
+        };
         Self { parts: vec![Part::Leaf(0)], leaves: vec![leaf] }
     }
 
     /// The number of distributions.
     #[must_use]
     pub fn known(&self) -> usize {
-        self.leaves.iter().filter(|leaf| leaf.density.is_some()).count()
+        self.leaves.iter().filter(|leaf| leaf.density.is_some() && leaf.is_used).count()
     }
 
     /// The distribution at a point; `None` where nothing is known.
     #[inline]
     #[must_use]
     pub fn at(&self, point: DVec3) -> Option<&Quadtree> {
-        self.leaves[self.leaf(point) as usize].density.as_ref()
+        let leaf = &self.leaves[self.leaf(point) as usize];
+        leaf.density.as_ref().filter(|_| leaf.is_used)
     }
 
     #[inline]
@@ -82,23 +99,41 @@ impl Field {
         }
     }
 
-    /// The record of radiance that arrives at a point from a direction, over the density per solid
-    /// angle with which that was sampled; `None` unless it is a number.
+    /// The record of an estimate at a point, by a direction that was sampled with a density per
+    /// solid angle, and that the BSDF would have sampled with another; `None` unless it is a number.
     #[inline]
     #[must_use]
-    pub fn record(&self, point: DVec3, direction: DVec3, energy: f64) -> Option<Record> {
+    pub fn record(
+        &self,
+        point: DVec3,
+        direction: DVec3,
+        energy: f64,
+        [pdf, plain]: [f64; 2],
+        alpha: f64,
+    ) -> Option<Record> {
         let leaf = self.leaf(point);
-        energy.is_finite().then(|| Record { leaf, point, place: place(direction), energy })
+        let mut moments = [0.0; 2];
+        if let Some(density) = &self.leaves[leaf as usize].density
+            && energy > 0.0
+        {
+            let guided = alpha * plain + (1.0 - alpha) * density.density(direction).value();
+            moments = [plain, guided].map(|p| energy * energy * pdf / p);
+        }
+        let is_finite = energy.is_finite() && moments.iter().all(|m| m.is_finite());
+        is_finite.then(|| Record { leaf, point, place: place(direction), energy, moments })
     }
 
     /// Takes in records of this field, in their order.
     pub fn learn(&mut self, records: &[Record]) {
-        for &Record { leaf, point, place, energy } in records {
+        for &Record { leaf, point, place, energy, moments } in records {
             let Some(leaf) = self.leaves.get_mut(leaf as usize) else { continue };
-            leaf.records += 1;
-            leaf.bounds = leaf.bounds.union(Bounds { min: point, max: point });
             if energy > 0.0 {
+                leaf.records += 1;
+                leaf.bounds = leaf.bounds.union(Bounds { min: point, max: point });
                 leaf.learnt.add(place, energy);
+                for (sum, moment) in leaf.moments.iter_mut().zip(moments) {
+                    *sum += moment;
+                }
             }
         }
     }
@@ -109,7 +144,10 @@ impl Field {
         let records: u64 = self.leaves.iter().map(|leaf| leaf.records).sum();
         let most = RECORDS * (records as f64).sqrt();
         for leaf in &mut self.leaves {
+            let [plain, guided] = leaf.moments;
+            leaf.is_used = plain > MARGIN * guided;
             leaf.density = leaf.learnt.normalized();
+            leaf.moments = [0.0; 2];
         }
         let mut index = 0;
         while index < self.leaves.len() {

@@ -9,6 +9,8 @@ use std::f64::consts::{PI, TAU};
 const DEPTH: u32 = 20;
 /// A cell is divided if it has more than this share of the energy.
 const SHARE: f64 = 0.01;
+/// And at least so many records.
+const FEWEST: u32 = 8;
 
 /// A density of directions over the whole sphere, or the energies of which one is to be made.
 #[derive(Clone, Debug)]
@@ -21,6 +23,8 @@ pub struct Quadtree {
 struct Node {
     /// The share of each quarter, or its energy.
     shares: [f64; 4],
+    /// The number of records of each.
+    records: [u32; 4],
     /// The node that divides each quarter; 0 for none.
     nodes: [u32; 4],
 }
@@ -47,10 +51,6 @@ impl Quadtree {
     /// A tree without energy, undivided.
     pub(super) fn empty() -> Self {
         Self { nodes: vec![Node::default()] }
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.nodes.len()
     }
 
     /// Density of a unit vector.
@@ -100,6 +100,7 @@ impl Quadtree {
         for level in 0.. {
             let (node, quarter) = (&mut self.nodes[index], quarter(place, level));
             node.shares[quarter] += energy;
+            node.records[quarter] = node.records[quarter].saturating_add(1);
             match node.nodes[quarter] {
                 0 => break,
                 below => index = below as usize,
@@ -127,17 +128,19 @@ impl Quadtree {
         let least = SHARE * self.total();
         let mut nodes = vec![Node::default()];
         // Of each new node the one that it is made of, or the energy of a quarter of it.
-        let mut origins = vec![(Some(0), 0.0, 1)];
+        let mut origins = vec![(Some(0), (0.0, 0), 1)];
         let mut index = 0;
         while let Some(&(origin, quarter, depth)) = origins.get(index) {
             let origin = origin.map(|origin: u32| &self.nodes[origin as usize]);
             for i in 0..4 {
-                let energy = origin.map_or(quarter, |node| node.shares[i]);
-                if energy > least && depth < DEPTH && nodes.len() < most {
+                let (energy, records) =
+                    origin.map_or(quarter, |node| (node.shares[i], node.records[i]));
+                let is_known = energy > least && records >= FEWEST;
+                if is_known && depth < DEPTH && nodes.len() < most {
                     let below = origin.map(|node| node.nodes[i]).filter(|below| *below > 0);
                     nodes[index].nodes[i] = nodes.len() as u32;
                     nodes.push(Node::default());
-                    origins.push((below, 0.25 * energy, depth + 1));
+                    origins.push((below, (0.25 * energy, records / 4), depth + 1));
                 }
             }
             index += 1;

@@ -31,12 +31,14 @@ pub struct Guiding<I> {
     /// α, the probability with which a walk goes on by the BSDF and not by what was learnt, in
     /// (0, 1].
     pub alpha: f64,
+    /// True if walks are guided whether that pays or not.
+    pub always: bool,
 }
 
 impl<I> Guiding<I> {
     /// An integrator that is guided half of the time.
     pub const fn new(integrator: I) -> Self {
-        Self { integrator, alpha: 0.5 }
+        Self { integrator, alpha: 0.5, always: false }
     }
 }
 
@@ -136,7 +138,7 @@ where
     }
 
     fn start<'a>(&'a self, stage: Stage<'a, S>, crew: &dyn Crew) -> Started<Self::Run<'a>> {
-        let Self { integrator, alpha } = self;
+        let Self { integrator, alpha, .. } = self;
         let unknown = Field::unknown();
         let guided = Guided::new(stage.scene, &unknown, *alpha).ok_or_else(|| IntegratorError {
             integrator: Integrator::<S>::name(self),
@@ -144,7 +146,7 @@ where
         })?;
         let (techniques, notes) = look(integrator, stage.viewed(&guided, stage.needs), crew)?;
         let mut training = Training::new(integrator.teacher(), *alpha, stage, crew);
-        let guidance = training.run();
+        let guidance = training.run(self.always);
         let choice = if guidance.is_used {
             Choice::Guided(training.field)
         } else {

@@ -12,8 +12,8 @@
 //! the difference is that of the variances. Weights and roulette are taken to be the same.
 
 use super::Guidance;
-use crate::bsdf::TransportMode;
 use crate::bsdf::shading::ShadedBsdf;
+use crate::bsdf::{Bsdf, TransportMode};
 use crate::film::{Contribution, FilmSample, Sample};
 use crate::guiding::{Field, Guided, GuidedBsdf, Record};
 use crate::integrator::{Crew, PathTracer, Stage};
@@ -24,24 +24,24 @@ use crate::scene::Scene;
 use glam::DVec3;
 use std::ops::{ControlFlow, Range};
 
-/// Part of the rendering's samples that all passes together have at most, most samples, and the
-/// fewest of the first pass.
-const PART: f64 = 0.2;
-const MOST: u64 = 1 << 24;
+/// Part of the rendering's cost that learning may have without being seen to pay, and part of its
+/// samples that may be learnt from if it does; the most of them.
+const TRIAL: f64 = 0.1;
+const PART: f64 = 0.25;
+const MOST: u64 = 1 << 25;
+/// Samples of the first pass, at least, and most passes of the trial.
 const FEWEST: u64 = 1 << 10;
-const PASSES: u32 = 6;
-/// The pass after which learning goes on only if the gain is at least this.
-const TRIAL: u32 = 2;
-const HOPE: f64 = 0.5;
-/// Cost of a guided sample, and of one without where walks between flat diffuse surfaces go in
-/// lanes, over that of others with the same counts.
-const GUIDED: f64 = 1.5;
-const IN_LANES: f64 = 0.5;
+const PASSES: u32 = 4;
+/// Cost of a sample that is guided and of one that is learnt from, and of one without either where
+/// walks between flat diffuse surfaces go in lanes, over that of others with the same counts.
+const GUIDED: f64 = 1.3;
+const LEARNT: f64 = 2.5;
+const IN_LANES: f64 = 0.6;
 /// Samples of each pixel that is looked at: the fewest that have a variance.
 const SAMPLES: usize = 2;
 /// Pixels that are drawn at a time, those of a task, and tasks whose records are kept at a time.
 const BATCH: u64 = 64;
-const TASK: u64 = 1024;
+const TASK: u64 = 256;
 const TASKS: u64 = 64;
 /// Tells the numbers of these walks from those of samples.
 const OWN_NUMBERS: u64 = 0x6775_6964_696e_6773;
@@ -73,50 +73,40 @@ impl<'r, 'a, S: Scene + ?Sized> Training<'r, 'a, S> {
         Self { teacher, alpha, stage, crew, field, counters }
     }
 
-    /// Learns within the budget, as long as that may pay.
-    pub fn run(&mut self) -> Guidance {
+    /// Learns within the budget, and beyond the trial as long as that pays; regardless if it
+    /// `always` guides.
+    pub fn run(&mut self, always: bool) -> Guidance {
         let mut guidance = Guidance::default();
-        let budget = ((PART * self.stage.samples as f64) as u64).min(MOST);
-        let passes = (budget / FEWEST + 1).ilog2().min(PASSES);
+        let is_in_lanes = self.stage.scene.flat_surfaces().is_some();
+        let plain = if is_in_lanes { IN_LANES } else { 1.0 };
+        let share = |part: f64| ((part * self.stage.samples as f64) as u64).min(MOST);
+        let most = share(PART);
+        let trial = if always { most.max(7 * FEWEST) } else { share(TRIAL * plain / LEARNT) };
+        let passes = (trial / FEWEST + 1).ilog2().min(PASSES);
         if passes < 2 || self.alpha == 1.0 {
             return guidance;
         }
-        let (mut first, mut pixels) = (0, (budget >> passes) / SAMPLES as u64);
-        let mut plain_cost = f64::NAN;
-        for pass in 0..passes {
-            let found = self.pass(first..first + pixels);
+        let (mut samples, mut plain_cost) = (trial / ((1 << passes) - 1), f64::NAN);
+        for pass in 0.. {
+            let goes_on = guidance.is_used && guidance.samples + samples <= most;
+            if pass >= passes && !goes_on {
+                break;
+            }
+            let first = guidance.samples / SAMPLES as u64;
+            let found = self.pass(first..first + samples / SAMPLES as u64);
             self.field.update();
             self.counters += found.counters;
             guidance.samples += found.counters.samples;
             guidance.parts = self.field.known();
-            first += pixels;
-            pixels *= 2;
+            samples *= 2;
             let cost = found.counters.cost() / found.counters.samples as f64;
             if pass == 0 {
-                let is_in_lanes = self.stage.scene.flat_surfaces().is_some();
-                plain_cost = if is_in_lanes { IN_LANES * cost } else { cost };
+                plain_cost = plain * cost;
                 continue;
             }
-            let plain = found.variance + found.difference;
-            guidance.gain = plain * plain_cost / (found.variance * GUIDED * cost);
-            if std::env::var("GDBG").is_ok() {
-                eprintln!(
-                    "pass {pass} pixels {} var {} diff {} ratio {} cost {} {} {:?}",
-                    found.pixels,
-                    found.variance / found.pixels as f64,
-                    found.difference / found.pixels as f64,
-                    plain / found.variance,
-                    plain_cost,
-                    cost,
-                    guidance
-                );
-            }
-            guidance.is_used = guidance.gain > 1.0;
-            if pass >= TRIAL
-                && guidance.gain.partial_cmp(&HOPE) != Some(std::cmp::Ordering::Greater)
-            {
-                break;
-            }
+            let variance = found.variance + found.difference;
+            guidance.gain = variance * plain_cost / (found.variance * GUIDED * cost);
+            guidance.is_used = always || guidance.gain > 1.0;
         }
         guidance
     }
@@ -191,7 +181,8 @@ impl<'r, 'a, S: Scene + ?Sized> Training<'r, 'a, S> {
                 for i in (1..camera.len().saturating_sub(1)).rev() {
                     let next = ahead[i + 1];
                     ahead[i] += next;
-                    match record(&self.field, &camera[i], &camera[i + 1], next) {
+                    let direction = -camera[i + 1].to_previous;
+                    match record(&self.field, self.alpha, &camera[i], direction, next) {
                         Some(Ok(record)) => part.records.push(record),
                         Some(Err(())) => site.counters.non_finite += 1,
                         None => {}
@@ -211,7 +202,7 @@ impl<'r, 'a, S: Scene + ?Sized> Training<'r, 'a, S> {
 
 /// The luminance of a sample, by what each vertex of its walk contributes, and how much more its
 /// second moment is without guiding.
-fn compare<B: crate::bsdf::Bsdf>(camera: &[Vertex<GuidedBsdf<'_, B>>], own: &[Rgb]) -> (f64, f64) {
+fn compare<B: Bsdf>(camera: &[Vertex<GuidedBsdf<'_, B>>], own: &[Rgb]) -> (f64, f64) {
     let sum: f64 = own.iter().map(|value| value.luminance()).sum();
     let (mut rest, mut ratio, mut difference) = (sum, 1.0, 0.0);
     for (i, vertex) in camera.iter().enumerate() {
@@ -240,27 +231,26 @@ fn compare<B: crate::bsdf::Bsdf>(camera: &[Vertex<GuidedBsdf<'_, B>>], own: &[Rg
     (sum, difference)
 }
 
-/// The record of what comes to a vertex from the next one, given what the walk has estimated there
-/// and beyond; an error if it is not a number, `None` if the direction was that of a Dirac lobe.
-fn record<B: crate::bsdf::Bsdf>(
+/// The record of what goes on from a vertex, `f L |cos θ| / p`, given what the walk contributes
+/// beyond; an error if it is not a number, `None` if the direction was that of a Dirac lobe.
+fn record<B: Bsdf>(
     field: &Field,
-    vertex: &Vertex<B>,
-    next: &Vertex<B>,
-    value: Rgb,
+    alpha: f64,
+    vertex: &Vertex<GuidedBsdf<'_, B>>,
+    direction: DVec3,
+    mut value: Rgb,
 ) -> Option<Result<Record, ()>> {
-    if vertex.dirac {
-        return None;
-    }
-    vertex.finite_bsdf()?;
-    let direction: DVec3 = -next.to_previous;
-    let pdf = vertex.pdf_next.per_solid_angle(vertex.point.geometric_normal.dot(direction));
-    let mut radiance = value;
-    for (channel, throughput) in radiance.0.iter_mut().zip(next.throughput.0) {
-        // Where the throughput is 0, nothing was estimated.
+    let bsdf = vertex.finite_bsdf().filter(|_| !vertex.dirac)?;
+    let plain = ShadedBsdf::new(bsdf.model().inner(), &vertex.point);
+    let plain = plain.pdf(vertex.to_previous, direction, TransportMode::Radiance);
+    let cosine = vertex.point.geometric_normal.dot(direction);
+    let pdfs = [vertex.pdf_next, plain].map(|pdf| pdf.per_solid_angle(cosine).value());
+    for (channel, throughput) in value.0.iter_mut().zip(vertex.throughput.0) {
+        // Nothing is known of a channel without throughput.
         *channel = if *channel == 0.0 { 0.0 } else { *channel / throughput };
     }
-    let energy = radiance.luminance() / pdf.value();
-    Some(field.record(vertex.point.position, direction, energy).ok_or(()))
+    let energy = value.luminance();
+    Some(field.record(vertex.point.position, direction, energy, pdfs, alpha).ok_or(()))
 }
 
 /// Path tracing that keeps the vertices of its walks.
