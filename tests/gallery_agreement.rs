@@ -254,6 +254,6 @@ fn rare_paths_agree() {
     );
     agree(
         "mirror-chain",
-        &Targets { path: 0.03, light: None, bidirectional: 0.03, uniform: None, blocks: false },
+        &Targets { path: 0.04, light: None, bidirectional: 0.06, uniform: None, blocks: false },
     );
 }
