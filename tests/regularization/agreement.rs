@@ -46,7 +46,7 @@ fn assert_agree(scene: &TestScene, epsilon: f64, bounces: u32, is_wide: bool) ->
 fn integrators_agree_among_narrow_lobes() -> Result {
     assert_agree(&worlds::mixtures(Placement::UNIT)?, 0.2, 3, false)?;
     assert_agree(&worlds::smooth_normals(Placement::UNIT)?, 0.2, 3, false)?;
-    assert_agree(&worlds::glass(Placement::UNIT)?, 0.2, 3, false)
+    assert_agree(&worlds::glass(Placement::UNIT)?, 0.5, 3, false)
 }
 
 #[test]
