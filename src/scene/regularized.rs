@@ -31,6 +31,9 @@ use std::f64::consts::PI;
 
 /// A scene with all Dirac lobes mollified, those of what passes straight through as well: nothing is
 /// left that an integrator could not connect or hit. All else is the scene's own.
+///
+/// A lobe becomes a uniform disc around its image, in the plane of slopes tan θ on the side of the
+/// smaller index (after Kaplanyan and Dachsbacher 2013).
 #[derive(Debug)]
 pub struct Regularized<'a, S: ?Sized> {
     scene: &'a S,
@@ -146,7 +149,7 @@ impl<S: SurfaceArea + ?Sized> SurfaceArea for Regularized<'_, S> {
     }
 }
 
-/// A BSDF with its Dirac lobes mollified; see the source of [`Regularized`].
+/// A BSDF with its Dirac lobes mollified, as those of [`Regularized`] are.
 #[derive(Clone, Copy, Debug)]
 pub struct RegularizedBsdf<B> {
     bsdf: B,

@@ -117,7 +117,7 @@ fn assert_consistent(model: &impl Bsdf, fixed: DVec3, mode: TransportMode, sampl
 #[test]
 fn samples_follow_the_density_at_every_radius() {
     const SAMPLES: u32 = 4000;
-    let (models, cases) = (smooth_models(), cases(&[1.0, 0.7, 0.2, 0.02]));
+    let (models, cases) = (smooth_models(), cases(&[1.0, 0.7, 0.02]));
     let radii = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
     let level = sidak(0.01, models.len() * cases.len() * radii.len());
     for (name, inner) in &models {
@@ -175,7 +175,7 @@ fn every_smooth_model_passes_the_checks_of_a_bsdf() {
     for (number, (name, model)) in smooth_models().iter().enumerate() {
         let model = regularized(&**model, 0.3);
         assert!(!model.lobes().intersects(Lobes::DIRAC), "{name}");
-        for (fixed, mode) in cases(&[0.9, 0.5]) {
+        for (fixed, mode) in cases(&[0.7]) {
             let mut sampler = Independent { seed: number as u64 }.sampler(0, 0);
             let report = check(&model, fixed, mode, &mut sampler, 5000);
             let Report { asymmetry, albedo, .. } = report;
