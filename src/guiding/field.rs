@@ -74,6 +74,14 @@ impl Field {
         Self { parts: vec![Part::Leaf(0)], leaves: vec![leaf] }
     }
 
+    /// One distribution everywhere.
+    #[cfg(test)]
+    pub(super) fn of(density: Quadtree) -> Self {
+        let mut field = Self::unknown();
+        (field.leaves[0].density, field.leaves[0].is_used) = (Some(density), true);
+        field
+    }
+
     /// The number of distributions.
     #[must_use]
     pub fn known(&self) -> usize {

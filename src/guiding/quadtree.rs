@@ -53,6 +53,42 @@ impl Quadtree {
         Self { nodes: vec![Node::default()] }
     }
 
+    /// The density in proportion to a function of the middles of cells, so many levels deep where
+    /// that is not 0.
+    #[cfg(test)]
+    pub(super) fn of(levels: u32, energy: &dyn Fn(DVec2) -> f64) -> Self {
+        fn grow(
+            nodes: &mut Vec<Node>,
+            corner: DVec2,
+            levels: u32,
+            size: f64,
+            energy: &dyn Fn(DVec2) -> f64,
+        ) -> f64 {
+            let index = nodes.len();
+            nodes.push(Node::default());
+            let half = 0.5 * size;
+            for i in 0..4usize {
+                let corner = corner + half * DVec2::new((i & 1) as f64, (i >> 1) as f64);
+                nodes[index].shares[i] = if levels == 1 {
+                    energy(corner + 0.5 * half)
+                } else {
+                    let below = nodes.len();
+                    let sum = grow(nodes, corner, levels - 1, half, energy);
+                    if sum == 0.0 {
+                        nodes.truncate(below);
+                    } else {
+                        nodes[index].nodes[i] = below as u32;
+                    }
+                    sum
+                };
+            }
+            nodes[index].shares.iter().sum()
+        }
+        let mut nodes = Vec::new();
+        grow(&mut nodes, DVec2::ZERO, levels, 1.0, energy);
+        Self { nodes }.normalized().expect("some energy")
+    }
+
     /// Density of a unit vector.
     #[inline]
     #[must_use]

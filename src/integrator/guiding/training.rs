@@ -24,12 +24,13 @@ use crate::scene::Scene;
 use glam::DVec3;
 use std::ops::{ControlFlow, Range};
 
-/// Part of the rendering's cost that learning may have without being seen to pay, and part of its
-/// samples that may be learnt from if it does; the most of them.
+/// Parts of the rendering's cost that learning may have, by what is known: as a trial, and in all
+/// if the second moment with guiding is less by this; most samples.
 const TRIAL: f64 = 0.1;
-const PART: f64 = 0.25;
+const PART: f64 = 0.5;
+const PROMISE: f64 = 1.2;
 const MOST: u64 = 1 << 25;
-/// Samples of the first pass, at least, and most passes of the trial.
+/// Samples of the trial's first pass, at least, and most of its passes.
 const FEWEST: u64 = 1 << 10;
 const PASSES: u32 = 4;
 /// Cost of a sample that is guided and of one that is learnt from, and of one without either where
@@ -73,23 +74,23 @@ impl<'r, 'a, S: Scene + ?Sized> Training<'r, 'a, S> {
         Self { teacher, alpha, stage, crew, field, counters }
     }
 
-    /// Learns within the budget, and beyond the trial as long as that pays; regardless if it
-    /// `always` guides.
+    /// Learns within the budget, and beyond the trial as long as that promises something; within the
+    /// whole budget, and so much as it takes, if walks are `always` guided.
     pub fn run(&mut self, always: bool) -> Guidance {
         let mut guidance = Guidance::default();
         let is_in_lanes = self.stage.scene.flat_surfaces().is_some();
         let plain = if is_in_lanes { IN_LANES } else { 1.0 };
-        let share = |part: f64| ((part * self.stage.samples as f64) as u64).min(MOST);
-        let most = share(PART);
-        let trial = if always { most.max(7 * FEWEST) } else { share(TRIAL * plain / LEARNT) };
+        let budget = (self.stage.samples as f64 * plain / LEARNT).min(MOST as f64);
+        let most = (PART * budget) as u64;
+        let trial = if always { most.max(7 * FEWEST) } else { (TRIAL * budget) as u64 };
         let passes = (trial / FEWEST + 1).ilog2().min(PASSES);
         if passes < 2 || self.alpha == 1.0 {
             return guidance;
         }
-        let (mut samples, mut plain_cost) = (trial / ((1 << passes) - 1), f64::NAN);
+        let mut samples = trial / ((1 << passes) - 1);
+        let (mut plain_cost, mut is_promising) = (f64::NAN, true);
         for pass in 0.. {
-            let goes_on = guidance.is_used && guidance.samples + samples <= most;
-            if pass >= passes && !goes_on {
+            if pass >= passes && !(is_promising && guidance.samples + samples <= most) {
                 break;
             }
             let first = guidance.samples / SAMPLES as u64;
@@ -104,9 +105,10 @@ impl<'r, 'a, S: Scene + ?Sized> Training<'r, 'a, S> {
                 plain_cost = plain * cost;
                 continue;
             }
-            let variance = found.variance + found.difference;
-            guidance.gain = variance * plain_cost / (found.variance * GUIDED * cost);
+            let ratio = (found.variance + found.difference) / found.variance;
+            guidance.gain = ratio * plain_cost / (GUIDED * cost);
             guidance.is_used = always || guidance.gain > 1.0;
+            is_promising = ratio > PROMISE;
         }
         guidance
     }
