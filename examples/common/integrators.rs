@@ -67,7 +67,7 @@ pub struct Tuning {
     #[command(flatten)]
     chains: Chains,
     /// Radius of what mirrors and glass are blurred by in the first pass, in radians near the
-    /// normal; for regularized [default: 0.02]
+    /// normal; for regularized [default: 0.1]
     #[arg(long, value_parser = parse_mollifier)]
     epsilon: Option<f64>,
     /// Probability of going on by the BSDF alone and not by what was learnt; for guided and
