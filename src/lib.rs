@@ -98,6 +98,7 @@
 //! | [`render`] | the driver: passes, budget, threads, progress; measurements |
 //! | [`integrator`] | the integrators, a page each |
 //! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
+//! | [`guiding`] | a view of a scene whose camera walks go where light was found before |
 //! | [`photon_map`] | photons and the search for those near a point |
 //! | [`gallery`] | the shipped scenes |
 //! | [`scene`] | the trait that a host renderer implements; the ready-made [`World`] |

@@ -185,7 +185,7 @@ fn relative_ior(bsdf: &impl Bsdf, to_camera: DVec3, to_light: DVec3) -> f64 {
     }
     let there = bsdf.eval(to_light, to_camera).max_component();
     let ratio = bsdf.eval(to_camera, to_light).max_component() / there;
-    if ratio > 0.0 && ratio.is_finite() { ratio.sqrt().sqrt() } else { 1.0 }
+    if ratio > 0.0 && ratio.is_finite() { ratio.sqrt() } else { 1.0 }
 }
 
 impl<S: Scene + ?Sized> Scene for Guided<'_, S> {

@@ -259,7 +259,7 @@ fn the_mean_does_not_depend_on_the_field() {
     let world = cap_sphere(0.8);
     let fields = [narrow(DVec3::NEG_Z), narrow(DVec3::X), Field::of(Quadtree::of(4, &random))];
     for field in &fields {
-        let values = values(&world, field, 0.5, 2_000_000);
+        let values = values(&world, field, 0.8, 2_000_000);
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
         let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n;

@@ -169,7 +169,6 @@ pub(super) mod on_world {
     starts! {
         adaptive: Adaptive,
         bidirectional: Bidirectional,
-        guided_bidirectional: Guiding<Bidirectional>,
         guided_path_tracer: Guiding<PathTracer>,
         instant_radiosity: InstantRadiosity,
         light_tracer: LightTracer,

@@ -67,8 +67,6 @@ impl Guidable for PathTracer {
 }
 
 impl Guidable for Bidirectional {
-    const ON_WORLD: Option<StartOnWorld<Guiding<Self>>> = Some(on_world::guided_bidirectional);
-
     fn teacher(&self) -> PathTracer {
         let Self { depth, roulette, heuristic, .. } = *self;
         let roulette = roulette.without_constant();
