@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 
 /// Numbers without an order, a quarter of them 0.
 fn random(cell: DVec2) -> f64 {
-    let x = (cell.dot(DVec2::new(12.9898, 78.233)).sin() * 43_758.5453).fract().abs();
+    let x = (cell.dot(DVec2::new(12.9898, 78.233)).sin() * 43_758.545_3).fract().abs();
     if x < 0.25 { 0.0 } else { x }
 }
 
