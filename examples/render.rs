@@ -17,7 +17,7 @@ mod common;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 use common::{
-    AnyIntegrator, FileOptions, FilterName, INTERRUPTED, MANY, NamedScene, SamplerName, SharedWalks,
+    AnyIntegrator, FileOptions, FilterName, INTERRUPTED, MANY, NamedScene, SamplerName, Tuning,
 };
 use cpu_time::ProcessTime;
 use pathspace::film::{ImageFile, check_replaceable};
@@ -52,7 +52,7 @@ struct Arguments {
     #[arg(long, value_enum, default_value_t = AnyIntegrator::PathTracing)]
     integrator: AnyIntegrator,
     #[command(flatten)]
-    shared: SharedWalks,
+    tuning: Tuning,
     /// Samples per pixel [default: 64, or 65536 as the limit of --target-error]
     #[arg(long, value_parser = common::parse_count::<u32, 1, MANY>, conflicts_with = "time")]
     samples: Option<u32>,
@@ -186,7 +186,7 @@ fn run(
     };
     let depth = Depth { min_bounces: arguments.min_bounces, max_bounces };
     let roulette = if arguments.no_roulette { Roulette::NEVER } else { Roulette::default() };
-    let integrator = arguments.integrator.build(depth, roulette, arguments.shared);
+    let integrator = arguments.integrator.build(depth, roulette, arguments.tuning);
     let missing = scene.missing(arguments.integrator, &*integrator)?;
     missing.iter().for_each(|paths| eprintln!("not in this image: {paths}"));
     if missing.is_empty() && !scene.is_complete(arguments.integrator, &missing) {
@@ -234,6 +234,9 @@ fn run(
     };
     let rendering = rendering.map_err(|error| match error {
         RenderError::Checkpoint(error) => format!("{}: {error}", files.npz.display()),
+        RenderError::ShardOfLearner { .. } => {
+            format!("--shard: {error}; renderings with other --seed can be averaged instead")
+        }
         error => error.to_string(),
     })?;
     let processors = clock.elapsed();
@@ -243,7 +246,7 @@ fn run(
         Some(checkpoint) => files.save(checkpoint.clone(), &metadata),
         None => Ok(()),
     };
-    print_summary(&rendering, processors, scene);
+    print_summary(&rendering, name, processors, scene);
     if let Some(out) = &files.image {
         let mut file = rendering.to_file();
         file.exposure = arguments.exposure;
@@ -318,14 +321,25 @@ impl Files {
     }
 }
 
-fn print_summary(rendering: &Rendering, processors: Duration, scene: &NamedScene) {
+fn print_summary(rendering: &Rendering, name: &str, processors: Duration, scene: &NamedScene) {
     let counters = &rendering.counters;
     let seconds = rendering.wall.as_secs_f64();
     say!("scene       {}: {}", scene.name, scene.description);
-    say!("integrator  {}: {}", rendering.integrator, rendering.techniques);
+    say!("integrator  {name}: {}", rendering.techniques);
     say!("left out    {}", rendering.notes.left_out);
     if let Some(decision) = &rendering.notes.decision {
         say!("decision    {}", decision.to_string().replace('\n', "\n            "));
+    }
+    if let Some(guidance) = &rendering.notes.guidance {
+        say!("guiding     {guidance}");
+    }
+    if let Some(normalization) = &rendering.notes.normalization {
+        say!(
+            "chains      b = {:.5} ± {:.2} %, the mean of {} candidates",
+            normalization.mean(),
+            100.0 * normalization.relative_error(),
+            normalization.candidates
+        );
     }
     say!("samples     {} per pixel, {} in all", rendering.samples_per_pixel, counters.samples);
     if let Some(error) = rendering.estimated_error {

@@ -84,6 +84,7 @@
 //! | radiance from photons | `L ≈ 1/N Σ f Φ / (π r²)` | [`PhotonMap`], [`PhotonMapping`] |
 //! | the radius of a pass | `r_i² = r_1² i^(α-1)` | [`Merging`] |
 //! | virtual lights | `L ≈ 1/N Σ min(G, g) f f Φ`, rest by going on | [`InstantRadiosity`] |
+//! | regularisation | `δ⊥ ≈ κ` on a disc of slopes, `ε_i² = ε_1² i^(α-1)` | [`Regularization`] |
 //! | connections and merges | all (s, t), all merges | [`VertexConnectionMerging`] |
 //!
 //! # The modules
@@ -97,6 +98,7 @@
 //! | [`render`] | the driver: passes, budget, threads, progress; measurements |
 //! | [`integrator`] | the integrators, a page each |
 //! | [`path`] | the core: vertices, the random walk, connections, techniques, weights |
+//! | [`guiding`] | a view of a scene whose camera walks go where light was found before |
 //! | [`photon_map`] | photons and the search for those near a point |
 //! | [`gallery`] | the shipped scenes |
 //! | [`scene`] | the trait that a host renderer implements; the ready-made [`World`] |
@@ -137,6 +139,7 @@
 //! [`PhotonMapping`]: integrator::PhotonMapping
 //! [`Merging`]: integrator::Merging
 //! [`InstantRadiosity`]: integrator::InstantRadiosity
+//! [`Regularization`]: integrator::Regularization
 //! [`VertexConnectionMerging`]: integrator::VertexConnectionMerging
 
 pub mod bsdf;
@@ -144,6 +147,7 @@ pub mod endpoint;
 pub mod film;
 pub mod gallery;
 pub mod geometry;
+pub mod guiding;
 #[cfg(feature = "import")]
 #[cfg_attr(
     not(all(feature = "gltf", feature = "mitsuba", feature = "pbrt")),

@@ -9,6 +9,8 @@ mod answer;
 mod consistent;
 #[path = "report/files.rs"]
 mod files;
+#[path = "report/findings.rs"]
+mod findings;
 #[path = "report/leave_out.rs"]
 mod leave_out;
 #[path = "report/missing.rs"]

@@ -1,8 +1,9 @@
-//! The stress matrix of docs/numerics.md, S01–S57, S61, S63, S75–S85: each row a test with an
+//! The stress matrix of docs/numerics.md, S01–S57, S61, S63, S64, S75–S85: each row a test with an
 //! oracle, an exact answer or the same scene without stress; `cargo run --release --example
 //! stability` prints the same cases in more detail. S36 is in leave_out/adaptive.rs; S44 in
 //! merging/cap.rs and analytic/furnace.rs (A12); S53 and S54 in photon_map.rs and
-//! merging/limits.rs, too; S57 in merging/dirac.rs; S50 and S63 in determinism.rs and batches.rs.
+//! merging/limits.rs, too; S57 in merging/dirac.rs; S64 in regularization/weights.rs and lobes.rs;
+//! S50 and S63 in determinism.rs and batches.rs.
 //!
 //! Standard errors are 0.5 % or what the case states; means must lie within 4 of them, nothing may
 //! be infinite or not a number, and with the same random numbers a scene of another scale, place or

@@ -155,8 +155,13 @@ fn paths_are_what_the_definitions_say() -> Result {
             println!("{:15} {heuristic:?} {audit:?}", scene.name);
             assert!(audit.value < 1e-9 && audit.weight < 1e-9, "{}: {audit:?}", scene.name);
         }
-        // The pool's lamp is too small to be hit by chance after two events above the water.
-        let rare = BTreeSet::from_iter((scene.name == "pool").then_some((0, 4)));
+        // Lamps that are too small to be hit by chance: that of the pool after two events above the
+        // water, that of the chain by any way as short.
+        let rare = match scene.name.as_str() {
+            "pool" => BTreeSet::from([(0, 4)]),
+            "mirror-chain" => BTreeSet::from([(0, 3), (0, 4)]),
+            _ => BTreeSet::new(),
+        };
         assert_eq!(&able - &rare, &seen - &rare, "{}", scene.name);
     }
     Ok(())
@@ -276,7 +281,7 @@ fn weights_in_constant_time_are_those_of_sweeps() -> Result {
                         },
                     );
                 }
-                assert!(paths > 100, "{} {set:?}: only {paths} paths", scene.name);
+                assert!(paths > 50, "{} {set:?}: only {paths} paths", scene.name);
             }
         }
     }

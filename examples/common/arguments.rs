@@ -89,6 +89,23 @@ pub fn parse_radius(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The radius of a mollifier.
+pub fn parse_mollifier(text: &str) -> Result<f64, String> {
+    parse_positive(text, "a radius of mollified lobes")
+}
+
+/// A probability that is not 0.
+pub fn parse_probability(text: &str) -> Result<f64, String> {
+    parse_positive(text, "this probability")
+}
+
+fn parse_positive(text: &str, subject: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err(format!("{subject} is in (0, 1]")),
+    }
+}
+
 /// A bound on geometry terms.
 pub fn parse_bound(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

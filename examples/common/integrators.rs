@@ -1,11 +1,13 @@
 //! The integrators by name.
 
-use super::arguments::{MANY, parse_bound, parse_count, parse_radius};
+use super::arguments::{
+    MANY, parse_bound, parse_count, parse_mollifier, parse_probability, parse_radius,
+};
 use clap::{Args, ValueEnum};
 use pathspace::gallery::Claims;
 use pathspace::integrator::{
-    Adaptive, Bidirectional, Depth, InstantRadiosity, LightTracer, Merging, PathTracer,
-    PhotonMapping, UniformArea, VertexConnectionMerging,
+    Adaptive, Bidirectional, Depth, Guiding, InstantRadiosity, LightTracer, Merging, Metropolis,
+    Multiplexed, PathTracer, PhotonMapping, Regularization, UniformArea, VertexConnectionMerging,
 };
 use pathspace::path::Roulette;
 use pathspace::report::Method;
@@ -38,11 +40,72 @@ pub enum AnyIntegrator {
     InstantRadiosity,
     /// Vertex connection and merging: bidirectional path tracing and photon mapping, weighted.
     Vcm,
+    /// Metropolis sampling in primary sample space: Markov chains that move the random numbers of
+    /// bidirectional path tracing to where they contribute much.
+    #[value(alias = "pssmlt")]
+    Metropolis,
+    /// The same over path tracing.
+    MetropolisPathTracing,
+    /// Multiplexed Metropolis light transport: chains over one technique of bidirectional path
+    /// tracing in each sample, which they choose as well.
+    #[value(alias = "mmlt")]
+    Multiplexed,
+    /// Path tracing among mirrors and glass that are slightly blurred, by a radius that shrinks from
+    /// pass to pass.
+    Regularized,
+    /// Path tracing whose walks learn first where light comes from, if that pays.
+    Guided,
+    /// The same for the camera walks of bidirectional path tracing.
+    GuidedBidirectional,
+}
+
+/// Settings of the integrators.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub struct Tuning {
+    #[command(flatten)]
+    shared: SharedWalks,
+    #[command(flatten)]
+    chains: Chains,
+    /// Radius of what mirrors and glass are blurred by in the first pass, in radians near the
+    /// normal; for regularized [default: 0.1]
+    #[arg(long, value_parser = parse_mollifier)]
+    epsilon: Option<f64>,
+    /// Probability of going on by the BSDF alone and not by what was learnt; for guided and
+    /// guided-bidirectional [default: 0.5]
+    #[arg(long, value_name = "P", value_parser = parse_probability)]
+    bsdf_fraction: Option<f64>,
+}
+
+/// Markov chains.
+#[derive(Args, Clone, Copy, Debug, Default)]
+struct Chains {
+    /// Independent samples from which chains begin and that tell the mean of the image; for
+    /// metropolis, metropolis-path-tracing and multiplexed [default: one per pixel, at least 4096]
+    #[arg(long, value_parser = parse_count::<u32, 1, MANY>)]
+    candidates: Option<u32>,
+    /// Passes after which chains begin anew; for the same [default: 16]
+    #[arg(long, value_name = "PASSES", value_parser = parse_count::<u32, 1, MANY>)]
+    restart: Option<u32>,
+    /// Probability of a large step, which draws all random numbers anew; for the same [default: 0.3]
+    #[arg(long, value_name = "P", value_parser = parse_probability)]
+    large_step: Option<f64>,
+}
+
+impl Chains {
+    fn over<I>(self, integrator: I) -> Metropolis<I> {
+        let default = Metropolis::over(integrator);
+        Metropolis {
+            candidates: self.candidates,
+            restart: self.restart.unwrap_or(default.restart),
+            large_step: self.large_step.unwrap_or(default.large_step),
+            ..default
+        }
+    }
 }
 
 /// Light walks that all pixels share.
 #[derive(Args, Clone, Copy, Debug, Default)]
-pub struct SharedWalks {
+struct SharedWalks {
     /// Radius within which photons are met in the first pass, in units of the scene; for
     /// photon-mapping and vcm [default: twice the size of a pixel on what is seen]
     #[arg(long, value_parser = parse_radius)]
@@ -71,7 +134,7 @@ impl SharedWalks {
 
 impl AnyIntegrator {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 14] = [
         Self::PathTracing,
         Self::LightTracing,
         Self::UniformArea,
@@ -80,6 +143,12 @@ impl AnyIntegrator {
         Self::PhotonMapping,
         Self::InstantRadiosity,
         Self::Vcm,
+        Self::Metropolis,
+        Self::MetropolisPathTracing,
+        Self::Multiplexed,
+        Self::Regularized,
+        Self::Guided,
+        Self::GuidedBidirectional,
     ];
 
     /// The name that the library and the command line use.
@@ -93,16 +162,18 @@ impl AnyIntegrator {
             Self::PhotonMapping => "photon-mapping",
             Self::InstantRadiosity => "instant-radiosity",
             Self::Vcm => "vcm",
+            Self::Metropolis => "metropolis",
+            Self::MetropolisPathTracing => "metropolis-path-tracing",
+            Self::Multiplexed => "multiplexed",
+            Self::Regularized => "regularized",
+            Self::Guided => "guided",
+            Self::GuidedBidirectional => "guided-bidirectional",
         }
     }
 
     /// The integrator itself.
-    pub fn build(
-        self,
-        depth: Depth,
-        roulette: Roulette,
-        shared: SharedWalks,
-    ) -> Box<dyn Method<World>> {
+    pub fn build(self, depth: Depth, roulette: Roulette, tuning: Tuning) -> Box<dyn Method<World>> {
+        let Tuning { shared, chains, epsilon, bsdf_fraction } = tuning;
         let path_tracer = PathTracer { depth, roulette, ..PathTracer::default() };
         let bidirectional = Bidirectional { depth, roulette, ..Bidirectional::default() };
         let merging = shared.merging();
@@ -126,27 +197,48 @@ impl AnyIntegrator {
                 merging,
                 correlation_aware: shared.correlation_aware,
             }),
+            Self::Metropolis => Box::new(chains.over(bidirectional)),
+            Self::MetropolisPathTracing => Box::new(chains.over(path_tracer)),
+            Self::Multiplexed => Box::new(chains.over(Multiplexed { bidirectional })),
+            Self::Regularized => {
+                let default = Regularization::new(path_tracer);
+                let epsilon = epsilon.unwrap_or(default.epsilon);
+                Box::new(Regularization { epsilon, ..default })
+            }
+            Self::Guided => Box::new(guiding(path_tracer, bsdf_fraction)),
+            Self::GuidedBidirectional => Box::new(guiding(bidirectional, bsdf_fraction)),
         }
     }
 
     /// The integrator for paths of any length up to a limit, with the usual roulette.
     pub fn build_up_to(self, max_bounces: Option<u32>) -> Box<dyn Method<World>> {
         let depth = Depth { min_bounces: 0, max_bounces };
-        self.build(depth, Roulette::default(), SharedWalks::default())
+        self.build(depth, Roulette::default(), Tuning::default())
     }
 
     /// True if it sees every path of a scene that makes these claims.
     pub fn sees_all(self, claims: &Claims) -> bool {
         match self {
-            Self::PathTracing => claims.path_tracing,
+            Self::PathTracing | Self::MetropolisPathTracing | Self::Guided => claims.path_tracing,
             Self::LightTracing => claims.light_tracing,
             Self::UniformArea => claims.uniform_area,
-            Self::Bidirectional | Self::Adaptive => claims.bidirectional,
+            Self::Bidirectional
+            | Self::Adaptive
+            | Self::Metropolis
+            | Self::Multiplexed
+            | Self::GuidedBidirectional => claims.bidirectional,
             Self::PhotonMapping => claims.photon_mapping,
             Self::InstantRadiosity => claims.instant_radiosity,
             Self::Vcm => claims.vcm,
+            // Among glossy lobes path tracing sees everything.
+            Self::Regularized => true,
         }
     }
+}
+
+fn guiding<I>(integrator: I, bsdf_fraction: Option<f64>) -> Guiding<I> {
+    let default = Guiding::new(integrator);
+    Guiding { alpha: bsdf_fraction.unwrap_or(default.alpha), ..default }
 }
 
 impl std::fmt::Display for AnyIntegrator {

@@ -21,7 +21,7 @@ pub use arguments::{
     parse_image_path, parse_radius, parse_size,
 };
 pub use command::{CARGO_COMMAND, End, WrongArgument, exit_code, options};
-pub use integrators::{AnyIntegrator, SharedWalks};
+pub use integrators::{AnyIntegrator, Tuning};
 pub use interrupt::{INTERRUPTED, interrupt_flag};
 pub use progress::{STEPS, progress_bar, show};
 pub use scenes::{AnyCamera, FileOptions, NamedScene, scene_info, scene_list, scene_or_file};

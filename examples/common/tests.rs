@@ -2,7 +2,7 @@
 
 use super::command::complete;
 use super::{
-    AnyIntegrator, End, FileOptions, MANY, SharedWalks, WrongArgument, exit_code, parse_count,
+    AnyIntegrator, End, FileOptions, MANY, Tuning, WrongArgument, exit_code, parse_count,
     parse_exposure, scene_or_file,
 };
 use clap::{CommandFactory, Parser};
@@ -17,7 +17,7 @@ struct Options {
     #[command(flatten)]
     file: FileOptions,
     #[command(flatten)]
-    shared: SharedWalks,
+    tuning: Tuning,
     #[arg(long, default_value = "pt")]
     integrator: AnyIntegrator,
     #[arg(long, default_value_t = 1, value_parser = parse_count::<u32, 1, MANY>)]
@@ -68,11 +68,32 @@ fn integrators_have_short_names() {
         ("pm", PhotonMapping),
         ("vcm", Vcm),
         ("ir", InstantRadiosity),
+        ("pssmlt", Metropolis),
+        ("mmlt", Multiplexed),
     ] {
         let long = integrator.name();
         for name in [name, long] {
             let parsed = parse(&format!("--integrator {name}")).expect(name).integrator;
             assert_eq!(parsed, integrator, "{name}");
+        }
+    }
+}
+
+#[test]
+fn integrators_are_called_by_their_names() {
+    for integrator in AnyIntegrator::ALL {
+        let name = integrator.name();
+        assert_eq!(parse(&format!("--integrator {name}")).expect(name).integrator, integrator);
+    }
+}
+
+#[test]
+fn probabilities_are_above_zero() {
+    for option in ["large-step", "bsdf-fraction", "epsilon"] {
+        assert!(parse(&format!("--{option} 1")).is_ok());
+        for text in ["0", "1.01", "-0.1", "nan", "half"] {
+            let refusal = refusal(&format!("--{option} {text}"));
+            assert!(refusal.contains("is in (0, 1]"), "{refusal}");
         }
     }
 }

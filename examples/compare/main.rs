@@ -17,7 +17,7 @@ mod table;
 use clap::Parser;
 use columns::wrapped;
 use common::{
-    AnyIntegrator, End, FileOptions, MANY, NamedScene, SharedWalks, exit_code, interrupt_flag,
+    AnyIntegrator, End, FileOptions, MANY, NamedScene, Tuning, exit_code, interrupt_flag,
     parse_count, parse_duration, parse_error, parse_size, progress_bar, scene_list, scene_or_file,
 };
 use indicatif::ProgressBar;
@@ -74,7 +74,7 @@ struct Options {
     )]
     integrators: Vec<AnyIntegrator>,
     #[command(flatten)]
-    shared: SharedWalks,
+    tuning: Tuning,
     /// Width and height of the images in pixels, into which films of files fit with the shape that
     /// they have [default: 256x256, or the file's own]
     #[arg(long, value_parser = parse_size)]
@@ -177,7 +177,7 @@ fn compare(
         }
     }
     let range = Depth { min_bounces: 0, max_bounces: depth };
-    let build = |i: &AnyIntegrator| i.build(range, Roulette::default(), options.shared);
+    let build = |i: &AnyIntegrator| i.build(range, Roulette::default(), options.tuning);
     let methods: Vec<_> = integrators.iter().map(build).collect();
     let mut contestants = Vec::new();
     for (integrator, method) in integrators.iter().zip(&methods) {

@@ -13,6 +13,7 @@ use clap::Parser;
 use common::{AnyIntegrator, End, exit_code, interrupt_flag, parse_duration, parse_size};
 use pathspace::endpoint::Camera;
 use pathspace::glam::UVec2;
+use pathspace::integrator::Estimator;
 use pathspace::path::TechniqueSet;
 use pathspace::render::{Budget, Settings};
 use pathspace::report::{
@@ -116,6 +117,17 @@ fn measure(options: &Options, name: &str, interrupted: &AtomicBool) -> Result<()
     say!();
     for method in study.report.methods.iter().filter(|method| !method.left_out.is_empty()) {
         say!("- {} leaves out {}", method.name, Omission::sentence(&method.left_out));
+    }
+    let regularized = AnyIntegrator::Regularized.name();
+    let idle = |m: &&MethodReport| m.name == regularized && m.estimator == Estimator::Unbiased;
+    if let Some(method) = study.report.methods.iter().find(idle) {
+        say!("- {} has no Dirac lobes to blur: it is path tracing", method.name);
+    }
+    for method in &study.report.methods {
+        if let Some(guidance) = method.findings.first().and_then(|found| found.guidance) {
+            let is_guided = if guidance.is_used { "is guided" } else { "is not guided" };
+            say!("- {} {is_guided}: expected gain {:.2}", method.name, guidance.expected_gain);
+        }
     }
     let settings = Settings { budget: Budget::Samples(64), ..settings };
     let adaptive = AnyIntegrator::Adaptive.build_up_to(scene.max_bounces);

@@ -8,8 +8,8 @@ use pathspace::integrator::{
 use pathspace::report::Method;
 use pathspace::scene::World;
 
-/// The integrator that leaves nothing out; `None` for the adaptive one, whose whole is the
-/// bidirectional one's.
+/// The integrator that leaves nothing out; `None` for those around another one, whose whole is that
+/// one's.
 pub fn build(
     integrator: AnyIntegrator,
     max_bounces: Option<u32>,
@@ -42,6 +42,12 @@ pub fn build(
                 ..Default::default()
             }))
         }
-        AnyIntegrator::Adaptive => return None,
+        AnyIntegrator::Adaptive
+        | AnyIntegrator::Metropolis
+        | AnyIntegrator::MetropolisPathTracing
+        | AnyIntegrator::Multiplexed
+        | AnyIntegrator::Regularized
+        | AnyIntegrator::Guided
+        | AnyIntegrator::GuidedBidirectional => return None,
     })
 }

@@ -26,6 +26,9 @@ pub enum BsdfError {
     /// A metalness or roughness of the metallic-roughness model is not in [0, 1].
     #[error("metalness and roughness must be in [0, 1], but are {0} and {1}")]
     MetallicRoughness(f64, f64),
+    /// The radius of mollifiers is not in (0, 1].
+    #[error("radius of mollifiers must be in (0, 1], but is {0}")]
+    Mollifier(f64),
     /// The share or the roughness of a clear coat is not in [0, 1].
     #[error("share and roughness of a clear coat must be in [0, 1], but are {0} and {1}")]
     ClearCoat(f64, f64),

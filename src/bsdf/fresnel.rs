@@ -80,7 +80,7 @@ pub fn transmittance(cosine_near: f64, cosine_far: f64, relative_ior: f64) -> f6
 
 /// `m² - s²` from the smaller one of sine and cosine, whose rounding error is the smaller one, too.
 #[inline]
-fn difference_of_squares(m: f64, cosine: f64, sine: f64) -> f64 {
+pub(crate) fn difference_of_squares(m: f64, cosine: f64, sine: f64) -> f64 {
     if sine < cosine { (m - sine) * (m + sine) } else { (m - 1.0) * (m + 1.0) + cosine * cosine }
 }
 

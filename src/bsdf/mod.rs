@@ -153,6 +153,12 @@ impl Lobes {
         Self(self.0 | other.0)
     }
 
+    /// The same set with glossy lobes in place of Dirac ones.
+    #[inline]
+    pub(crate) const fn regularized(self) -> Self {
+        Self((self.0 & Self::FINITE.0) | ((self.0 & Self::DIRAC.0) >> 2))
+    }
+
     /// True if the sets have a lobe in common.
     #[inline]
     #[must_use]
@@ -280,7 +286,7 @@ pub trait Bsdf: Send + Sync {
     }
 
     /// A sampled direction given the one back to the walk's previous vertex; `None` if the light is
-    /// absorbed. Provided for models without finite lobes: one of the Dirac images, whose
+    /// absorbed. `u1` chooses among the Dirac lobes, and no Dirac sample depends on `u2`. Provided for models without finite lobes: one of the Dirac images, whose
     /// probabilities then sum to 1 up to rounding; what is absorbed is in their weights.
     fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, _u2: DVec2) -> Option<BsdfSample> {
         let (mut chosen, mut below) = (None, 0.0);

@@ -1,8 +1,8 @@
 //! Two rooms and a door between them that stands ajar: the lamp is in one room, the camera in the
-//! other (after Veach and Guibas 1997). What the camera sees is lit by light that was scattered by
-//! the walls of the lit room and went through the slit. A walk finds the slit by chance, and then
-//! all that it scatters at behind it is worth the same: the difficult case for independent samples,
-//! the easy one for those that keep what they have found.
+//! other (after Veach and Guibas 1997). Nearly all that the camera sees is lit by light that was
+//! scattered by the walls of the lit room and went through the slit. A walk finds the slit by
+//! chance, and then all that it scatters at behind it is worth the same: the difficult case for
+//! independent samples, the easy one for those that keep what they have found.
 //!
 //! The slit is as large a part of the dividing wall as is asked for. The lamp is brighter by what
 //! the slit is narrower, so that images are about equally bright.

@@ -33,11 +33,11 @@ const THICKNESS: f64 = 0.03;
 /// Radii of glass balls at the middle of the last two legs of the way.
 const BALLS: [f64; 2] = [0.28, 0.18];
 const LAMP_HEIGHT: f64 = 2.2;
-const LAMP_SIZE: [f64; 2] = [0.04, 0.1];
-const LAMP_RADIANCE: Rgb = Rgb::new(110_000.0, 104_000.0, 94_000.0);
-/// Length and width of the way out of the lamp's box, and the height of its sill, which keeps from
-/// the table what has met no mirror.
-const WAY_OUT: [f64; 3] = [0.6, 0.05, 1.77];
+const LAMP_SIZE: [f64; 2] = [0.06, 0.2];
+const LAMP_RADIANCE: Rgb = Rgb::new(44_000.0, 41_500.0, 37_500.0);
+/// Length and width of the way out of the lamp's box, and the height of its sill: most of what
+/// reaches the table has met a mirror, and what fills the room went over the first one.
+const WAY_OUT: [f64; 3] = [0.6, 0.06, 1.8];
 
 pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);

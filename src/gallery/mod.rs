@@ -64,6 +64,12 @@ pub struct GalleryScene {
 /// about its limit: the noise may be too large for any budget, as that of uniform-area sampling on
 /// narrow lobes is.
 ///
+/// [`Metropolis`](crate::integrator::Metropolis) sampling and [`Guiding`](crate::integrator::Guiding)
+/// draw the paths of the integrator that they are put around, [`Adaptive`](crate::integrator::Adaptive)
+/// and [`Multiplexed`](crate::integrator::Multiplexed) those of bidirectional path tracing.
+/// [`Regularization`](crate::integrator::Regularization) over path tracing draws all, since no Dirac
+/// lobe is left.
+///
 /// A vertex is finite if it scatters through a lobe that is a function, as diffuse and glossy ones
 /// are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

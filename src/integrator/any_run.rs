@@ -141,8 +141,8 @@ pub type StartOnWorld<I> =
 /// that runs and all below them are compiled with this crate and not again with each of its users.
 pub(super) mod on_world {
     use super::super::{
-        Adaptive, Bidirectional, InstantRadiosity, LightTracer, Multiplexed, PathTracer,
-        PhotonMapping, UniformArea, VertexConnectionMerging,
+        Adaptive, Bidirectional, Guiding, InstantRadiosity, LightTracer, Multiplexed, PathTracer,
+        PhotonMapping, Regularization, UniformArea, VertexConnectionMerging,
     };
     use super::{AnyIntegrator, AnySampler, BoxedRun, Crew, Stage, Started, World};
     use crate::integrator::metropolis::Chains;
@@ -169,11 +169,13 @@ pub(super) mod on_world {
     starts! {
         adaptive: Adaptive,
         bidirectional: Bidirectional,
+        guided_path_tracer: Guiding<PathTracer>,
         instant_radiosity: InstantRadiosity,
         light_tracer: LightTracer,
         multiplexed: Multiplexed,
         path_tracer: PathTracer,
         photon_mapping: PhotonMapping,
+        regularized_path_tracer: Regularization<PathTracer>,
         uniform_area: UniformArea,
         vertex_connection_merging: VertexConnectionMerging,
     }

@@ -9,7 +9,7 @@
 //! with the walk's throughput T = Π f/p⊥ (Kajiya 1986; Veach 1997, section 10.2 for the weights).
 
 use super::any_run::on_world;
-use super::{Crew, Depth, Integrator, SingleWalk, Stage, StartOnWorld, Started};
+use super::{Crew, Depth, Integrator, Regularization, SingleWalk, Stage, StartOnWorld, Started};
 use crate::path::{Begin, DiffuseSteps, Heuristic, Plan, Roulette, Steps, TechniqueSet, Visit};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -65,6 +65,8 @@ impl<S: Scene + ?Sized> Integrator<S> for PathTracer {
         S: 'a;
 
     const ON_WORLD: Option<StartOnWorld<Self>> = Some(on_world::path_tracer);
+    const REGULARIZED_ON_WORLD: Option<StartOnWorld<Regularization<Self>>> =
+        Some(on_world::regularized_path_tracer);
 
     fn name(&self) -> &'static str {
         "path-tracing"

@@ -1,7 +1,7 @@
 //! Settings that start a run, and the run that draws: the two traits of an integrator.
 #![allow(missing_debug_implementations, reason = "a view of a rendering under way")]
 
-use super::{Crew, Decision, Normalization, StartOnWorld};
+use super::{Crew, Decision, Guidance, Normalization, Regularization, StartOnWorld};
 use crate::film::{FilmSample, Sample, Sink};
 use crate::path::{
     Counters, Depth, LeftOut, MissingPaths, Plan, Scratch, Stage, Steps, TechniqueSet, advance,
@@ -14,7 +14,7 @@ use std::fmt;
 ///
 /// Its debug output holds all settings: by it, a rendering that goes on from a
 /// [`Checkpoint`](crate::render::Checkpoint) knows them again.
-pub trait Integrator<S: Scene + ?Sized>: fmt::Debug + Sync {
+pub trait Integrator<S: Scene + ?Sized>: fmt::Debug + Sync + Sized {
     /// One rendering by these settings.
     type Run<'a>: Run<'a, S>
     where
@@ -25,6 +25,10 @@ pub trait Integrator<S: Scene + ?Sized>: fmt::Debug + Sync {
     /// built-in integrators: who renders a world with one of them need not compile it again.
     #[doc(hidden)]
     const ON_WORLD: Option<StartOnWorld<Self>> = None;
+
+    /// The same of its [`Regularization`].
+    #[doc(hidden)]
+    const REGULARIZED_ON_WORLD: Option<StartOnWorld<Regularization<Self>>> = None;
 
     /// The name in the field's terms, such as `path-tracing`.
     fn name(&self) -> &'static str;
@@ -164,6 +168,8 @@ pub struct Notes {
     pub missing: Vec<MissingPaths>,
     /// The choice of what to run, if there was one.
     pub decision: Option<Decision>,
+    /// What was found out about guiding, if it was asked for.
+    pub guidance: Option<Guidance>,
     /// The kind of the estimator: unbiased, consistent or biased.
     pub estimator: Estimator,
     /// True if samples depend on one another, as those do that share light walks: then the variance

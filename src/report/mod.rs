@@ -44,9 +44,10 @@ pub mod text;
 pub use error::ReportError;
 pub use page::{Axis, ERROR_SCALE, error_colour, error_plot, exposure, signed_error_map};
 pub use result::{
-    CandidateReport, DecisionReport, Layer, LedgerReport, Machine, MethodImages, MethodReport,
-    MissingReport, Omission, Pyramid, PyramidReport, ReferenceInfo, Report, SCHEMA, SceneInfo,
-    Setup, SharedReport, Snapshot, Study, TechniqueShare, WithoutTechnique,
+    CandidateReport, DecisionReport, FindingsReport, GuidanceReport, Layer, LedgerReport, Machine,
+    MethodImages, MethodReport, MissingReport, NormalizationReport, Omission, Pyramid,
+    PyramidReport, ReferenceInfo, Report, SCHEMA, SceneInfo, Setup, SharedReport, Snapshot, Study,
+    TechniqueShare, WithoutTechnique,
 };
 pub use stats::{
     BIAS_SIGNIFICANCE, Behind, Bias, Checkpoint, Cost, Errors, Interval, Outcome, Pair, Price,

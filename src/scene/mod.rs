@@ -13,6 +13,8 @@
 //! | the same for a receiver | [`Scene::pick_light_for`], [`Scene::pick_pmf_for`] |
 //! | features that the scene has at all | [`Needs`] |
 //!
+//! [`Regularized`] is a scene with glossy lobes in place of Dirac ones.
+//!
 //! A [`WorldBuilder`] makes a [`World`] of shapes, [`Mesh`]es, [`Material`]s and lights. It refuses
 //! what cannot be rendered with a [`SceneError`]; a [`Warning`] tells where f64 gets short.
 
@@ -21,6 +23,7 @@ mod error;
 mod lights;
 mod mesh;
 mod needs;
+mod regularized;
 mod surface;
 mod warning;
 mod world;
@@ -31,6 +34,8 @@ pub use builder::WorldBuilder;
 pub use error::SceneError;
 pub use mesh::Mesh;
 pub use needs::Needs;
+pub(crate) use regularized::checked_radius;
+pub use regularized::{Regularized, RegularizedBsdf};
 pub use surface::{Emission, MaterialId, SurfaceId};
 pub use warning::Warning;
 pub(crate) use world::{DIFFUSE, Diffuse, FlatHit, Meeting};

@@ -55,6 +55,17 @@ impl Needs {
         self.difference(other)
     }
 
+    /// The same needs with glossy lobes in place of Dirac ones.
+    #[must_use]
+    pub const fn regularized(self) -> Self {
+        if self.contains(Self::DIRAC_LOBES) {
+            let glossy = Self::GLOSSY_LOBES.union(Self::FINITE_LOBES);
+            self.difference(Self::DIRAC_LOBES).union(glossy)
+        } else {
+            self
+        }
+    }
+
     /// The largest number of scattering events that a path with light in it can have; `None` if
     /// there is no bound.
     #[inline]

@@ -21,7 +21,7 @@ use pathspace::film::{Filter, Image};
 use pathspace::math::statistics::sidak;
 use pathspace::render::{Budget, Render, Settings};
 use pathspace::sampler::SamplerKind;
-use pathspace::scene::World;
+use pathspace::scene::{Scene, World};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Independent images per integrator.
@@ -34,7 +34,7 @@ const UNMET: f64 = 1e-7;
 const PILOT_SAMPLES: u32 = 16;
 
 /// An integrator with the name that messages call it by.
-pub type Named<'a> = (&'a str, &'a dyn Render<World>);
+pub type Named<'a, S = World> = (&'a str, &'a dyn Render<S>);
 
 /// Settings of a comparison.
 #[derive(Clone, Copy)]
@@ -122,10 +122,10 @@ pub struct Measured {
     pub samples_per_pixel: u32,
 }
 
-fn render(
-    world: &World,
+fn render<S: Scene>(
+    scene: &S,
     camera: &dyn Camera,
-    (name, integrator): Named<'_>,
+    (name, integrator): Named<'_, S>,
     comparison: &Comparison,
     seeds: std::ops::Range<u64>,
     samples: u32,
@@ -140,7 +140,7 @@ fn render(
             sampler,
             ..Settings::default()
         };
-        let rendering = integrator.render(world, camera, &settings).expect("valid settings");
+        let rendering = integrator.render(scene, camera, &settings).expect("valid settings");
         assert_eq!(
             rendering.counters.non_finite,
             0,
@@ -155,10 +155,10 @@ fn render(
 /// Images that differ in their seeds only. Rounds with fresh seeds and more samples follow each
 /// other until the target is met; only the last is kept, and whether another follows depends on
 /// standard errors only.
-pub fn measure(
-    world: &World,
+pub fn measure<S: Scene>(
+    scene: &S,
     camera: &dyn Camera,
-    integrator: Named<'_>,
+    integrator: Named<'_, S>,
     comparison: &Comparison,
 ) -> Measured {
     // Streams of different integrators must not be correlated.
@@ -169,7 +169,7 @@ pub fn measure(
     let mut samples = PILOT_SAMPLES;
     for round in 0.. {
         let start = base + round * SEEDS;
-        let images = render(world, camera, integrator, comparison, start..start + SEEDS, samples);
+        let images = render(scene, camera, integrator, comparison, start..start + SEEDS, samples);
         let measured =
             Measured { name: integrator.0.to_owned(), images, samples_per_pixel: samples };
         let excess = measured.relative_error() / comparison.target;

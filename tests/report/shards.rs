@@ -3,7 +3,9 @@
 use glam::UVec2;
 use pathspace::film::{Image, ImageFile};
 use pathspace::gallery;
-use pathspace::integrator::{Adaptive, LightTracer, PathTracer, VertexConnectionMerging};
+use pathspace::integrator::{
+    Adaptive, Guiding, LightTracer, Metropolis, PathTracer, VertexConnectionMerging,
+};
 use pathspace::math::Rgb;
 use pathspace::render::{Budget, Settings, Shard};
 use pathspace::report::{
@@ -21,11 +23,14 @@ fn shards_of_a_study_make_the_study_of_one_machine() {
     let scene = gallery::build("cornell-box", UVec2::splat(16)).unwrap();
     let (path, light) = (PathTracer::default(), LightTracer::default());
     let (adaptive, vcm) = (Adaptive::default(), VertexConnectionMerging::default());
+    let (chains, guided) = (Metropolis::over(path), Guiding::new(path));
     let contestants = [
         Contestant::new("path", &path, true),
         Contestant::new("light", &light, true),
         Contestant::new("adaptive", &adaptive, true),
         Contestant::new("vcm", &vcm, true),
+        Contestant::new("metropolis", &chains, true),
+        Contestant::new("guided", &guided, true),
     ];
     let (world, camera) = (&scene.world, &*scene.camera);
     let directory = tempfile::tempdir().unwrap();
@@ -49,7 +54,7 @@ fn shards_of_a_study_make_the_study_of_one_machine() {
             .map(|files| files.len())
     };
     let files: usize = (1..=3).map(|index| render(index, 3, part(index), 1).unwrap()).sum();
-    assert_eq!(files, 16);
+    assert_eq!(files, 24);
     let merge = |parts: &[u32]| {
         let parts: Vec<PathBuf> = parts.iter().map(|index| part(*index)).collect();
         let (plan, reference) = (plan(1), reference());
@@ -74,11 +79,11 @@ fn shards_of_a_study_make_the_study_of_one_machine() {
     render(2, 3, part(5), 2).unwrap();
     let other = merge(&[1, 3, 5]).unwrap_err();
     assert!(other.contains("part 5") && other.contains("seed"), "{other}");
-    let file = part(2).join("light-0001.run");
+    let file = part(1).join("light-0001.run");
     let bytes = std::fs::read(&file).unwrap();
     std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
     let damaged = merge(&[1, 2, 3]).unwrap_err();
     assert!(damaged.contains("light-0001.run") && damaged.contains("damaged"), "{damaged}");
-    let empty = render(17, 17, part(6), 1).unwrap_err().to_string();
-    assert_eq!(empty, "shard 17/17 has no runs: there are 16 in all");
+    let empty = render(25, 25, part(6), 1).unwrap_err().to_string();
+    assert_eq!(empty, "shard 25/25 has no runs: there are 24 in all");
 }

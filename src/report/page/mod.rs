@@ -7,6 +7,7 @@
 
 mod csv;
 mod files;
+mod findings;
 mod images;
 mod left_out;
 mod picture;
@@ -86,6 +87,7 @@ impl Study {
                         (pyramid::pyramid(pyramid, gain))
                     }
                     (left_out::left_out(report))
+                    (findings::findings(report))
                     (what_is_seen(report))
                     (reproduce(report, images.bytes))
                     div #readout hidden {}

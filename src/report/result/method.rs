@@ -1,5 +1,6 @@
 //! The findings on one integrator.
 
+use super::findings::FindingsReport;
 use super::left_out::{DecisionReport, Omission};
 use super::missing::MissingReport;
 use super::pyramid::PyramidReport;
@@ -61,6 +62,9 @@ pub struct MethodReport {
     pub left_out: Vec<Omission>,
     /// The decision before each run, in the order of seeds; empty if it does not adapt itself.
     pub decisions: Vec<DecisionReport>,
+    /// The findings of each run, in the order of seeds; empty if it finds out nothing beside its
+    /// image.
+    pub findings: Vec<FindingsReport>,
     /// True if it claims to draw every path of the scene that bidirectional path tracing draws.
     pub complete: bool,
     /// Paths that it cannot draw.

@@ -3,11 +3,12 @@
 //!
 //! A [`Study`] is a [`Report`], all numbers, and the images of its methods. A report has a
 //! [`MethodReport`] for each integrator, with its [`LedgerReport`] of flux, its [`Omission`]s, its
-//! [`MissingReport`]s and its [`DecisionReport`], and a [`PyramidReport`] for the techniques of
+//! [`MissingReport`]s, its [`DecisionReport`]s and [`FindingsReport`]s, and a [`PyramidReport`] for the techniques of
 //! bidirectional path tracing.
 
 mod answer;
 mod clocks;
+mod findings;
 mod left_out;
 mod method;
 mod missing;
@@ -16,6 +17,7 @@ mod report;
 mod study;
 mod verdict;
 
+pub use findings::{FindingsReport, GuidanceReport, NormalizationReport};
 pub use left_out::{CandidateReport, DecisionReport, Omission, WithoutTechnique};
 pub use method::{LedgerReport, MethodReport, SharedReport};
 pub use missing::MissingReport;

@@ -10,7 +10,7 @@ use crate::math::Rgb;
 use crate::path::{Counters, Ledger};
 use crate::render::{Identity, Rendering, Shard};
 use crate::report::error::{ReportError, file_error};
-use crate::report::result::DecisionReport;
+use crate::report::result::{DecisionReport, FindingsReport};
 use crate::report::stats::{Batch, Cost, Layout};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -29,6 +29,7 @@ pub(super) struct Drawn {
     pub counters: Counters,
     pub first_non_finite: Option<String>,
     pub decision: Option<DecisionReport>,
+    pub findings: Option<FindingsReport>,
     identity: Option<Identity>,
 }
 
@@ -58,6 +59,7 @@ struct Header {
     counters: Counters,
     first_non_finite: Option<String>,
     decision: Option<DecisionReport>,
+    findings: Option<FindingsReport>,
 }
 
 impl Drawn {
@@ -75,6 +77,7 @@ impl Drawn {
             counters: rendering.counters,
             first_non_finite: first,
             decision: rendering.notes.decision.as_ref().map(DecisionReport::from),
+            findings: FindingsReport::of(&rendering.notes),
             identity: rendering.checkpoint.as_ref().map(|checkpoint| checkpoint.identity.clone()),
         }
     }
@@ -133,6 +136,7 @@ impl RunFile {
             counters: *counters,
             first_non_finite: self.drawn.first_non_finite.clone(),
             decision: self.drawn.decision.clone(),
+            findings: self.drawn.findings,
         };
         let images = checkpoints.iter().map(|(.., image)| image);
         let images = images.chain(snapshots.iter().map(|shot| &shot.image));
@@ -182,6 +186,7 @@ fn decode(bytes: &[u8]) -> Option<RunFile> {
         counters: Counters { ledger: Ledger::from_array(ledger), ..header.counters },
         first_non_finite: header.first_non_finite,
         decision: header.decision,
+        findings: header.findings,
         identity: header.rendering.map(Identity),
     };
     let shard = Shard::new(index, count)?;
@@ -253,6 +258,7 @@ mod tests {
             counters: Counters { samples: u64::MAX, ledger, ..Counters::default() },
             first_non_finite: Some("two\nlines".to_owned()),
             decision: None,
+            findings: None,
             identity: None,
         };
         let file = RunFile { name: "a".into(), run: 7, shard: Shard::WHOLE, drawn };

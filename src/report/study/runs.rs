@@ -17,7 +17,7 @@ use crate::endpoint::Camera;
 use crate::integrator::{Estimator, Notes};
 use crate::path::{Counters, TechniqueSet};
 use crate::render::{Budget, Identity, Progress, RenderError, Settings};
-use crate::report::result::{DecisionReport, Pyramid, Snapshot};
+use crate::report::result::{DecisionReport, FindingsReport, Pyramid, Snapshot};
 use crate::report::stats::{Cost, Errors, Layout, Measured, Reference, time_to_error};
 use crate::sampler::SamplerKind;
 use crate::scene::Scene;
@@ -59,6 +59,7 @@ pub(super) struct Runs {
     pub first_non_finite: Option<String>,
     pub total: Cost,
     pub decisions: Vec<DecisionReport>,
+    pub findings: Vec<FindingsReport>,
     pub energy_by_bounces: Vec<f64>,
     pub pyramid: Option<Pyramid>,
 }
@@ -137,6 +138,7 @@ impl Runs {
             first_non_finite: None,
             total: Cost::default(),
             decisions: Vec::new(),
+            findings: Vec::new(),
             energy_by_bounces: Vec::new(),
             pyramid: None,
         })
@@ -197,6 +199,7 @@ impl Runs {
         self.counters += counters;
         self.first_non_finite = self.first_non_finite.take().or(drawn.first_non_finite);
         self.decisions.extend(drawn.decision);
+        self.findings.extend(drawn.findings);
     }
 
     /// True if the run of this number is the next one and is to be made: as many as are planned; or
@@ -232,6 +235,7 @@ impl Runs {
         self.first_non_finite = None;
         self.total = Cost::default();
         self.decisions.clear();
+        self.findings.clear();
         true
     }
 

@@ -71,6 +71,7 @@ fn method(
         techniques: run.techniques.to_string(),
         left_out: omissions(&run.notes.left_out),
         decisions: run.decisions.clone(),
+        findings: run.findings.clone(),
         complete: m.complete,
         missing: MissingReport::all(&run.notes.missing, m.complete),
         estimator: m.estimator,

@@ -36,7 +36,7 @@ pub(crate) const DIFFUSE: usize = 19;
 
 /// The flat diffuse surfaces of a [`World`](super::World) and the rays between them: what walks in
 /// columns ask for instead of surface points and BSDFs. A scene that is made of a world hands them
-/// on, if it changes neither surfaces nor lights.
+/// on, if it changes neither these nor lights.
 #[derive(Clone, Copy)]
 pub struct FlatSurfaces<'a>(pub(super) &'a World);
 
