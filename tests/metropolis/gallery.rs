@@ -38,3 +38,23 @@ fn cornell_box() {
 fn sphere_cap() {
     agree("sphere-cap", 0.0025);
 }
+
+#[test]
+fn lamp_room() {
+    agree("lamp-room", 0.005);
+}
+
+#[test]
+fn caustic() {
+    agree("caustic", 0.005);
+}
+
+#[test]
+fn glossy_plates() {
+    agree("glossy-plates", 0.005);
+}
+
+#[test]
+fn smooth_mesh() {
+    agree("smooth-mesh", 0.0025);
+}
