@@ -41,8 +41,9 @@ struct Subpath<'c>(TransportMode, &'c [Option<Choice>]);
 
 /// Lengths that are equally likely, if there are no more.
 const MOST_LENGTHS: u32 = 32;
-/// The probability of the next length over that of one, if there are more.
-const RATIO: f64 = 0.8;
+/// If there are more, the length is at least k with probability (4/(4 + k))²: whatever is left of
+/// the light at each bounce, all lengths together have a finite variance.
+const SCALE: f64 = 4.0;
 
 impl<S: Scene + ?Sized> Integrator<S> for Multiplexed {
     type Run<'a>
@@ -119,8 +120,9 @@ impl<S: Scene + ?Sized> Choices<'_, S> {
         let (more, probability) = if lengths <= MOST_LENGTHS {
             ((u * f64::from(lengths)) as u32, 1.0 / f64::from(lengths))
         } else {
-            let more = (1.0 - u).log(RATIO) as u32;
-            (more, (1.0 - RATIO) * RATIO.powi(more as i32))
+            let more = (SCALE * ((1.0 - u).sqrt().recip() - 1.0)).floor();
+            let at_least = |more: f64| (SCALE / (SCALE + more)).powi(2);
+            (more as u32, at_least(more) - at_least(more + 1.0))
         };
         let bounces = u16::try_from(shortest.saturating_add(more)).ok()?;
         let drawn = || {

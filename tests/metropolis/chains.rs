@@ -113,7 +113,7 @@ fn one_large_step_is_plain_monte_carlo() {
 #[test]
 fn a_constant_has_no_variance() {
     let (world, eye) = anywhere();
-    let metropolis = Metropolis::over(Target(|_| 0.7));
+    let metropolis = Metropolis { restart: 16, ..Metropolis::over(Target(|_| 0.7)) };
     let effort = Effort { sets: 4, samples: 64, seed: 3 };
     let measured = measure((&world, &eye), &metropolis, effort);
     assert!((measured.b.0 - 0.7).abs() < 1e-12 && measured.b.1 < 1e-7, "{:?}", measured.b);
@@ -137,7 +137,7 @@ fn narrow_steep_and_black_targets() {
 
     // ∫ 10^(60 u - 30) du, nearly all of it in the last thousandth.
     let steep = Target(|u| 10f64.powf(60.0 * u - 30.0));
-    let metropolis = Metropolis { candidates: Some(4096), ..Metropolis::over(steep) };
+    let metropolis = Metropolis { candidates: Some(4096), restart: 16, ..Metropolis::over(steep) };
     let measured = measure(of, &metropolis, Effort { sets: 400, samples: 32, seed: 6 });
     let expected = 3.0 * 1e30 / (60.0 * 10f64.ln());
     let estimate = measured.channels[2];
@@ -159,7 +159,7 @@ fn no_chain_stays_where_contributions_are_not_finite() {
         u if u < 0.02 => f64::INFINITY,
         _ => 1.0,
     });
-    let metropolis = Metropolis { candidates: Some(1024), ..Metropolis::over(target) };
+    let metropolis = Metropolis { candidates: Some(1024), restart: 16, ..Metropolis::over(target) };
     let measured = measure((&world, &eye), &metropolis, Effort { sets: 64, samples: 64, seed: 8 });
     let mean: f64 = measured.channels.iter().map(|channel| channel.mean()).sum::<f64>() / 3.0;
     let error = measured.b.1;

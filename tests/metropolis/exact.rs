@@ -23,13 +23,15 @@ fn check(what: &str, of: (&World, &PinholeCamera), depth: Depth, expected: [f64;
         assert_eq!(measured.counters.non_finite, 0, "{what}, {method}");
     };
     let candidates = Some(4096);
-    let over = Metropolis { candidates, ..Metropolis::over(path_tracer) };
+    let restart = 16;
+    let over = Metropolis { candidates, restart, ..Metropolis::over(path_tracer) };
     assert("path tracing", measure(of, &over, effort(1)));
-    let over = Metropolis { candidates, ..Metropolis::over(bidirectional) };
+    let over = Metropolis { candidates, restart, ..Metropolis::over(bidirectional) };
     assert("bidirectional", measure(of, &over, effort(2)));
     // One technique says less of b than all of them.
     let candidates = Some(1 << 16);
-    let over = Metropolis { candidates, ..Metropolis::over(Multiplexed { bidirectional }) };
+    let over = Multiplexed { bidirectional };
+    let over = Metropolis { candidates, restart, ..Metropolis::over(over) };
     assert("multiplexed", measure(of, &over, effort(3)));
 }
 
@@ -97,7 +99,8 @@ fn a16_normalization() {
     let world = cap_sphere(DVec3::ZERO, 1.0, 0.5, 1.0);
     let down = camera(DVec3::ZERO, DVec3::NEG_Z, 60.0);
     let bidirectional = Bidirectional::default();
-    let over = Metropolis { candidates: Some(4096), ..Metropolis::over(bidirectional) };
+    let over =
+        Metropolis { candidates: Some(4096), restart: 16, ..Metropolis::over(bidirectional) };
     let measured = measure((&world, &down), &over, Effort { sets: 64, samples: 128, seed: 4 });
     measured.assert_mean("A16", [0.1; 3], 0.0025);
     let (b, error) = measured.b;

@@ -32,7 +32,8 @@ impl Measured {
         for (estimate, expected) in self.channels.iter().zip(expected) {
             let (mean, error) = (estimate.mean(), estimate.standard_error());
             println!("{what}: {mean} ± {error}, expected {expected}");
-            assert!((mean - expected).abs() <= 4.0 * error, "{what}: {mean} ± {error}: {expected}");
+            let allowed = 4.0 * error + 1e-12 * expected;
+            assert!((mean - expected).abs() <= allowed, "{what}: {mean} ± {error}: {expected}");
             assert!(error <= tolerance * expected, "{what}: {error} of {expected} is too large");
         }
     }
