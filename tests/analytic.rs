@@ -56,7 +56,7 @@ const STATUS: &[(&str, &str)] = &[
     ("A13", "here, by instant radiosity too; its angles are supplements of the opening"),
     ("A14", "here"),
     ("A15", "ledger.rs"),
-    ("A16", "waits for Metropolis sampling"),
+    ("A16", "metropolis.rs, with A01 to A04, A06 and A08"),
     ("B01", "here"),
     ("B02", "here"),
     ("B03", "here"),
