@@ -4,8 +4,8 @@ use glam::{DVec3, UVec2};
 use pathspace::endpoint::PinholeCamera;
 use pathspace::gallery::{self, GalleryScene};
 use pathspace::integrator::{
-    Adaptive, Bidirectional, Depth, InstantRadiosity, LightTracer, PathTracer, PhotonMapping,
-    UniformArea, VertexConnectionMerging,
+    Adaptive, Bidirectional, Depth, Guiding, InstantRadiosity, LightTracer, Metropolis,
+    Multiplexed, PathTracer, PhotonMapping, Regularization, UniformArea, VertexConnectionMerging,
 };
 use pathspace::render::{
     Budget, Checkpoint, MergeError, Merger, Progress, Render, Rendering, Settings, Shard,
@@ -49,6 +49,19 @@ fn integrators(scene: &GalleryScene) -> Vec<Box<dyn Render<World>>> {
         Box::new(photon_mapping),
         Box::new(InstantRadiosity { path_tracer, ..InstantRadiosity::default() }),
         Box::new(VertexConnectionMerging { bidirectional, ..Default::default() }),
+        Box::new(Regularization::new(path_tracer)),
+        Box::new(Guiding::new(path_tracer)),
+    ]
+}
+
+/// Those whose passes depend on the ones before, so that they cannot be shared out.
+fn learners(scene: &GalleryScene) -> Vec<Box<dyn Render<World>>> {
+    let depth = Depth { max_bounces: scene.max_bounces, ..Depth::default() };
+    let bidirectional = Bidirectional { depth, ..Bidirectional::default() };
+    let over = Metropolis::over(Multiplexed { bidirectional });
+    vec![
+        Box::new(Metropolis { restart: 3, ..Metropolis::over(bidirectional) }),
+        Box::new(Metropolis { restart: 4, ..over }),
     ]
 }
 
@@ -104,7 +117,7 @@ fn resume(
 fn what_is_resumed_is_the_same_to_the_bit_for_all_integrators() {
     for name in ["cornell-box", "lamp-room", "pool"] {
         let scene = scene(name);
-        for integrator in integrators(&scene) {
+        for integrator in integrators(&scene).into_iter().chain(learners(&scene)) {
             for sampler in [SamplerKind::Sobol, SamplerKind::Stratified] {
                 let settings = Settings { sampler, ..settings() };
                 let whole = render(&scene, &*integrator, &settings);

@@ -7,8 +7,8 @@ mod worlds;
 use pathspace::endpoint::Camera;
 use pathspace::film::Filter;
 use pathspace::integrator::{
-    Bidirectional, Depth, InstantRadiosity, LightTracer, PathTracer, PhotonMapping, UniformArea,
-    VertexConnectionMerging,
+    Bidirectional, Depth, InstantRadiosity, LightTracer, Metropolis, Multiplexed, PathTracer,
+    PhotonMapping, Regularization, UniformArea, VertexConnectionMerging,
 };
 use pathspace::path::{Counters, Ledger};
 use pathspace::render::{Budget, Progress, Render, Rendering, Settings, render_with_source};
@@ -37,6 +37,13 @@ fn integrators() -> Vec<Box<dyn Render<World>>> {
         Box::new(InstantRadiosity { path_tracer, ..InstantRadiosity::default() }),
         Box::new(InstantRadiosity { path_tracer, compensates: false, ..Default::default() }),
         Box::new(VertexConnectionMerging { bidirectional, ..Default::default() }),
+        Box::new(Multiplexed { bidirectional }),
+        Box::new(Metropolis {
+            candidates: Some(64),
+            restart: 2,
+            ..Metropolis::over(bidirectional)
+        }),
+        Box::new(Regularization::new(bidirectional)),
     ]
 }
 
