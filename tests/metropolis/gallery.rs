@@ -47,7 +47,7 @@ fn lamp_room() {
 
 #[test]
 fn caustic() {
-    agree("caustic", 0.004);
+    agree("caustic", 0.01);
 }
 
 #[test]

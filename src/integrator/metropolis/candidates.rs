@@ -1,8 +1,13 @@
 //! Independent samples from which the constant b and the first states of chains come.
 
+use super::chain::Chain;
+use super::{CHAINS, Chains};
 use crate::integrator::Crew;
 use crate::math::Fingerprint;
+use crate::path::{Counters, Ledger, Scratch};
+use crate::scene::Scene;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 /// The candidates of a set of chains.
 #[derive(Debug, Default)]
@@ -16,6 +21,9 @@ pub(super) struct Candidates {
     /// The constant b by these candidates alone.
     pub found: Normalization,
 }
+
+/// The fewest candidates, if their number is not given.
+const FEWEST: u32 = 1 << 12;
 
 /// Candidates that a thread draws at a time.
 const CHUNK: u32 = 256;
@@ -71,6 +79,46 @@ impl Candidates {
         let x = u * self.sums.last().copied().unwrap_or(0.0);
         let place = self.sums.partition_point(|sum| *sum <= x).min(self.last);
         self.key + place as u64
+    }
+}
+
+impl<S: Scene + ?Sized> Chains<'_, S> {
+    /// Draws the candidates of a set of chains.
+    ///
+    /// # Errors
+    /// If there is no memory for them.
+    pub(super) fn draw_candidates(&mut self, set: u32, crew: &dyn Crew) -> Result<(), String> {
+        if set == 0 && self.settings.candidates.is_none() {
+            // A pilot, which none of the image depends on, tells how many it takes.
+            self.candidates = self.candidates(u32::MAX, FEWEST, crew)?;
+        }
+        self.candidates = self.candidates(set, self.number_of_candidates(), crew)?;
+        self.normalization.add(&self.candidates.found);
+        self.set = set;
+        Ok(())
+    }
+
+    fn number_of_candidates(&self) -> u32 {
+        let pixels = f64::from(self.stage.film.pixels());
+        let mutations = (pixels * f64::from(self.settings.restart)).min(self.stage.samples as f64);
+        let most = 0.125 * mutations;
+        let chains = CHAINS as f64 / 256.0 * pixels;
+        let enough = (chains / self.candidates.found.effective_part()).min(most);
+        self.settings.candidates.unwrap_or(FEWEST.max(enough as u32))
+    }
+
+    fn candidates(&mut self, set: u32, number: u32, crew: &dyn Crew) -> Result<Candidates, String> {
+        let counted = Mutex::new(Counters::default());
+        let seed = (self.stage.seed, set);
+        let candidates = Candidates::draw(seed, number, crew, |keys| {
+            let mut scratch = Scratch::default();
+            let chains = self.begin(keys, &mut scratch);
+            let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
+            *counted += Counters { ledger: Ledger::default(), ..scratch.counters };
+            chains.iter().map(Chain::importance).collect()
+        });
+        self.counters += counted.into_inner().unwrap_or_else(PoisonError::into_inner);
+        candidates
     }
 }
 

@@ -17,38 +17,19 @@
 
 mod candidates;
 mod chain;
+mod settings;
 
 pub use candidates::Normalization;
+pub use settings::Metropolis;
 
-use super::any_run::on_world;
-use super::{
-    AnyIntegrator, BoxedRun, Crew, Integrator, IntegratorError, Notes, Run, Stage, StartOnWorld,
-    Started,
-};
+use super::{BoxedRun, Crew, IntegratorError, Notes, Run, Stage};
 use crate::film::{Contribution, FilmSample, Sample, Sink};
-use crate::path::{Counters, Ledger, Scratch, TechniqueSet};
-use crate::sampler::{AnySampler, IndependentSampler, Sampler, Step};
-use crate::scene::{Scene, World};
+use crate::path::{Counters, Scratch, TechniqueSet};
+use crate::sampler::{AnySampler, IndependentSampler, Sampler};
+use crate::scene::Scene;
 use candidates::Candidates;
 use chain::Chain;
-use std::sync::{Mutex, PoisonError};
-
-/// Metropolis sampling over an integrator whose samples depend on nothing but their numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Metropolis<I> {
-    /// The integrator whose samples are mutated.
-    pub integrator: I,
-    /// Number of candidates; `None` for as many as it takes for chains to begin at different ones,
-    /// but at most one for eight mutations.
-    pub candidates: Option<u32>,
-    /// Passes after which chains begin anew.
-    pub restart: u32,
-    /// Probability of a large step, which draws all numbers anew.
-    pub large_step: f64,
-    /// Smallest and largest standard deviation of the displacements in a small step. That of a step
-    /// is in between, its logarithm uniform.
-    pub sizes: [f64; 2],
-}
+use settings::refused;
 
 /// A rendering by Markov chains.
 pub struct Chains<'a, S: Scene + ?Sized> {
@@ -71,9 +52,6 @@ pub struct ChunkChains {
 
 /// Chains of a chunk, which take turns: so many that their samples can be drawn together.
 const CHAINS: usize = 32;
-
-/// The fewest candidates, if their number is not given.
-const FEWEST: u32 = 1 << 12;
 
 impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Chains<'a, S> {
     type Chunk = ChunkChains;
@@ -183,135 +161,4 @@ impl<'a, S: Scene + ?Sized> Chains<'a, S> {
         chains.iter_mut().for_each(Chain::accept);
         chains
     }
-
-    fn draw_candidates(&mut self, set: u32, crew: &dyn Crew) -> Result<(), String> {
-        if set == 0 && self.settings.candidates.is_none() {
-            // A pilot, which none of the image depends on, tells how many it takes.
-            self.candidates = self.candidates(u32::MAX, FEWEST, crew)?;
-        }
-        self.candidates = self.candidates(set, self.number_of_candidates(), crew)?;
-        self.normalization.add(&self.candidates.found);
-        self.set = set;
-        Ok(())
-    }
-
-    fn number_of_candidates(&self) -> u32 {
-        let pixels = f64::from(self.stage.film.pixels());
-        let mutations = (pixels * f64::from(self.settings.restart)).min(self.stage.samples as f64);
-        let most = 0.125 * mutations;
-        let chains = CHAINS as f64 / 256.0 * pixels;
-        let enough = (chains / self.candidates.found.effective_part()).min(most);
-        self.settings.candidates.unwrap_or(FEWEST.max(enough as u32))
-    }
-
-    fn candidates(&mut self, set: u32, number: u32, crew: &dyn Crew) -> Result<Candidates, String> {
-        let counted = Mutex::new(Counters::default());
-        let seed = (self.stage.seed, set);
-        let candidates = Candidates::draw(seed, number, crew, |keys| {
-            let mut scratch = Scratch::default();
-            let chains = self.begin(keys, &mut scratch);
-            let mut counted = counted.lock().unwrap_or_else(PoisonError::into_inner);
-            *counted += Counters { ledger: Ledger::default(), ..scratch.counters };
-            chains.iter().map(Chain::importance).collect()
-        });
-        self.counters += counted.into_inner().unwrap_or_else(PoisonError::into_inner);
-        candidates
-    }
-}
-
-impl<I> Metropolis<I> {
-    /// Metropolis sampling over an integrator: chains of 256 passes, with large steps of probability
-    /// 0.3 and small ones of 2⁻¹² to 2⁻⁶.
-    pub const fn over(integrator: I) -> Self {
-        let sizes = [1.0 / 4096.0, 1.0 / 64.0];
-        Self { integrator, candidates: None, restart: 256, large_step: 0.3, sizes }
-    }
-
-    /// The step that two numbers choose.
-    fn step(&self, u1: f64, u2: f64) -> Step {
-        let [least, most] = self.sizes;
-        if u1 < self.large_step {
-            Step::Large
-        } else {
-            Step::Small(least * (most / least).powf(u2))
-        }
-    }
-
-    fn check(&self) -> Result<(), String> {
-        let Self { candidates, restart, large_step, sizes, .. } = *self;
-        let is_in = |value: f64| value > 0.0 && value <= 1.0;
-        match () {
-            () if candidates == Some(0) => Err("no candidates: at least 1 is needed".to_owned()),
-            () if restart == 0 => Err("chains of 0 passes: at least 1 is needed".to_owned()),
-            () if !is_in(large_step) => {
-                Err(format!("probability {large_step} of large steps: it must be in (0, 1]"))
-            }
-            () if !(sizes.into_iter().all(is_in) && sizes.is_sorted()) => {
-                Err(format!("small steps of {sizes:?}: they must rise in (0, 1]"))
-            }
-            () => Ok(()),
-        }
-    }
-
-    fn run<'a, S: Scene + ?Sized>(
-        &self,
-        stage: Stage<'a, S>,
-        run: BoxedRun<'a, S, AnySampler>,
-    ) -> Started<Chains<'a, S>> {
-        self.check().map_err(refused)?;
-        if run.prepares() {
-            return Err(refused("passes that share what is made for each have no chains".into()));
-        }
-        let &Self { candidates, restart, large_step, sizes, .. } = self;
-        let settings = Metropolis { integrator: (), candidates, restart, large_step, sizes };
-        let (candidates, normalization) = (Candidates::default(), Normalization::default());
-        let (set, counters) = (0, Counters::default());
-        Ok(Chains { stage, run, settings, candidates, set, normalization, counters })
-    }
-}
-
-impl<I: Default> Default for Metropolis<I> {
-    fn default() -> Self {
-        Self::over(I::default())
-    }
-}
-
-const NAME: &str = "metropolis";
-
-fn refused(reason: String) -> IntegratorError {
-    IntegratorError { integrator: NAME, reason }
-}
-
-impl<S: Scene + ?Sized, I: Integrator<S>> Integrator<S> for Metropolis<I> {
-    type Run<'a>
-        = Chains<'a, S>
-    where
-        Self: 'a,
-        S: 'a;
-
-    const ON_WORLD: Option<StartOnWorld<Self>> = match I::ON_WORLD {
-        Some(_) => Some(start_on_world::<S, I>),
-        None => None,
-    };
-
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
-    fn chooses_lights(&self) -> bool {
-        self.integrator.chooses_lights()
-    }
-
-    fn start<'a>(&'a self, stage: Stage<'a, S>, crew: &dyn Crew) -> Started<Chains<'a, S>> {
-        self.run(stage, AnyIntegrator::start(&self.integrator, stage, crew)?)
-    }
-}
-
-fn start_on_world<'a, S: Scene + ?Sized, I: Integrator<S>>(
-    metropolis: &'a Metropolis<I>,
-    stage: Stage<'a, World>,
-    crew: &dyn Crew,
-) -> Started<BoxedRun<'a, World, AnySampler>> {
-    let start = const { I::ON_WORLD.expect("asked for where it is") };
-    Ok(on_world::chains(metropolis.run(stage, start(&metropolis.integrator, stage, crew)?)?))
 }
