@@ -35,6 +35,8 @@ pub trait AnyRun<'a, S: Scene + ?Sized, P>: Sync {
         chunk: usize,
         scratch: &mut Scratch<'a, S>,
     );
+    /// Draws a sample in a chunk of its own; see [`Run::sample`].
+    fn sample(&self, sample: Sample<P>, sink: &mut dyn Sink, scratch: &mut Scratch<'a, S>);
     /// Learns from all chunks; see [`Run::collect`].
     fn collect(&mut self);
     /// See [`Run::take_preparation`].
@@ -85,6 +87,10 @@ impl<'a, S: Scene + ?Sized + 'a, P: Sampler, R: Run<'a, S>> AnyRun<'a, S, P> for
         let mut kept = kept.map(|chunk| chunk.lock().unwrap_or_else(PoisonError::into_inner));
         let mut own = R::Chunk::default();
         self.run.draw(samples, sink, kept.as_deref_mut().unwrap_or(&mut own), scratch);
+    }
+
+    fn sample(&self, sample: Sample<P>, sink: &mut dyn Sink, scratch: &mut Scratch<'a, S>) {
+        self.run.sample(sample.film, sample.sampler, sink, scratch);
     }
 
     fn collect(&mut self) {

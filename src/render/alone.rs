@@ -26,11 +26,13 @@ pub(super) fn alone<'a, S: Scene + ?Sized + 'a>(
     mut run: BoxedRun<'a, S, AnySampler>,
 ) -> Box<dyn Alone + 'a> {
     run.keep_chunks(1);
-    Box::new(Drawn { run, scratch: Scratch::default() })
+    let has_chains = run.notes().normalization.is_some();
+    Box::new(Drawn { run, has_chains, scratch: Scratch::default() })
 }
 
 struct Drawn<'a, S: Scene + ?Sized> {
     run: BoxedRun<'a, S, AnySampler>,
+    has_chains: bool,
     scratch: Scratch<'a, S>,
 }
 
@@ -46,7 +48,14 @@ impl<'a, S: Scene + ?Sized + 'a> Alone for Drawn<'a, S> {
     }
 
     fn draw(&mut self, film: FilmSample, sampler: AnySampler, sink: &mut dyn Sink) {
-        self.run.draw(&mut [Sample { film, sampler }], sink, 0, &mut self.scratch);
+        let Self { run, scratch, .. } = self;
+        let sample = Sample { film, sampler };
+        if self.has_chains {
+            // Those of a chain are all alike, and their tail tells nothing of the integrand's.
+            run.sample(sample, sink, scratch);
+        } else {
+            run.draw(&mut [sample], sink, 0, scratch);
+        }
     }
 
     fn rays_per_sample(&mut self) -> f64 {

@@ -4,6 +4,16 @@ use crate::film::Contribution;
 use crate::math::Rgb;
 use crate::sampler::{ChainSampler, Step};
 
+/// The chains of a chunk of the window.
+#[derive(Debug, Default)]
+pub struct ChunkChains {
+    /// The set of chains that they belong to.
+    pub(super) set: u32,
+    pub(super) chains: Vec<Chain>,
+    /// Number of samples that they have drawn, in turns.
+    pub(super) drawn: usize,
+}
+
 /// A chain.
 #[derive(Debug, Default)]
 pub(super) struct Chain {

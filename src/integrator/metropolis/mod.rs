@@ -20,12 +20,13 @@ mod chain;
 mod settings;
 
 pub use candidates::Normalization;
+pub use chain::ChunkChains;
 pub use settings::Metropolis;
 
 use super::{BoxedRun, Crew, IntegratorError, Notes, Run, Stage};
 use crate::film::{Contribution, FilmSample, Sample, Sink};
 use crate::path::{Counters, Scratch, TechniqueSet};
-use crate::sampler::{AnySampler, IndependentSampler, Sampler};
+use crate::sampler::{AnySampler, ChainSampler, IndependentSampler, Sampler};
 use crate::scene::Scene;
 use candidates::Candidates;
 use chain::Chain;
@@ -40,14 +41,6 @@ pub struct Chains<'a, S: Scene + ?Sized> {
     set: u32,
     normalization: Normalization,
     counters: Counters,
-}
-
-/// The chains of a chunk of the window.
-#[derive(Debug, Default)]
-pub struct ChunkChains {
-    set: u32,
-    chains: Vec<Chain>,
-    drawn: usize,
 }
 
 /// Chains of a chunk, which take turns: so many that their samples can be drawn together.
@@ -110,6 +103,19 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Chains<'a, S> {
         }
         scratch.counters.samples = drawn + samples.len() as u64;
         scratch.counters.ledger = ledger;
+    }
+
+    /// Draws a sample of the integrator inside, which no chain moves.
+    fn sample<P: Sampler>(
+        &self,
+        film: FilmSample,
+        mut sampler: P,
+        sink: &mut dyn Sink,
+        scratch: &mut Scratch<'a, S>,
+    ) {
+        let key = IndependentSampler::seeded_by(&mut sampler).next_u64();
+        let sampler = AnySampler::Chain(Box::new(ChainSampler::new(key)));
+        self.run.sample(Sample { film, sampler }, sink, scratch);
     }
 }
 
