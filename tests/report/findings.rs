@@ -44,13 +44,13 @@ fn findings_are_shown_run_by_run() {
         let FindingsReport { normalization: Some(b), guidance: None } = found else {
             panic!("{found:?}")
         };
-        // 4096 candidates for each of eight sets of chains.
-        assert_eq!((b.candidates, b.black), (32768, 0));
+        // 4096 candidates for one set of chains.
+        assert_eq!((b.candidates, b.black), (4096, 0));
         let z = (b.mean / (study.images[1].mean.mean().0.iter().sum::<f64>() / 3.0) - 1.0)
             / b.relative_standard_error;
         assert!(z.abs() < 4.0, "{z} standard errors from the image");
         let error = percent(b.relative_standard_error);
-        row("metropolis", run, [number(b.mean), error, "32768".to_owned(), "0".to_owned()]);
+        row("metropolis", run, [number(b.mean), error, "4096".to_owned(), "0".to_owned()]);
     }
     for (run, found) in (1..).zip(&guided.findings) {
         let FindingsReport { normalization: None, guidance: Some(g) } = found else {

@@ -73,9 +73,9 @@ impl Candidates {
 
     /// The key of a candidate that is drawn in proportion to its I: chains with numbers that follow
     /// one another choose evenly.
-    pub fn choose(&self, chain: u32) -> u64 {
-        let offset = (self.key as u32 as f64) / f64::from(u32::MAX);
-        let u = (offset + f64::from(chain) * GOLDEN).fract();
+    pub fn choose(&self, chain: f64) -> u64 {
+        let offset = f64::from(self.key as u32) / f64::from(u32::MAX);
+        let u = (offset + chain * GOLDEN).fract();
         let x = u * self.sums.last().copied().unwrap_or(0.0);
         let place = self.sums.partition_point(|sum| *sum <= x).min(self.last);
         self.key + place as u64

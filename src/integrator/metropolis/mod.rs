@@ -91,10 +91,10 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Chains<'a, S> {
             let group = &mut samples[first..];
             let count = (CHAINS - place).min(group.len());
             let group = &mut group[..count];
-            let new = (place + count).saturating_sub(chunk.chains.len());
-            let number = |sample: &Sample<P>| self.stage.film.pixel_index(sample.film.raster);
-            let starts = group[count - new..].iter().map(|s| number(s).unwrap_or_default());
-            let keys = starts.map(|start| self.candidates.choose(start));
+            let known = chunk.chains.len().saturating_sub(place).min(count);
+            let new = (place + known..).zip(&group[known..]);
+            let keys =
+                new.map(|(place, sample)| self.candidates.choose(self.number(place, sample)));
             chunk.chains.extend(self.begin(keys, scratch));
             let chains = &mut chunk.chains[place..place + count];
             self.mutate(chains, group, scratch, |i, found| sink.add(first + i, found));
@@ -120,6 +120,12 @@ impl<'a, S: Scene + ?Sized + 'a> Run<'a, S> for Chains<'a, S> {
 }
 
 impl<'a, S: Scene + ?Sized> Chains<'a, S> {
+    /// A number that the chain at this place of a chunk alone has, which begins at this sample.
+    fn number<P>(&self, place: usize, sample: &Sample<P>) -> f64 {
+        let pixel = self.stage.film.pixel_index(sample.film.raster).unwrap_or_default();
+        f64::from(pixel) + place as f64 * f64::from(self.stage.film.pixels())
+    }
+
     /// Moves each chain by the numbers of a sample, and adds what it gives.
     fn mutate<P: Sampler>(
         &self,
