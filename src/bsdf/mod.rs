@@ -286,8 +286,9 @@ pub trait Bsdf: Send + Sync {
     }
 
     /// A sampled direction given the one back to the walk's previous vertex; `None` if the light is
-    /// absorbed. `u1` chooses among the Dirac lobes, and no Dirac sample depends on `u2`. Provided for models without finite lobes: one of the Dirac images, whose
-    /// probabilities then sum to 1 up to rounding; what is absorbed is in their weights.
+    /// absorbed. `u1` chooses among the Dirac lobes, and no Dirac sample depends on `u2`. Provided
+    /// for models without finite lobes: one of the Dirac images, whose probabilities then sum to 1
+    /// up to rounding; what is absorbed is in their weights.
     fn sample(&self, fixed: DVec3, mode: TransportMode, u1: f64, _u2: DVec2) -> Option<BsdfSample> {
         let (mut chosen, mut below) = (None, 0.0);
         self.dirac_images(fixed, mode, &mut |image| {

@@ -41,7 +41,7 @@ struct Leaf {
     is_used: bool,
     /// Second moments of what was estimated here, without guiding and with it.
     moments: [f64; 2],
-    /// What has been learnt since: energies, and the number of records and the box around them.
+    /// Energies learnt since, and the number of records and the box around them.
     learnt: Quadtree,
     records: u64,
     bounds: Bounds,

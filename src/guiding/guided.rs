@@ -2,11 +2,9 @@
 
 use super::{Field, Quadtree};
 use crate::bsdf::{Bsdf, BsdfSample, DiracValue, LaneForm, Lobes, TransportMode, shading};
-use crate::endpoint::{LightId, LightKind};
 use crate::geometry::{Frame, NormalOrigin, SurfacePoint};
-use crate::light_tree::LightTree;
 use crate::math::{PerProjected, Rgb};
-use crate::scene::{Needs, Scene};
+use crate::scene::{Needs, Scene, answers_of_scene};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
@@ -199,62 +197,8 @@ impl<S: Scene + ?Sized> Scene for Guided<'_, S> {
         GuidedBsdf::new(self.scene.bsdf(x), x, self.field, self.alpha)
     }
 
-    fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
-        self.scene.intersect(from, direction)
-    }
-    fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
-        self.scene.visible(a, b)
-    }
-    fn intersect_many<'b>(
-        &self,
-        rays: impl Iterator<Item = (&'b SurfacePoint, DVec3)>,
-        found: impl FnMut(usize, Option<SurfacePoint>),
-    ) {
-        self.scene.intersect_many(rays, found);
-    }
-    fn visible_many<'b>(
-        &self,
-        segments: impl Iterator<Item = (&'b SurfacePoint, &'b SurfacePoint)>,
-        answer: impl FnMut(usize, bool),
-    ) {
-        self.scene.visible_many(segments, answer);
-    }
-    fn transmittance(&self, a: &SurfacePoint, b: &SurfacePoint) -> Rgb {
-        self.scene.transmittance(a, b)
-    }
-    fn medium_towards(&self, x: &SurfacePoint, direction: DVec3) -> u16 {
-        self.scene.medium_towards(x, direction)
-    }
-    fn medium_at(&self, x: &SurfacePoint) -> u16 {
-        self.scene.medium_at(x)
-    }
-    fn light_at(&self, x: &SurfacePoint) -> Option<LightId> {
-        self.scene.light_at(x)
-    }
-    fn environment(&self) -> Option<LightId> {
-        self.scene.environment()
-    }
-    fn light(&self, id: LightId) -> &S::Light {
-        self.scene.light(id)
-    }
-    fn pick_light(&self, u: f64) -> Option<(LightId, f64)> {
-        self.scene.pick_light(u)
-    }
-    fn pick_pmf(&self, id: LightId) -> f64 {
-        self.scene.pick_pmf(id)
-    }
-    fn pick_light_for(&self, receiver: &SurfacePoint, u: f64) -> Option<(LightId, f64)> {
-        self.scene.pick_light_for(receiver, u)
-    }
-    fn pick_pmf_for(&self, receiver: &SurfacePoint, id: LightId) -> f64 {
-        self.scene.pick_pmf_for(receiver, id)
-    }
-    fn light_tree(&self) -> Option<&LightTree> {
-        self.scene.light_tree()
-    }
-    fn light_names(&self, kind: LightKind) -> Option<Vec<&str>> {
-        self.scene.light_names(kind)
-    }
+    answers_of_scene!();
+
     fn fingerprint(&self) -> Option<u64> {
         self.scene.fingerprint()
     }

@@ -124,7 +124,7 @@ fn densities_are_the_same_to_the_bit_and_bound_the_weights() {
     }
 }
 
-/// Where nothing is known, or α is 1, a sample is that of the model to the bit.
+/// Samples are those of the model to the bit where nothing is known, or α is 1.
 #[test]
 fn nothing_is_guided_where_nothing_is_known() {
     let point = SurfacePoint::on_surface(DVec3::ZERO, 0.0, DVec3::Z);

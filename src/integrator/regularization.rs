@@ -66,7 +66,7 @@ pub struct RegularizedPasses<'a, S: Scene + ?Sized + 'a, I: Integrator<S> + 'a> 
 enum Kind<R> {
     /// There is nothing to regularise.
     Unchanged(R),
-    /// What the integrator has to say of the regularised scene, and ε of the pass.
+    /// Techniques and notes of the integrator in the regularised scene, and ε of the pass.
     Regularized { techniques: TechniqueSet, notes: Box<Notes>, radius: f64 },
 }
 

@@ -168,7 +168,7 @@ pub struct Notes {
     pub missing: Vec<MissingPaths>,
     /// The choice of what to run, if there was one.
     pub decision: Option<Decision>,
-    /// What was found out about guiding, if it was asked for.
+    /// The findings about guiding, if it was asked for.
     pub guidance: Option<Guidance>,
     /// The kind of the estimator: unbiased, consistent or biased.
     pub estimator: Estimator,

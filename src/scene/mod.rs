@@ -25,6 +25,7 @@ mod mesh;
 mod needs;
 mod regularized;
 mod surface;
+mod view;
 mod warning;
 mod world;
 
@@ -37,6 +38,7 @@ pub use needs::Needs;
 pub(crate) use regularized::checked_radius;
 pub use regularized::{Regularized, RegularizedBsdf};
 pub use surface::{Emission, MaterialId, SurfaceId};
+pub(crate) use view::answers_of_scene;
 pub use warning::Warning;
 pub(crate) use world::{DIFFUSE, Diffuse, FlatHit, Meeting};
 pub use world::{FlatSurfaces, World};

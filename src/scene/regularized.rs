@@ -18,12 +18,10 @@
 //! away, so that nothing is cut off there: what a camera walk is to scatter changes by O(ε²),
 //! uniformly in the angle.
 
-use super::{FlatSurfaces, Needs, Scene, SurfaceArea};
+use super::{FlatSurfaces, Needs, Scene, SurfaceArea, answers_of_scene};
 use crate::bsdf::fresnel::difference_of_squares;
 use crate::bsdf::{Bsdf, BsdfError, BsdfSample, LaneForm, Lobes, TransportMode, on_same_side};
-use crate::endpoint::{LightId, LightKind};
 use crate::geometry::SurfacePoint;
-use crate::light_tree::LightTree;
 use crate::math::warp::square_to_disk;
 use crate::math::{Fingerprint, PerProjected, Rgb};
 use glam::{DVec2, DVec3};
@@ -78,62 +76,8 @@ impl<S: Scene + ?Sized> Scene for Regularized<'_, S> {
         Some(Fingerprint::default().with(scene).with(self.epsilon).get())
     }
 
-    fn intersect(&self, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
-        self.scene.intersect(from, direction)
-    }
-    fn visible(&self, a: &SurfacePoint, b: &SurfacePoint) -> bool {
-        self.scene.visible(a, b)
-    }
-    fn intersect_many<'b>(
-        &self,
-        rays: impl Iterator<Item = (&'b SurfacePoint, DVec3)>,
-        found: impl FnMut(usize, Option<SurfacePoint>),
-    ) {
-        self.scene.intersect_many(rays, found);
-    }
-    fn visible_many<'b>(
-        &self,
-        segments: impl Iterator<Item = (&'b SurfacePoint, &'b SurfacePoint)>,
-        answer: impl FnMut(usize, bool),
-    ) {
-        self.scene.visible_many(segments, answer);
-    }
-    fn transmittance(&self, a: &SurfacePoint, b: &SurfacePoint) -> Rgb {
-        self.scene.transmittance(a, b)
-    }
-    fn medium_towards(&self, x: &SurfacePoint, direction: DVec3) -> u16 {
-        self.scene.medium_towards(x, direction)
-    }
-    fn medium_at(&self, x: &SurfacePoint) -> u16 {
-        self.scene.medium_at(x)
-    }
-    fn light_at(&self, x: &SurfacePoint) -> Option<LightId> {
-        self.scene.light_at(x)
-    }
-    fn environment(&self) -> Option<LightId> {
-        self.scene.environment()
-    }
-    fn light(&self, id: LightId) -> &S::Light {
-        self.scene.light(id)
-    }
-    fn pick_light(&self, u: f64) -> Option<(LightId, f64)> {
-        self.scene.pick_light(u)
-    }
-    fn pick_pmf(&self, id: LightId) -> f64 {
-        self.scene.pick_pmf(id)
-    }
-    fn pick_light_for(&self, receiver: &SurfacePoint, u: f64) -> Option<(LightId, f64)> {
-        self.scene.pick_light_for(receiver, u)
-    }
-    fn pick_pmf_for(&self, receiver: &SurfacePoint, id: LightId) -> f64 {
-        self.scene.pick_pmf_for(receiver, id)
-    }
-    fn light_tree(&self) -> Option<&LightTree> {
-        self.scene.light_tree()
-    }
-    fn light_names(&self, kind: LightKind) -> Option<Vec<&str>> {
-        self.scene.light_names(kind)
-    }
+    answers_of_scene!();
+
     // Those that are flat and diffuse have no Dirac lobes; others ask for their BSDFs.
     fn flat_surfaces(&self) -> Option<FlatSurfaces<'_>> {
         self.scene.flat_surfaces()

@@ -150,7 +150,7 @@ fn narrow_steep_and_black_targets() {
     assert!(measured.channels.iter().all(|channel| channel.mean() == 0.0));
 }
 
-/// What is not a number is no state, and is counted.
+/// Values that are no numbers are no states, and are counted.
 #[test]
 fn no_chain_stays_where_contributions_are_not_finite() {
     let (world, eye) = anywhere();

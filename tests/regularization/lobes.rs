@@ -98,7 +98,7 @@ fn relative(a: f64, b: f64) -> f64 {
     if a == b { 0.0 } else { (a - b).abs() / a.abs().max(b.abs()) }
 }
 
-/// What a sample says of itself, against the model's own answers.
+/// A sample's own figures, against the model's answers.
 fn assert_consistent(model: &impl Bsdf, fixed: DVec3, mode: TransportMode, sample: &BsdfSample) {
     let (to_light, to_camera) = mode.label(fixed, sample.next);
     let value = model.eval(to_light, to_camera);
@@ -200,7 +200,7 @@ fn every_smooth_model_passes_the_checks_of_a_bsdf() {
     }
 }
 
-/// What a perfect mirror scatters, `(1 + z²)/ε² · [asinh((t + 1 - z²)/2z)]` from t = 0 to ε² with
+/// The light that a perfect mirror scatters, `(1 + z²)/ε² · [asinh((t + 1 - z²)/2z)]` from t = 0 to ε² with
 /// the slope z: 1 + O(ε²) at all angles.
 #[test]
 fn a_white_mirror_is_white_up_to_the_square_of_the_radius() {

@@ -140,7 +140,7 @@ fn what_cannot_be_rendered_is_refused() -> Result {
     Ok(())
 }
 
-/// What path tracing misses in the pool, it does not if regularised.
+/// Regularised path tracing does not miss what path tracing misses in the pool.
 #[test]
 fn nothing_is_missing_but_the_light_itself() -> Result {
     let (world, eye) = pool();
