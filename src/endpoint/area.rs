@@ -7,7 +7,7 @@ use super::{
 use crate::geometry::{Bounds, Disk, Frame, Shape, Sphere, SurfacePoint, interpolated};
 use crate::light_tree::{LightBounds, LightTree};
 use crate::material::Texture;
-use crate::math::{PerArea, PerProjected, Rgb, warp::square_to_cosine_hemisphere};
+use crate::math::{PerArea, PerProjected, Rgb, unit, warp::square_to_cosine_hemisphere};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -266,8 +266,8 @@ impl AreaLight {
 fn bounds_of(shape: &Shape, radiance_integral: f64, two_sided: bool) -> LightBounds {
     let bounds = shape.bounds();
     let normal = match shape {
-        Shape::Triangle(triangle) => triangle.cross().try_normalize(),
-        Shape::Quad(quad) => quad.cross().try_normalize(),
+        Shape::Triangle(triangle) => unit(triangle.cross()),
+        Shape::Quad(quad) => unit(quad.cross()),
         Shape::Disk(disk) => Some(disk.normal),
         // From anywhere a ball shows a quarter of its surface.
         Shape::Sphere(_) => return LightBounds::isotropic(bounds, 0.25 * radiance_integral),

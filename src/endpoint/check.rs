@@ -1,7 +1,7 @@
 //! Checks that constructors of endpoints share.
 
 use super::EndpointError;
-use crate::math::Rgb;
+use crate::math::{Rgb, unit};
 use glam::DVec3;
 
 /// The colour, if it is finite and non-negative.
@@ -35,13 +35,7 @@ pub(super) fn direction(
     value: DVec3,
 ) -> Result<DVec3, EndpointError> {
     let value = position(object, quantity, value)?;
-    // Scaled first, so that squares neither overflow nor vanish.
-    let largest = value.abs().max_element();
-    if largest == 0.0 {
-        Err(EndpointError::ZeroDirection { object, quantity })
-    } else {
-        Ok((value / largest).normalize())
-    }
+    unit(value).ok_or(EndpointError::ZeroDirection { object, quantity })
 }
 
 /// The number, if it is positive and finite.

@@ -12,6 +12,7 @@
 //! | Student's t distribution | [`student`] |
 //! | sines, cosines and angles, the same on every platform | `angle` |
 //! | binomial coefficients of real numbers | `binomial` |
+//! | unit vectors of directions of any length | `unit` |
 //!
 //! Source: Veach 1997, chapter 8, for the measures.
 
@@ -25,9 +26,11 @@ pub mod measure;
 pub mod spectrum;
 pub mod statistics;
 pub mod student;
+mod unit;
 pub mod warp;
 
 pub use exact_sums::ExactSums;
 pub use fingerprint::Fingerprint;
 pub use measure::{PerArea, PerProjected, PerSolidAngle};
 pub use spectrum::Rgb;
+pub(crate) use unit::{has_exact_length, unit};

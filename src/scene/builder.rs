@@ -9,7 +9,7 @@ use super::world::{Media, World};
 use crate::endpoint::{AnyLight, AreaLight, Light, LightId, SceneExtent};
 use crate::geometry::{Bounds, Disk, Facing, Quad, Shape, Sphere};
 use crate::material::{Finish, Material, Relief, Texture};
-use crate::math::Rgb;
+use crate::math::{Rgb, has_exact_length, unit};
 use crate::tree::Forest;
 use glam::DAffine3;
 use std::collections::{HashMap, HashSet};
@@ -141,7 +141,8 @@ impl WorldBuilder {
     /// Adds a parallelogram.
     ///
     /// # Errors
-    /// The name is taken, the material missing, a number not finite, or the edges parallel.
+    /// The name is taken, the material missing, a number not finite, or no area: parallel edges, or
+    /// a product of their lengths below 1e-153.
     pub fn add_quad(
         &mut self,
         name: impl Into<String>,
@@ -152,7 +153,7 @@ impl WorldBuilder {
         check_point(&name, "origin", quad.origin)?;
         check_point(&name, "edge_u", quad.edge_u)?;
         check_point(&name, "edge_v", quad.edge_v)?;
-        if quad.cross().try_normalize().is_none() {
+        if !has_exact_length(quad.cross()) {
             return Err(SceneError::Degenerate { object: name });
         }
         self.add_surface(name, material, vec![Shape::Quad(quad)], None)
@@ -191,7 +192,7 @@ impl WorldBuilder {
         check_point(&name, "min", bounds.min)?;
         check_point(&name, "max", bounds.max)?;
         let quads = Quad::faces_of(&bounds, facing);
-        let has_area = |quad: &Quad| quad.cross().try_normalize().is_some();
+        let has_area = |quad: &Quad| has_exact_length(quad.cross());
         if bounds.is_empty() || !quads.iter().all(has_area) {
             return Err(SceneError::Degenerate { object: name });
         }
@@ -444,9 +445,9 @@ impl WorldBuilder {
 }
 
 fn check_radius(name: &str, radius: f64) -> Result<(), SceneError> {
-    // The area must neither underflow nor overflow.
-    let fits = |r: f64| r > 0.0 && r * r > 0.0 && r <= SceneError::MAX_COORDINATE;
-    check(name, "radius", radius, "positive, with a positive square, and at most 1e50", fits)
+    // Squares must neither lose digits nor overflow.
+    let fits = |r: f64| (1e-150..=SceneError::MAX_COORDINATE).contains(&r);
+    check(name, "radius", radius, "from 1e-150 to 1e50", fits)
 }
 
 fn check_direction(
@@ -461,7 +462,7 @@ fn check_direction(
         value: direction.length(),
         requirement: "a vector of positive length",
     };
-    direction.try_normalize().ok_or_else(zero)
+    unit(direction).ok_or_else(zero)
 }
 
 /// The surface of an id.

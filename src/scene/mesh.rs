@@ -3,6 +3,7 @@
 use super::error::SceneError;
 use crate::geometry::{Shape, SurfacePoint, Triangle, interpolated};
 use crate::material::VertexValues;
+use crate::math::{has_exact_length, unit};
 use glam::{DAffine3, DVec2, DVec3, DVec4};
 use std::collections::HashMap;
 
@@ -117,9 +118,9 @@ impl Mesh {
             Some(transform.transform_point3(p)).filter(fits)
         })?;
         let normals = match &self.normals {
-            Some(normals) => Some(self.map_vertices(name, "normal", normals, |n| {
-                (normal_matrix * n.try_normalize()?).try_normalize()
-            })?),
+            Some(normals) => Some(
+                self.map_vertices(name, "normal", normals, |n| unit(normal_matrix * unit(n)?))?,
+            ),
             None => None,
         };
         for uvs in [&self.uvs, &self.other_uvs].into_iter().flatten() {
@@ -145,12 +146,7 @@ impl Mesh {
         for &[a, b, c] in &self.indices {
             let corners = if mirrored { [a, c, b] } else { [a, b, c] };
             let triangle = Triangle { vertices: corners.map(|i| positions[i as usize]) };
-            let normal_length = triangle.cross().length();
-            // Also drops triangles so small that their normal underflows.
-            if normal_length.is_finite()
-                && normal_length > 0.0
-                && triangle.cross().try_normalize().is_some()
-            {
+            if has_exact_length(triangle.cross()) {
                 triangles.push(Shape::Triangle(triangle));
                 indices.push(corners);
             }
@@ -273,7 +269,7 @@ impl Attributes {
         if let Some(n) = &self.normals {
             let (u, v) = (flat.uv.x, flat.uv.y);
             let sum = n[a] * (1.0 - u - v) + n[b] * u + n[c] * v;
-            let normal = sum.try_normalize().unwrap_or(flat.normal);
+            let normal = unit(sum).unwrap_or(flat.normal);
             x.normal = if normal.dot(flat.normal) < 0.0 { -normal } else { normal };
         }
         if let Some(uv) = &self.values.uvs {

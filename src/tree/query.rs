@@ -250,7 +250,7 @@ fn contact(x: &SurfacePoint) -> u32 {
 /// anything else is made unit length. `None` if it has no length.
 #[inline(always)]
 pub(super) fn unit(direction: DVec3) -> Option<DVec3> {
-    if is_about_unit(direction.into()) { Some(direction) } else { direction.try_normalize() }
+    if is_about_unit(direction.into()) { Some(direction) } else { crate::math::unit(direction) }
 }
 
 /// True for a length that is off by no more than that.

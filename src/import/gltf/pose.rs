@@ -4,6 +4,7 @@ use super::accessor::Budget;
 use super::document::Document;
 use super::scene::SceneReader;
 use crate::import::{Error, Location};
+use crate::math::unit;
 use crate::scene::{Mesh, SceneError};
 use glam::{DAffine3, DMat3, DVec3};
 use gltf::json::mesh::{MorphTarget, Primitive, Semantic};
@@ -84,10 +85,8 @@ impl SceneReader<'_> {
         }
         for (normal, transform) in posed.normals.iter_mut().flatten().zip(&transforms) {
             // Where the transform leaves only a line or a point, no triangle asks for it.
-            *normal = cofactors(transform.matrix3)
-                .mul_vec3(*normal * transform.matrix3.determinant().signum())
-                .try_normalize()
-                .unwrap_or(*normal);
+            let facing = *normal * transform.matrix3.determinant().signum();
+            *normal = unit(cofactors(transform.matrix3) * facing).unwrap_or(*normal);
         }
         for (tangent, transform) in posed.tangents.iter_mut().flatten().zip(&transforms) {
             let side = tangent.w * transform.matrix3.determinant().signum();

@@ -7,6 +7,7 @@ use super::{ImportedView, Loader};
 use crate::endpoint::{Camera, EndpointError, OrthographicCamera, PinholeCamera, ThinLensCamera};
 use crate::film::{FilmRegion, Filter};
 use crate::geometry::Bounds;
+use crate::math::unit;
 use glam::{DAffine3, DMat3, DVec2, DVec3, UVec2};
 
 /// Diagonal of a small-picture film, 36 mm × 24 mm.
@@ -162,7 +163,7 @@ impl<'a> Loader<'a> {
     /// Position, view and up vector. A camera's space looks along z, with y up and x to the left.
     fn pose(&mut self, element: &'a Element, to_world: &DAffine3) -> Result<[DVec3; 3], Error> {
         let axes = to_world.matrix3;
-        let unit = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::try_normalize);
+        let unit = [axes.x_axis, axes.y_axis, axes.z_axis].map(unit);
         let [Some(x), Some(y), Some(z)] = unit else {
             return Err(element.error("to_world is not invertible"));
         };

@@ -7,7 +7,7 @@ use super::values::Object;
 use super::{Loader, revolved};
 use crate::geometry::{Disk, Quad, Sphere};
 use crate::material::Texture;
-use crate::math::Rgb;
+use crate::math::{Rgb, has_exact_length};
 use crate::scene::{MaterialId, Mesh};
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use std::borrow::Cow;
@@ -102,7 +102,7 @@ impl<'a> Loader<'a> {
                 let from = object.vector("p0")?.unwrap_or(DVec3::ZERO);
                 let axis = object.vector("p1")?.unwrap_or(DVec3::Z) - from;
                 let radius = object.float_or("radius", 1.0)?;
-                if axis.try_normalize().is_none() || radius.is_nan() || radius <= 0.0 {
+                if !has_exact_length(axis) || radius.is_nan() || radius <= 0.0 {
                     return Err(
                         element.error("p0 and p1 are the same, or its radius is not positive")
                     );

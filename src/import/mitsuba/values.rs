@@ -5,7 +5,7 @@ use super::super::{Error, Warnings};
 use super::document::Element;
 use super::spectrum::{self, Illuminant};
 use crate::film::linear_from_srgb;
-use crate::math::Rgb;
+use crate::math::{Rgb, unit};
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 use std::cell::RefCell;
 
@@ -185,7 +185,7 @@ fn transform(element: &Element) -> Result<DAffine3, Error> {
             "rotate" => {
                 let axis = components(step, 0.0)?;
                 let angle = number(step, step.required("angle")?)?;
-                match axis.try_normalize() {
+                match unit(axis) {
                     Some(axis) => DMat4::from_axis_angle(axis, angle.to_radians()),
                     // Nothing is turned, about whatever axis.
                     None if angle == 0.0 => DMat4::IDENTITY,
@@ -224,18 +224,15 @@ fn matrix(element: &Element) -> Result<DMat4, Error> {
 fn look_at(element: &Element) -> Result<DMat4, Error> {
     let point = |name: &str| three(element, element.required(name)?);
     let (origin, target) = (point("origin")?, point("target")?);
-    let forward = (target - origin)
-        .try_normalize()
-        .ok_or_else(|| element.error("origin and target are the same"))?;
+    let forward =
+        unit(target - origin).ok_or_else(|| element.error("origin and target are the same"))?;
     let up = match element.attribute("up") {
         Some(text) => three(element, text)?,
         // Any direction that is not along the view.
         None => forward.any_orthonormal_vector(),
     };
-    let left = up
-        .cross(forward)
-        .try_normalize()
-        .ok_or_else(|| element.error("up is zero or along the view"))?;
+    let left =
+        unit(up.cross(forward)).ok_or_else(|| element.error("up is zero or along the view"))?;
     Ok(DMat4::from_cols(
         left.extend(0.0),
         forward.cross(left).extend(0.0),

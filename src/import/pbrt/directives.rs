@@ -7,7 +7,7 @@ use super::object::{self, Object};
 use super::textures::Sort;
 use super::tokens::{Token, Tokens};
 use super::{Loader, Place};
-use crate::math::Rgb;
+use crate::math::{Rgb, unit};
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use std::path::Path;
 use std::rc::Rc;
@@ -108,7 +108,7 @@ impl Loader {
             }
             "Rotate" => {
                 let [angle, x, y, z] = self.numbers(tokens)?;
-                match DVec3::new(x, y, z).try_normalize() {
+                match unit(DVec3::new(x, y, z)) {
                     Some(axis) => {
                         self.concat(DAffine3::from_axis_angle(axis, angle.to_radians()))?;
                     }
@@ -414,8 +414,8 @@ impl Loader {
 /// world is.
 fn look_at(values: &[f64; 9]) -> Result<DAffine3, &'static str> {
     let [eye, target, up] = [0, 3, 6].map(|i| DVec3::from_slice(&values[i..]));
-    let forward = (target - eye).try_normalize().ok_or("eye and target are the same")?;
-    let right = up.cross(forward).try_normalize().ok_or("up is zero or along the view")?;
+    let forward = unit(target - eye).ok_or("eye and target are the same")?;
+    let right = unit(up.cross(forward)).ok_or("up is zero or along the view")?;
     let axes = DMat3::from_cols(right, forward.cross(right), forward);
     Ok(DAffine3::from_mat3_translation(axes, eye))
 }
