@@ -82,7 +82,7 @@ impl Beckmann {
     pub fn density(&self, normal: DVec3) -> f64 {
         let (x, y) = (normal.x / self.alpha_x, normal.y / self.alpha_y);
         let z2 = normal.z * normal.z;
-        let gaussian = (-(x * x + y * y) / z2).exp();
+        let gaussian = libm::exp(-(x * x + y * y) / z2);
         // 0/0 in the plane of the surface
         if gaussian > 0.0 { gaussian / (PI * self.alpha_x * self.alpha_y * z2 * z2) } else { 0.0 }
     }
@@ -164,7 +164,7 @@ fn projected(z: f64, r: f64, x: f64) -> (f64, f64) {
     if x >= STEEPEST {
         return (z, 0.0);
     }
-    let gaussian = (-x * x).exp();
+    let gaussian = libm::exp(-x * x);
     (0.5 * z * erf::complement(-x, gaussian) + 0.25 * FRAC_2_SQRT_PI * r * gaussian, gaussian)
 }
 
@@ -181,7 +181,7 @@ fn inverse(z: f64, r: f64, u: f64) -> f64 {
     let start = gaussian_slope.unwrap_or(if u < 0.5 { -2.5 } else { 2.5 });
     let mut x = start.min(0.5 * high).min(high - 0.5).max(low);
     let (mut area, mut gaussian) = if gaussian_slope == Some(x) {
-        let gaussian = (-x * x).exp();
+        let gaussian = libm::exp(-x * x);
         (u * z + 0.25 * FRAC_2_SQRT_PI * r * gaussian, gaussian)
     } else {
         projected(z, r, x)

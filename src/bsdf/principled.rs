@@ -365,7 +365,7 @@ impl Coat {
     fn density(&self, h: DVec3) -> f64 {
         let a2 = self.alpha_squared;
         let e = h.x * h.x + h.y * h.y + a2 * h.z * h.z;
-        (a2 - 1.0) / (PI * a2.ln() * e)
+        (a2 - 1.0) / (PI * libm::log(a2) * e)
     }
 
     /// f of a coat of strength 1.
@@ -382,7 +382,7 @@ impl Coat {
 
     fn sample(&self, u: DVec2) -> DVec3 {
         let a2 = self.alpha_squared;
-        let z2 = ((1.0 - a2.powf(1.0 - u.y)) / (1.0 - a2)).clamp(0.0, 1.0);
+        let z2 = ((1.0 - libm::pow(a2, 1.0 - u.y)) / (1.0 - a2)).clamp(0.0, 1.0);
         let (sin, cos) = sin_cos_of_turn(u.x);
         let r = (1.0 - z2).sqrt();
         DVec3::new(r * cos, r * sin, z2.sqrt())

@@ -109,8 +109,8 @@ impl Band {
     /// The band between two polar angles.
     fn new(upper: f64, lower: f64) -> Self {
         Self {
-            upper: (0.5 * upper).sin().powi(2),
-            step: (0.5 * (lower + upper)).sin() * (0.5 * (lower - upper)).sin(),
+            upper: libm::sin(0.5 * upper).powi(2),
+            step: libm::sin(0.5 * (lower + upper)) * libm::sin(0.5 * (lower - upper)),
         }
     }
 

@@ -82,7 +82,7 @@ impl SpotLight {
                 range,
             });
         }
-        let one_minus_cosine = |degrees: f64| 2.0 * (0.5 * degrees.to_radians()).sin().powi(2);
+        let one_minus_cosine = |degrees: f64| 2.0 * libm::sin(0.5 * degrees.to_radians()).powi(2);
         let falloff = Falloff {
             inner: one_minus_cosine(inner_degrees),
             outer: one_minus_cosine(outer_degrees),
@@ -96,7 +96,7 @@ impl SpotLight {
     /// axis.
     #[must_use]
     pub fn with_linear_falloff(mut self) -> Self {
-        let angle = |v: f64| 2.0 * (0.5 * v).sqrt().asin();
+        let angle = |v: f64| 2.0 * libm::asin((0.5 * v).sqrt());
         self.falloff.shape =
             FalloffShape::Linear([angle(self.falloff.inner), angle(self.falloff.outer)]);
         self
@@ -132,7 +132,7 @@ impl Falloff {
             FalloffShape::Smooth => t * t * (3.0 - 2.0 * t),
             FalloffShape::Squared => t * t,
             FalloffShape::Linear([inner, outer]) => {
-                ((outer - 2.0 * (0.5 * v).sqrt().asin()) / (outer - inner)).clamp(0.0, 1.0)
+                ((outer - 2.0 * libm::asin((0.5 * v).sqrt())) / (outer - inner)).clamp(0.0, 1.0)
             }
         }
     }
@@ -150,9 +150,11 @@ impl Falloff {
             FalloffShape::Squared => (self.outer - self.inner) / 3.0,
             FalloffShape::Linear([a, b]) if b > a => {
                 let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-                let sinc = if half > 1e-4 { half.sin() / half } else { 1.0 - half * half / 6.0 };
+                let sinc =
+                    if half > 1e-4 { libm::sin(half) / half } else { 1.0 - half * half / 6.0 };
                 // cos a - cos m + cos m (1 - sinc)
-                2.0 * (0.5 * (a + middle)).sin() * (0.5 * half).sin() + middle.cos() * (1.0 - sinc)
+                2.0 * libm::sin(0.5 * (a + middle)) * libm::sin(0.5 * half)
+                    + libm::cos(middle) * (1.0 - sinc)
             }
             _ => 0.5 * (self.outer - self.inner),
         }
@@ -169,7 +171,7 @@ impl Falloff {
         let rest = ((u - inner_share) / (1.0 - inner_share)).clamp(0.0, 1.0);
         let t = match self.shape {
             FalloffShape::Smooth => square_to_smoothstep(rest),
-            FalloffShape::Squared => rest.cbrt(),
+            FalloffShape::Squared => libm::cbrt(rest),
             FalloffShape::Linear(_) => rest,
         };
         self.outer - t * (self.outer - self.inner)
@@ -229,7 +231,7 @@ impl Light for SpotLight {
 
     /// The cosine of the angle from the inner cone stands for the falloff.
     fn bounds(&self) -> Option<LightBounds> {
-        let angle = |one_minus_cosine: f64| 2.0 * (0.5 * one_minus_cosine).sqrt().asin();
+        let angle = |one_minus_cosine: f64| 2.0 * libm::asin((0.5 * one_minus_cosine).sqrt());
         let [theta_o, outer] = [self.falloff.inner, self.falloff.outer].map(angle);
         let place = Bounds::of_points([self.position]);
         let everywhere = LightBounds::isotropic(place, self.intensity.mean());

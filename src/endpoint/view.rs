@@ -186,5 +186,5 @@ pub(super) fn film_height(
             range,
         });
     }
-    Ok(2.0 * (0.5 * vertical_fov_degrees.to_radians()).tan())
+    Ok(2.0 * libm::tan(0.5 * vertical_fov_degrees.to_radians()))
 }

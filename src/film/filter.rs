@@ -75,7 +75,7 @@ impl Filter {
                 }
                 // R²/2 is exponentially distributed and cut at T = CUT²/2; its mean is the variance
                 // per axis.
-                let (t, tail) = (CUT * CUT / 2.0, (-CUT * CUT / 2.0).exp());
+                let (t, tail) = (CUT * CUT / 2.0, libm::exp(-CUT * CUT / 2.0));
                 Shape::Gaussian((variance / (1.0 - t * tail / (1.0 - tail))).sqrt())
             }
         }))
@@ -94,8 +94,8 @@ impl Kernel {
                 let u = sampler.next_2d();
                 // Inverts the distribution of the radius (Box and Muller 1958), restricted to radii
                 // below the cut.
-                let inside = 1.0 - (-CUT * CUT / 2.0).exp();
-                let radius = standard_deviation * (-2.0 * (-u.x * inside).ln_1p()).sqrt();
+                let inside = 1.0 - libm::exp(-CUT * CUT / 2.0);
+                let radius = standard_deviation * (-2.0 * libm::log1p(-u.x * inside)).sqrt();
                 DVec2::from_angle(TAU * u.y) * radius
             }
         }

@@ -99,7 +99,7 @@ impl Image {
     /// `exposure` (in stops). Values above 1 are clipped; what is not a number becomes 0.
     #[must_use]
     pub fn to_srgb8(&self, exposure: f64) -> Vec<u8> {
-        let gain = exposure.exp2();
+        let gain = libm::exp2(exposure);
         self.pixels
             .iter()
             .flat_map(|p| p.0.map(|c| (srgb_from_linear(c * gain) * 255.0).round() as u8))
@@ -126,14 +126,18 @@ impl Image {
 pub fn srgb_from_linear(linear: f64) -> f64 {
     // What is not a number becomes 0; `clamp` would keep it.
     let linear = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+    if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055
+    }
 }
 
 /// The inverse of the sRGB transfer function on `[0, 1]`.
 #[must_use]
 pub fn linear_from_srgb(encoded: f64) -> f64 {
     let encoded = if encoded > 0.0 { encoded.min(1.0) } else { 0.0 };
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    if encoded <= 0.040_45 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
 #[cfg(test)]

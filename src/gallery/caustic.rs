@@ -18,9 +18,11 @@ const LAMP: DVec3 = DVec3::new(-2.6, 4.6, -1.0);
 const LAMP_RADIUS: f64 = 0.2;
 const LAMP_RADIANCE: Rgb = Rgb::new(420.0, 390.0, 340.0);
 
-pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
+pub(super) fn build(
+    resolution: UVec2,
+    mut builder: WorldBuilder,
+) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    let mut builder = WorldBuilder::new();
     let black = builder.add_material("black", BLACK)?;
     let glass = builder.add_material("glass", GLASS)?;
     let floor = builder.add_material("floor", diffuse(Rgb::new(0.6, 0.58, 0.55)))?;

@@ -26,9 +26,11 @@ const GREEN: Rgb = Rgb::new(0.105421, 0.37798, 0.076425);
 const RADIANCE: Rgb = Rgb::new(18.387, 13.9873, 6.75357);
 const LAMP_HEIGHT: f64 = 548.3;
 
-pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
+pub(super) fn build(
+    resolution: UVec2,
+    mut builder: WorldBuilder,
+) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    let mut builder = WorldBuilder::new();
     let black = builder.add_material("black", BLACK)?;
     let white = builder.add_material("white", diffuse(WHITE))?;
     let red = builder.add_material("red", diffuse(RED))?;
@@ -113,7 +115,7 @@ pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
     let lamp = builder.add_quad("lamp", lamp, black)?;
     builder.set_emission(lamp, emission(RADIANCE))?;
 
-    let fov = 2.0 * (0.025f64 / (2.0 * 0.035)).atan().to_degrees();
+    let fov = 2.0 * libm::atan(0.025f64 / (2.0 * 0.035)).to_degrees();
     let camera = PinholeCamera::new(
         p(278.0, 273.0, -800.0),
         p(278.0, 273.0, 0.0),

@@ -36,12 +36,15 @@ const LAMP_RADIUS: f64 = 0.12;
 /// Radiance times the part of the wall that the slit is.
 const LAMP_RADIANCE: Rgb = Rgb::new(320.0, 265.0, 205.0);
 
-pub(super) fn wide(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
-    build("door-ajar", DESCRIPTION, 1e-2, resolution)
+pub(super) fn wide(resolution: UVec2, builder: WorldBuilder) -> Result<GalleryScene, GalleryError> {
+    build("door-ajar", DESCRIPTION, 1e-2, resolution, builder)
 }
 
-pub(super) fn narrow(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
-    build("door-ajar-narrow", NARROW, 1e-4, resolution)
+pub(super) fn narrow(
+    resolution: UVec2,
+    builder: WorldBuilder,
+) -> Result<GalleryScene, GalleryError> {
+    build("door-ajar-narrow", NARROW, 1e-4, resolution, builder)
 }
 
 /// The rooms with a slit that is the part `opening` of the dividing wall.
@@ -50,9 +53,9 @@ fn build(
     description: &'static str,
     opening: f64,
     resolution: UVec2,
+    mut builder: WorldBuilder,
 ) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    let mut builder = WorldBuilder::new();
     let black = builder.add_material("black", BLACK)?;
     let plaster = builder.add_material("plaster", diffuse(Rgb::new(0.78, 0.76, 0.72)))?;
     let floor = builder.add_material("floor", diffuse(Rgb::new(0.5, 0.38, 0.27)))?;
@@ -146,7 +149,8 @@ fn leaf(opening: f64) -> Mesh {
     // The slit is upright between the edges of leaf and doorway, and a triangle above the leaf.
     let area = opening * (MAX.x - MIN.x) * (MAX.y - MIN.y);
     let gap = area / (DOOR_HEIGHT + 0.5 * width);
-    let along = DVec2::from_angle(2.0 * (0.5 * gap / width).asin());
+    let (sin, cos) = libm::sincos(2.0 * libm::asin(0.5 * gap / width));
+    let along = DVec2::new(cos, sin);
     let corner = |length: f64, thickness: f64| {
         let place = hinge + along * length + along.perp() * thickness;
         DVec3::new(place.x, 0.0, place.y)

@@ -30,9 +30,11 @@ const LIGHTS: [(f64, f64, Rgb); 4] = [
 /// Radiance times the square of the radius.
 const INTENSITY: f64 = 1.6;
 
-pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
+pub(super) fn build(
+    resolution: UVec2,
+    mut builder: WorldBuilder,
+) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    let mut builder = WorldBuilder::new();
     let black = builder.add_material("black", BLACK)?;
     let grey = builder.add_material("grey", diffuse(Rgb::splat(0.4)))?;
 

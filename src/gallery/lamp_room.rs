@@ -25,9 +25,11 @@ const FILAMENT_RADIUS: f64 = 0.03;
 const FILAMENT_RADIANCE: Rgb = Rgb::new(900.0, 560.0, 280.0);
 const BOWL_RADIANCE: Rgb = Rgb::new(150.0, 170.0, 200.0);
 
-pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
+pub(super) fn build(
+    resolution: UVec2,
+    mut builder: WorldBuilder,
+) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    let mut builder = WorldBuilder::new();
     let black = builder.add_material("black", BLACK)?;
     let glass = builder.add_material("glass", GLASS)?;
     let plaster = builder.add_material("plaster", diffuse(Rgb::new(0.78, 0.76, 0.72)))?;

@@ -39,9 +39,11 @@ const LAMP_RADIANCE: Rgb = Rgb::new(44_000.0, 41_500.0, 37_500.0);
 /// reaches the table has met a mirror, and what fills the room went over the first one.
 const WAY_OUT: [f64; 3] = [0.6, 0.06, 1.8];
 
-pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
+pub(super) fn build(
+    resolution: UVec2,
+    mut builder: WorldBuilder,
+) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    let mut builder = WorldBuilder::new();
     let black = builder.add_material("black", BLACK)?;
     let glass = builder.add_material("glass", GLASS)?;
     let white = builder.add_material("white", diffuse(Rgb::new(0.75, 0.73, 0.7)))?;

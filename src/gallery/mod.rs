@@ -40,7 +40,7 @@ mod sphere_cap;
 pub use error::GalleryError;
 
 use crate::endpoint::Camera;
-use crate::scene::World;
+use crate::scene::{Variation, World, WorldBuilder};
 use glam::UVec2;
 
 /// A scene of the gallery.
@@ -147,17 +147,31 @@ pub fn description(name: &str) -> Option<&'static str> {
 /// # Errors
 /// There is no scene of this name, or the film has no pixels.
 pub fn build(name: &str, resolution: UVec2) -> Result<GalleryScene, GalleryError> {
+    build_varied(name, resolution, Variation::default())
+}
+
+/// Builds a scene whose lamps or materials are changed. Its description and its
+/// [claims](GalleryScene::claims) are those of the unchanged scene.
+///
+/// # Errors
+/// There is no scene of this name, the film has no pixels, or the variation is out of range.
+pub fn build_varied(
+    name: &str,
+    resolution: UVec2,
+    variation: Variation,
+) -> Result<GalleryScene, GalleryError> {
+    let builder = WorldBuilder::varied(variation);
     match name {
-        "cornell-box" => cornell_box::build(resolution),
-        "sphere-cap" => sphere_cap::build(resolution),
-        "lamp-room" => lamp_room::build(resolution),
-        "caustic" => caustic::build(resolution),
-        "glossy-plates" => glossy_plates::build(resolution),
-        "smooth-mesh" => smooth_mesh::build(resolution),
-        "pool" => pool::build(resolution),
-        "door-ajar" => door_ajar::wide(resolution),
-        "door-ajar-narrow" => door_ajar::narrow(resolution),
-        "mirror-chain" => mirror_chain::build(resolution),
+        "cornell-box" => cornell_box::build(resolution, builder),
+        "sphere-cap" => sphere_cap::build(resolution, builder),
+        "lamp-room" => lamp_room::build(resolution, builder),
+        "caustic" => caustic::build(resolution, builder),
+        "glossy-plates" => glossy_plates::build(resolution, builder),
+        "smooth-mesh" => smooth_mesh::build(resolution, builder),
+        "pool" => pool::build(resolution, builder),
+        "door-ajar" => door_ajar::wide(resolution, builder),
+        "door-ajar-narrow" => door_ajar::narrow(resolution, builder),
+        "mirror-chain" => mirror_chain::build(resolution, builder),
         _ => Err(GalleryError::UnknownScene { name: name.to_owned() }),
     }
 }

@@ -34,9 +34,11 @@ const LAMP: DVec3 = DVec3::new(-0.8, 2.0, 1.45);
 const LAMP_RADIUS: f64 = 0.05;
 const LAMP_RADIANCE: Rgb = Rgb::new(3600.0, 3300.0, 2700.0);
 
-pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
+pub(super) fn build(
+    resolution: UVec2,
+    mut builder: WorldBuilder,
+) -> Result<GalleryScene, GalleryError> {
     let p = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
-    let mut builder = WorldBuilder::new();
     let black = builder.add_material("black", BLACK)?;
     let water = builder.add_material("water", WATER)?;
     let tiles = Texture::checkerboard(Rgb::new(0.35, 0.55, 0.6), Rgb::new(0.18, 0.42, 0.52));
@@ -101,7 +103,7 @@ fn waves(half: f64, cells: u32) -> Mesh {
         let place = DVec2::new(at(column), at(row));
         let (mut height, mut slope) = (0.0, DVec2::ZERO);
         for (wave, amplitude, phase) in WAVES {
-            let (sin, cos) = (wave.dot(place) + phase).sin_cos();
+            let (sin, cos) = libm::sincos(wave.dot(place) + phase);
             height += amplitude * sin;
             slope += wave * (amplitude * cos);
         }

@@ -20,8 +20,10 @@ const SUN_RADIANCE: Rgb = Rgb::new(160.0, 140.0, 110.0);
 /// Angular radius, far above the true 0.27°, so that a map of 128 × 64 pixels resolves it.
 const SUN_DEGREES: f64 = 5.0;
 
-pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
-    let mut builder = WorldBuilder::new();
+pub(super) fn build(
+    resolution: UVec2,
+    mut builder: WorldBuilder,
+) -> Result<GalleryScene, GalleryError> {
     let ground = builder.add_material("ground", diffuse(Rgb::new(0.42, 0.4, 0.36)))?;
     let clay = builder.add_material("clay", diffuse(Rgb::new(0.7, 0.32, 0.2)))?;
     let gold = builder.add_material("gold", metal(Rgb::new(0.95, 0.72, 0.35), 0.25))?;
@@ -62,10 +64,10 @@ pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
 fn torus(major: f64, minor: f64, around: u32, across: u32) -> Mesh {
     let mut mesh = Mesh { normals: Some(Vec::new()), ..Mesh::default() };
     for i in 0..around {
-        let (sin, cos) = (TAU * f64::from(i) / f64::from(around)).sin_cos();
+        let (sin, cos) = libm::sincos(TAU * f64::from(i) / f64::from(around));
         let outwards = DVec3::new(cos, 0.0, -sin);
         for j in 0..across {
-            let (sin, cos) = (TAU * f64::from(j) / f64::from(across)).sin_cos();
+            let (sin, cos) = libm::sincos(TAU * f64::from(j) / f64::from(across));
             let normal = outwards * cos + DVec3::Y * sin;
             mesh.positions.push(outwards * major + normal * minor);
             mesh.normals.get_or_insert_default().push(normal);
@@ -89,10 +91,10 @@ fn torus(major: f64, minor: f64, around: u32, across: u32) -> Mesh {
 /// area.
 fn blob(around: u32, rows: u32) -> Mesh {
     let point = |polar: f64, turn: f64| {
-        let (sin, cos) = polar.sin_cos();
-        let bumps = 0.14 * sin * sin * (5.0 * turn).cos() * (4.0 * polar).sin()
-            + 0.08 * (3.0 * polar).cos();
-        DVec3::new(sin * turn.cos(), cos, -sin * turn.sin()) * (0.85 + bumps)
+        let (sin, cos) = libm::sincos(polar);
+        let bumps = 0.14 * sin * sin * libm::cos(5.0 * turn) * libm::sin(4.0 * polar)
+            + 0.08 * libm::cos(3.0 * polar);
+        DVec3::new(sin * libm::cos(turn), cos, -sin * libm::sin(turn)) * (0.85 + bumps)
     };
     let mut mesh = Mesh { positions: vec![point(0.0, 0.0), point(PI, 0.0)], ..Mesh::default() };
     let vertex = |row: u32, column: u32| match row {
@@ -138,13 +140,16 @@ fn sky() -> Result<EnvironmentMap, EndpointError> {
             let polar = PI * (f64::from(row) + 0.5) / f64::from(height);
             // The left edge is at -Z, a quarter to the right +X.
             let turn = TAU * (f64::from(column) + 0.5) / f64::from(width);
-            let direction =
-                DVec3::new(polar.sin() * turn.sin(), polar.cos(), -polar.sin() * turn.cos());
+            let direction = DVec3::new(
+                libm::sin(polar) * libm::sin(turn),
+                libm::cos(polar),
+                -libm::sin(polar) * libm::cos(turn),
+            );
             let horizon = (1.0 - direction.y.abs()).powi(4);
             let air =
                 Rgb::new(0.18, 0.32, 0.6) * (1.0 - horizon) + Rgb::new(0.75, 0.8, 0.85) * horizon;
             let dust = Rgb::new(0.3, 0.28, 0.25);
-            let disk = direction.dot(sun) > SUN_DEGREES.to_radians().cos();
+            let disk = direction.dot(sun) > libm::cos(SUN_DEGREES.to_radians());
             (if direction.y > 0.0 { air } else { dust })
                 + if disk { SUN_RADIANCE } else { Rgb::BLACK }
         },

@@ -17,8 +17,10 @@ pub(super) const DESCRIPTION: &str =
 const ALBEDO: f64 = 0.5;
 const CAP_COSINE: f64 = 0.8;
 
-pub(super) fn build(resolution: UVec2) -> Result<GalleryScene, GalleryError> {
-    let mut builder = WorldBuilder::new();
+pub(super) fn build(
+    resolution: UVec2,
+    mut builder: WorldBuilder,
+) -> Result<GalleryScene, GalleryError> {
     let grey = builder.add_material("grey", diffuse(Rgb::splat(ALBEDO)))?;
     let sphere = Sphere { inward: true, ..Sphere::new(DVec3::ZERO, 1.0) };
     builder.add_sphere("wall", Sphere { cos_max: CAP_COSINE, ..sphere }, grey)?;

@@ -371,7 +371,8 @@ impl Shape {
                 let n = d.normal;
                 around(
                     d.center,
-                    DVec3::new(n.y.hypot(n.z), n.x.hypot(n.z), n.x.hypot(n.y)) * d.radius,
+                    DVec3::new(libm::hypot(n.y, n.z), libm::hypot(n.x, n.z), libm::hypot(n.x, n.y))
+                        * d.radius,
                 )
             }
         }

@@ -35,7 +35,7 @@ pub(super) type Place = [u32; 2];
 /// The place of a unit vector.
 #[inline]
 pub(super) fn place(direction: DVec3) -> Place {
-    let turn = 0.5 + direction.y.atan2(direction.x) / TAU;
+    let turn = 0.5 + libm::atan2(direction.y, direction.x) / TAU;
     // The cast stops at the largest number.
     [turn, 0.5 + 0.5 * direction.z].map(|x| (x * (1u64 << 32) as f64) as u32)
 }
@@ -125,7 +125,7 @@ impl Quadtree {
         let cos = 2.0 * height - 1.0;
         // 1 - cos² without loss of digits near the poles.
         let sin = 2.0 * (height * (1.0 - height)).sqrt();
-        let (y, x) = (TAU * (turn - 0.5)).sin_cos();
+        let (y, x) = libm::sincos(TAU * (turn - 0.5));
         DVec3::new(sin * x, sin * y, cos)
     }
 

@@ -37,6 +37,17 @@ impl Files {
         })
     }
 
+    /// The files of a scene that was given as bytes, which may refer to no others.
+    #[cfg(feature = "gltf")]
+    pub fn none(limits: &Limits) -> Self {
+        Self {
+            directories: Vec::new(),
+            root: PathBuf::new(),
+            outside_files: false,
+            bytes_left: limits.bytes,
+        }
+    }
+
     /// Adds a directory where relative paths are looked for, after the others.
     pub fn add_directory(&mut self, path: &str, location: Location) -> Result<(), Error> {
         if self.directories.len() >= MOST_DIRECTORIES {
@@ -105,6 +116,11 @@ impl Files {
         let refuse = |reason: String| Err(Error::new(location.clone(), reason));
         if name.is_empty() || name.contains('\0') {
             return refuse("the name of the file is empty or has a NUL in it".to_owned());
+        }
+        if self.directories.is_empty() {
+            return refuse(format!(
+                "{name} is another file, and only bytes of the scene are given"
+            ));
         }
         let plain = Path::new(name)
             .components()

@@ -11,7 +11,8 @@ const FIELD_OF_VIEW: f64 = 40.0;
 pub(crate) fn framing(bounds: Bounds, resolution: UVec2) -> Result<PinholeCamera, EndpointError> {
     let (center, radius) = (bounds.center(), bounds.radius().max(1e-9));
     let narrower = (f64::from(resolution.x) / f64::from(resolution.y)).min(1.0);
-    let half_angle = (narrower * (0.5 * FIELD_OF_VIEW.to_radians()).tan()).atan();
-    let position = center + DVec3::new(0.35, 0.25, 1.0).normalize() * (radius / half_angle.sin());
+    let half_angle = libm::atan(narrower * libm::tan(0.5 * FIELD_OF_VIEW.to_radians()));
+    let position =
+        center + DVec3::new(0.35, 0.25, 1.0).normalize() * (radius / libm::sin(half_angle));
     PinholeCamera::new(position, center, DVec3::Y, FIELD_OF_VIEW, resolution)
 }

@@ -30,7 +30,7 @@ mod spectrum;
 use crate::endpoint::Camera;
 use crate::film::{FilmRegion, Filter};
 use crate::math::Rgb;
-use crate::scene::World;
+use crate::scene::{Variation, World};
 use glam::UVec2;
 use std::collections::HashMap;
 use std::fmt;
@@ -101,6 +101,8 @@ pub struct Options {
     /// their backs are [culled](crate::bsdf::Culled), as the format wants, unless they transmit
     /// light.
     pub back_faces: bool,
+    /// Changes to lamps and materials.
+    pub variation: Variation,
     /// Limits to the size of the scene.
     pub limits: Limits,
 }

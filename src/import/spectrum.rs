@@ -70,7 +70,8 @@ pub(super) fn planck(wavelength: f64, temperature: f64) -> f64 {
     // 2 h c² in W nm⁴ m⁻² per steradian, and h c / k in nm K (CODATA 2018).
     const FIRST_CONSTANT: f64 = 1.191_042_972e20;
     const SECOND_CONSTANT: f64 = 1.438_776_877e7;
-    FIRST_CONSTANT / (wavelength.powi(5) * (SECOND_CONSTANT / (wavelength * temperature)).exp_m1())
+    FIRST_CONSTANT
+        / (wavelength.powi(5) * libm::expm1(SECOND_CONSTANT / (wavelength * temperature)))
 }
 
 /// The visible wavelengths, nanometre by nanometre.

@@ -45,7 +45,7 @@ impl<I> Regularization<I> {
 
     /// ε of a pass; passes are numbered from 0.
     fn radius(&self, pass: u32) -> f64 {
-        self.epsilon * (f64::from(pass) + 1.0).powf(0.5 * (self.alpha - 1.0))
+        self.epsilon * libm::pow(f64::from(pass) + 1.0, 0.5 * (self.alpha - 1.0))
     }
 }
 

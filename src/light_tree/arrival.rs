@@ -190,7 +190,7 @@ fn part(q: f64, prior: f64, expected: f64, seen: f64) -> f64 {
     }
     // Of parts q and, uniformly, 0 to 1.
     let shown = 1.0 - HIDDEN;
-    let by_chance = shown * (-q * expected).exp();
+    let by_chance = shown * libm::exp(-q * expected);
     let rarely = shown / (HIDDEN * (expected + 1.0) + shown) / (expected + 2.0);
     q * (by_chance / (HIDDEN + by_chance)).max(rarely)
 }

@@ -73,7 +73,7 @@ impl LightBounds {
         let (a, b) = if self.theta_o >= other.theta_o { (self, other) } else { (other, self) };
         let (mut axis, mut theta_o) = (a.axis, a.theta_o);
         let between = match theta_o < PI {
-            true => a.axis.cross(b.axis).length().atan2(a.axis.dot(b.axis)),
+            true => libm::atan2(a.axis.cross(b.axis).length(), a.axis.dot(b.axis)),
             false => 0.0,
         };
         if between + b.theta_o > a.theta_o {
@@ -98,11 +98,11 @@ impl LightBounds {
     /// M_Ω = ∫ cos⁺ over the cone, 1 within θ_o.
     pub(super) fn orientation(&self) -> f64 {
         let theta_w = (self.theta_o + self.theta_e).min(PI);
-        let (sin, cos) = self.theta_o.sin_cos();
+        let (sin, cos) = libm::sincos(self.theta_o);
         2.0 * PI * (1.0 - cos)
             + FRAC_PI_2
                 * (2.0 * theta_w * sin
-                    - (self.theta_o - 2.0 * theta_w).cos()
+                    - libm::cos(self.theta_o - 2.0 * theta_w)
                     - 2.0 * self.theta_o * sin
                     + cos)
     }

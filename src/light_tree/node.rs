@@ -36,7 +36,7 @@ impl Units {
         let all = bounded.fold(LightBounds::NONE, |all, (_, light)| all.union(*light));
         // A power of two keeps positions as they are.
         let radius = if all.bounds.is_empty() { 0.0 } else { all.bounds.radius() };
-        let size = if radius > 0.0 { radius.log2().ceil().exp2() } else { 1.0 };
+        let size = if radius > 0.0 { libm::exp2(libm::log2(radius).ceil()) } else { 1.0 };
         let as_intensity = |light: &LightBounds| match light.is_bounded() {
             true => light.intensity,
             false => light.intensity * size * size,
@@ -170,8 +170,8 @@ impl Node {
         (0..3).for_each(|axis| self.axis[axis][i] = lights.axis[axis] as f32);
         // What is there must be seen, however faint.
         self.intensity[i] = ((lights.intensity * scale) as f32).max(f32::MIN_POSITIVE);
-        self.cos_o[i] = (lights.theta_o.cos() as f32 - MARGIN).max(-1.0);
-        self.cos_e[i] = lights.theta_e.cos() as f32 - MARGIN;
+        self.cos_o[i] = (libm::cos(lights.theta_o) as f32 - MARGIN).max(-1.0);
+        self.cos_e[i] = libm::cos(lights.theta_e) as f32 - MARGIN;
         self.links[i] = match child {
             Child::Node(node) => node,
             Child::Item(item) => item | ITEM,

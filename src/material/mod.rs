@@ -10,6 +10,7 @@ mod checked;
 mod custom;
 mod finish;
 mod relief;
+mod roughness;
 mod surface_bsdf;
 #[cfg(test)]
 mod tests;

@@ -24,10 +24,10 @@ pub(crate) fn inverse_binomial(a: f64, b: f64) -> f64 {
     let (s, l, both) = (small + N, large + N, sum + N);
     // Both logarithms to the power of their own factor alone, which is small where the ratio is
     // near 1.
-    let log = large * (-small / both).ln_1p() + small * (s / both).ln();
+    let log = large * libm::log1p(-small / both) + small * libm::log(s / both);
     let remainders = (stirling(s) - stirling(N)) + (stirling(l) - stirling(both));
     let ratio = s * l / (both * N);
-    let value = above / below * ratio.powi(N as i32) * ratio.sqrt() * (log + remainders).exp();
+    let value = above / below * ratio.powi(N as i32) * ratio.sqrt() * libm::exp(log + remainders);
     // above 1 only by rounding
     value.min(1.0)
 }

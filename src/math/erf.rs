@@ -74,7 +74,7 @@ pub(crate) fn quantile(u: f64) -> Option<f64> {
         -3.916_147_418_354_864e-19,
         4.336_510_872_807_658_4e-21,
     ];
-    let log = (4.0 * u * (1.0 - u)).ln();
+    let log = libm::log(4.0 * u * (1.0 - u));
     (log > -6.0).then(|| (2.0 * u - 1.0) * polynomial(&EVEN, &ODD, -log - 3.0))
 }
 

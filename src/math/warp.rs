@@ -110,7 +110,7 @@ pub fn direction_from_one_minus_cosine(v: f64, turn: f64) -> DVec3 {
 pub fn square_to_smoothstep(u: f64) -> f64 {
     // Solves t³ (2 - t) = u. The left side is convex on [0, 1] and at least t³, so Newton's method
     // descends from ∛u to the root.
-    let mut t = u.cbrt();
+    let mut t = libm::cbrt(u);
     for _ in 0..20 {
         let slope = t * t * (6.0 - 4.0 * t);
         let next = t - (t * t * t * (2.0 - t) - u) / slope;

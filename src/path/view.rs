@@ -303,7 +303,7 @@ pub(super) fn ends(
     let footprint = if lens.place == Place::Infinite || first.place == Place::Infinite {
         1.0
     } else {
-        let radius = lens.position.distance(first.position) * 1f64.to_radians().tan();
+        let radius = lens.position.distance(first.position) * libm::tan(1f64.to_radians());
         PI * radius * radius
     };
     let area = if end.place == Place::Area { footprint } else { 1.0 };

@@ -16,7 +16,8 @@ use crate::sampler::SampleSource;
 use crate::scene::Scene;
 use std::ops::{ControlFlow, Range};
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Everything that the samples of a rendering share.
 pub(super) struct Job<'j, N> {

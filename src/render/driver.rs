@@ -16,7 +16,8 @@ use crate::scene::Scene;
 use std::cell::OnceCell;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
 /// Samples per pixel that are expected of a budget of time.
 const UNKNOWN_BUDGET: u32 = 64;

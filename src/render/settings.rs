@@ -66,7 +66,7 @@ pub struct Settings {
     pub seed: u64,
     /// Number of threads; `None` leaves it to rayon: all processors, `RAYON_NUM_THREADS`, or the
     /// pool that the caller is in. It never changes the image. At most 1024 are started. Without
-    /// the feature `parallel` there is one thread.
+    /// the feature `parallel`, and on `wasm32-unknown-unknown`, there is one thread.
     pub threads: Option<usize>,
     /// The pixel filter. Default: the pixel's box.
     pub filter: Filter,
@@ -198,6 +198,8 @@ impl Threads {
         match threads {
             Some(0) => Err(RenderError::NoThreads),
             Some(1) => Ok(Self::Caller),
+            // There, no thread can be started.
+            _ if cfg!(all(target_family = "wasm", target_os = "unknown")) => Ok(Self::Caller),
             #[cfg(feature = "parallel")]
             Some(threads) => {
                 let pool =

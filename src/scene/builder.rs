@@ -4,6 +4,7 @@ use super::error::{SceneError, check, check_point, check_radiance};
 use super::lights;
 use super::mesh::{Attributes, Mesh};
 use super::surface::{Emission, MaterialId, Surface, SurfaceId};
+use super::variation::Variation;
 use super::warning::Warning;
 use super::world::{Media, World};
 use crate::endpoint::{AnyLight, AreaLight, Light, LightId, SceneExtent};
@@ -46,6 +47,7 @@ pub struct WorldBuilder {
     /// Index in `lights`.
     environment: Option<usize>,
     warnings: Vec<Warning>,
+    variation: Variation,
 }
 
 impl WorldBuilder {
@@ -53,6 +55,12 @@ impl WorldBuilder {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// An empty scene, in which what is added is changed.
+    #[must_use]
+    pub fn varied(variation: Variation) -> Self {
+        Self { variation, ..Self::default() }
     }
 
     /// Adds a material.
@@ -65,6 +73,7 @@ impl WorldBuilder {
         material: Material,
     ) -> Result<MaterialId, SceneError> {
         let name = name.into();
+        let material = self.variation.of_material(&name, material, &mut self.warnings);
         let finish = material
             .finish()
             .map_err(|reason| SceneError::Material { name: name.clone(), reason })?;
@@ -355,8 +364,12 @@ impl WorldBuilder {
         }
         let mut lights: Vec<(String, AnyLight)> = Vec::new();
         for (id, surface) in self.surfaces.iter_mut().enumerate() {
-            let Some((radiance, two_sided)) = surface.emission.clone() else { continue };
-            let shapes = surface.range(&self.shapes).to_vec();
+            let Some((radiance, two_sided)) = &mut surface.emission else { continue };
+            let first = surface.first_primitive as usize;
+            let shapes = &mut self.shapes[first..first + surface.primitives as usize];
+            let name = &surface.name;
+            self.variation.scale_lamp(name, shapes, radiance, &mut self.warnings)?;
+            let (shapes, radiance, two_sided) = (shapes.to_vec(), radiance.clone(), *two_sided);
             surface.light = Some(LightId(lights.len() as u32));
             let uvs = surface
                 .attributes

@@ -77,6 +77,13 @@ pub enum Warning {
         /// The surface that has the same primitive.
         other: String,
     },
+    /// A lamp or material that a [`Variation`](super::Variation) could not change.
+    Unvaried {
+        /// The surface, or the material.
+        object: String,
+        /// The reason, as a clause.
+        reason: String,
+    },
 }
 
 impl Warning {
@@ -272,6 +279,9 @@ impl fmt::Display for Warning {
                     f,
                     "\"{object}\": radiance {radiance:.1e} has a square out of range: standard errors will be wrong"
                 )
+            }
+            Self::Unvaried { object, reason } => {
+                write!(f, "\"{object}\" is not varied: {reason}")
             }
             Self::CoincidentEmitter { object, other } if object == other => {
                 write!(

@@ -27,7 +27,7 @@ impl Space {
             }
         });
         let size = (center - origin).abs().max_element() + extent;
-        let extent = size.log2().ceil().exp2();
+        let extent = libm::exp2(libm::log2(size).ceil());
         Self { center: origin, extent, inverse_extent: 1.0 / extent }
     }
 

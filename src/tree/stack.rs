@@ -64,6 +64,7 @@ fearless_simd::kernel!(
 );
 
 /// Asks for an item's memory, which will be needed soon.
+#[cfg_attr(not(target_arch = "x86_64"), expect(unused_variables, reason = "a hint, no more"))]
 #[inline(always)]
 pub(super) fn prefetch<S: Simd, T>(simd: S, item: *const T) {
     #[cfg(target_arch = "x86_64")]

@@ -8,6 +8,7 @@ use super::meshopt::{self, Packed};
 use super::repair;
 use crate::import::files::Files;
 use crate::import::{Environment, Error, Limits, Location, Options, Warnings};
+use crate::scene::Variation;
 use data_url::DataUrl;
 use gltf::json::validation::{Checked, Validate};
 use gltf::json::{Index, Node, Root, mesh::Semantic};
@@ -51,16 +52,31 @@ pub(super) struct Document {
     pub limits: Limits,
     pub environment: Environment,
     pub back_faces: bool,
+    pub variation: Variation,
     pub warnings: Warnings,
 }
 
 impl Document {
+    /// The document in a file.
     pub fn open(path: &Path, options: &Options) -> Result<Self, Error> {
+        let mut files = Files::new(path, &options.limits)?;
+        let whole = Location { file: path.to_owned(), ..Location::default() };
+        let bytes = files.read_path(path, whole)?;
+        Self::new(path, &bytes, files, options)
+    }
+
+    /// The document in memory; errors name it by the path.
+    pub fn parse(path: &Path, bytes: &[u8], options: &Options) -> Result<Self, Error> {
+        let mut files = Files::none(&options.limits);
+        let whole = Location { file: path.to_owned(), ..Location::default() };
+        files.spend(bytes.len() as u64, whole)?;
+        Self::new(path, bytes, files, options)
+    }
+
+    fn new(path: &Path, bytes: &[u8], files: Files, options: &Options) -> Result<Self, Error> {
         let limits = options.limits;
         let whole = Location { file: path.to_owned(), ..Location::default() };
-        let mut files = Files::new(path, &limits)?;
-        let bytes = files.read_path(path, whole.clone())?;
-        let (json, binary) = split(&bytes).map_err(|reason| Error::new(whole.clone(), reason))?;
+        let (json, binary) = split(bytes).map_err(|reason| Error::new(whole.clone(), reason))?;
         // Each takes up to 1.3 kB, however short it is in the file.
         let objects = json.iter().filter(|byte| **byte == b'{').count() as u64;
         if objects > limits.elements.saturating_mul(MOST_OBJECTS) {
@@ -118,6 +134,7 @@ impl Document {
             limits,
             environment: options.environment.clone(),
             back_faces: options.back_faces,
+            variation: options.variation,
             warnings,
         };
         document.read_buffers(binary)?;

@@ -360,7 +360,7 @@ fn absorption(volume: &Volume, location: &Location) -> Result<Rgb, Error> {
         );
         return Err(Error::new(location.clone(), reason));
     }
-    Ok(Rgb(colour.map(|c| -c.max(f64::MIN_POSITIVE).ln() / distance)))
+    Ok(Rgb(colour.map(|c| -libm::log(c.max(f64::MIN_POSITIVE)) / distance)))
 }
 
 /// The share of the surface that is there; `None` if all of it.

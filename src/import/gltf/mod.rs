@@ -67,3 +67,18 @@ pub fn load(path: impl AsRef<Path>, resolution: UVec2, options: &Options) -> Res
     let mut document = document::Document::open(path.as_ref(), options)?;
     scene::build(&mut document, resolution)
 }
+
+/// Reads the scene in the bytes of a file, `.gltf` or `.glb`, which refers to no other files:
+/// buffers and images are in it, or in data URIs. Errors and warnings name it by `name`.
+///
+/// # Errors
+/// Those of [`load`], and if it refers to another file.
+pub fn from_slice(
+    name: &str,
+    bytes: &[u8],
+    resolution: UVec2,
+    options: &Options,
+) -> Result<Import, Error> {
+    let mut document = document::Document::parse(Path::new(name), bytes, options)?;
+    scene::build(&mut document, resolution)
+}

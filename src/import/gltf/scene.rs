@@ -77,7 +77,7 @@ impl<'a> SceneReader<'a> {
         }
         Ok(Self {
             resolution,
-            builder: WorldBuilder::new(),
+            builder: WorldBuilder::varied(document.variation),
             names: HashSet::new(),
             materials: vec![None; document.root.materials.len()],
             fallback: None,

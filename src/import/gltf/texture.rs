@@ -301,7 +301,7 @@ pub(super) fn transform(info: &Info) -> DAffine2 {
     };
     let vector = |v: [f32; 2]| DVec2::from_array(v.map(f64::from));
     let (scale, offset) = (vector(transform.scale.0), vector(transform.offset.0));
-    let (sin, cos) = f64::from(transform.rotation.0).sin_cos();
+    let (sin, cos) = libm::sincos(f64::from(transform.rotation.0));
     DAffine2::from_cols(DVec2::new(cos, -sin) * scale.x, DVec2::new(sin, cos) * scale.y, offset)
 }
 

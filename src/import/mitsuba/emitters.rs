@@ -137,7 +137,7 @@ impl<'a> Loader<'a> {
 
 /// The linear part without its scale, which must be the same along all axes.
 fn rotation(element: &Element, to_world: &DAffine3) -> Result<DMat3, Error> {
-    let scale = to_world.matrix3.determinant().abs().cbrt();
+    let scale = libm::cbrt(to_world.matrix3.determinant().abs());
     let rotation = to_world.matrix3 * (1.0 / scale);
     let error = rotation.transpose() * rotation - DMat3::IDENTITY;
     if error.to_cols_array().iter().all(|e| e.abs() < 1e-4) {

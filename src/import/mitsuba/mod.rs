@@ -164,7 +164,7 @@ impl<'a> Loader<'a> {
             limits: options.limits,
             options: options.clone(),
             warnings: Warnings::new(options.strict),
-            builder: WorldBuilder::new(),
+            builder: WorldBuilder::varied(options.variation),
             names: HashMap::new(),
             hints: Hints::default(),
             sees: true,

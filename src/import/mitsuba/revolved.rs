@@ -39,7 +39,7 @@ pub(super) fn sphere(sphere: &Sphere) -> Mesh {
     let matrix3 = DMat3::from_cols(x, y, sphere.axis) * sphere.radius;
     let profile: Vec<(DVec2, DVec2)> = (0..=RINGS)
         .map(|k| {
-            let (sin, cos) = (PI * f64::from(k) / f64::from(RINGS)).sin_cos();
+            let (sin, cos) = libm::sincos(PI * f64::from(k) / f64::from(RINGS));
             let point = DVec2::new(if k % RINGS == 0 { 0.0 } else { sin }, cos);
             (point, point)
         })
@@ -59,7 +59,7 @@ fn revolved(profile: &[(DVec2, DVec2)]) -> Mesh {
     let (mut positions, mut normals, mut uvs) = (Vec::new(), Vec::new(), Vec::new());
     for (k, (point, normal)) in profile.iter().enumerate() {
         for j in 0..=SEGMENTS {
-            let (sin, cos) = (TAU * f64::from(j % SEGMENTS) / f64::from(SEGMENTS)).sin_cos();
+            let (sin, cos) = libm::sincos(TAU * f64::from(j % SEGMENTS) / f64::from(SEGMENTS));
             let swept = |p: &DVec2| DVec3::new(p.x * cos, p.x * sin, p.y);
             positions.push(swept(point));
             normals.push(swept(normal));

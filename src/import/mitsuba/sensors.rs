@@ -282,7 +282,7 @@ fn vertical_fov(object: &Object<'_>, size: DVec2) -> Result<f64, Error> {
         Some(_) if focal_length.is_some() => {
             return Err(element.error("a sensor has either fov or focal_length"));
         }
-        Some(fov) if fov > 0.0 && fov < 180.0 => ((0.5 * fov.to_radians()).tan(), axis),
+        Some(fov) if fov > 0.0 && fov < 180.0 => (libm::tan(0.5 * fov.to_radians()), axis),
         Some(fov) => {
             return Err(
                 element.error(format!("fov is {fov}, but must be between 0 and 180 degrees"))
@@ -315,5 +315,5 @@ fn default_fov(size: DVec2) -> f64 {
 
 /// The angle of which half has this tangent.
 fn degrees(tangent: f64) -> f64 {
-    2.0 * tangent.atan().to_degrees()
+    2.0 * libm::atan(tangent).to_degrees()
 }

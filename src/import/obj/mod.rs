@@ -98,7 +98,7 @@ pub fn load(path: impl AsRef<Path>, resolution: UVec2, options: &Options) -> Res
         path: path.to_owned(),
         files,
         warnings: Warnings::new(options.strict),
-        builder: WorldBuilder::new(),
+        builder: WorldBuilder::varied(options.variation),
         descriptions: HashMap::new(),
         materials: HashMap::new(),
         names: HashSet::new(),

@@ -149,7 +149,7 @@ impl Loader {
                         let reason = format!("fov is {fov}, but must be between 0 and 180 degrees");
                         return Err(object.error(reason));
                     }
-                    (0.5 * fov.to_radians()).tan()
+                    libm::tan(0.5 * fov.to_radians())
                 }
                 "realistic" => 0.5 * diagonal / FOCAL_LENGTH * size.min_element() / size.length(),
                 _ => 1.0,
@@ -160,7 +160,7 @@ impl Loader {
                 object.ignore(&["lensfile", "aperturediameter", "focusdistance", "aperture"]);
                 object.ignore(&["mapping", "simpleweighting"]);
             }
-            let fov = 2.0 * (0.5 * (screen.max.y - screen.min.y) * tangent).atan().to_degrees();
+            let fov = 2.0 * libm::atan(0.5 * (screen.max.y - screen.min.y) * tangent).to_degrees();
             let principal_point =
                 DVec2::new(-screen.min.x, screen.max.y) / (screen.max - screen.min) * size;
             let radius = object.number_or("lensradius", 0.0)? * lengths.x;
@@ -333,7 +333,7 @@ impl Loader {
 
 /// A filter that is Gaussian minus its value at the radius, as pbrt's is.
 fn gaussian(radius: f64, sigma: f64) -> Filter {
-    let value = |x: f64| (-0.5 * (x / sigma).powi(2)).exp();
+    let value = |x: f64| libm::exp(-0.5 * (x / sigma).powi(2));
     const STEPS: u32 = 1000;
     let (mut sum, mut square) = (0.0, 0.0);
     for i in 0..STEPS {

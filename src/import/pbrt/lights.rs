@@ -48,7 +48,7 @@ impl Loader {
             "spot" => {
                 let outer = object.number_or("coneangle", 30.0)?;
                 let inner = (outer - object.number_or("conedeltaangle", 5.0)?).max(0.0);
-                let [start, end] = [inner, outer].map(|angle| angle.to_radians().cos());
+                let [start, end] = [inner, outer].map(|angle| libm::cos(angle.to_radians()));
                 let cone = TAU * ((1.0 - start) + 0.5 * (start - end));
                 let intensity =
                     self.emitted(object, "I")? * scale * power.map_or(1.0, |power| power / cone);
@@ -186,7 +186,7 @@ impl Loader {
             self.add_light(object, PointLight::new(position, colour * factor).map_err(made)?)
         } else {
             let angle = 0.5 * object.number_or("fov", 90.0)?;
-            let cone = TAU * (1.0 - angle.to_radians().cos());
+            let cone = TAU * (1.0 - libm::cos(angle.to_radians()));
             let factor = power.map_or(1.0, |power| power / (cone * mean.luminance()));
             let axis = self.state.to_world.transform_vector3(DVec3::Z);
             let intensity = mean * scale * factor;
@@ -272,7 +272,7 @@ fn latitude_longitude(image: &Image) -> Image {
     };
     Image::from_fn(width, height, |x, y| {
         // cos θ is uniform within the pixel's band.
-        let edge = |row: u32| (PI * f64::from(row) / f64::from(height)).cos();
+        let edge = |row: u32| libm::cos(PI * f64::from(row) / f64::from(height));
         let (upper, lower) = (edge(y), edge(y + 1));
         let mut sum = Rgb::BLACK;
         for j in 0..samples {

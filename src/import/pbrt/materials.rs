@@ -299,7 +299,7 @@ impl Loader {
                 // Version 3 has a polynomial, and is smooth only at 0.
                 (true, false) if roughness == 0.0 => 0.0,
                 (true, false) => {
-                    let x = roughness.max(1e-3).ln();
+                    let x = libm::log(roughness.max(1e-3));
                     let terms = [0.000_640_711, 0.017_120_1, 0.1734, 0.819_955, 1.621_42];
                     terms.into_iter().fold(0.0, |sum, term| sum * x + term)
                 }

@@ -185,7 +185,7 @@ impl Loader {
             setup: Setup::default(),
             exposure: 1.0,
             hints: Hints { max_bounces: Some(5), ..Hints::default() },
-            builder: WorldBuilder::new(),
+            builder: WorldBuilder::varied(options.variation),
             environment: Environment::default(),
             options: options.clone(),
             textures: HashMap::new(),

@@ -404,9 +404,9 @@ impl Round {
         let matrix = to_world.matrix3;
         let frame = Frame::from_normal(sphere.axis.normalize());
         let x = frame.to_local(matrix.x_axis);
-        let start = x.y.atan2(x.x) / TAU;
+        let start = libm::atan2(x.y, x.x) / TAU;
         let direction = if matrix.determinant() < 0.0 { -1.0 } else { 1.0 };
-        let [low, high] = [sphere.cos_min, sphere.cos_max].map(|cosine| cosine.acos() / PI);
+        let [low, high] = [sphere.cos_min, sphere.cos_max].map(|cosine| libm::acos(cosine) / PI);
         let v = -1.0 / (low - high);
         DAffine2::from_mat2_translation(
             DMat2::from_diagonal(DVec2::new(direction, v)),
@@ -416,13 +416,14 @@ impl Round {
 
     /// Position and normal at u and v.
     fn at(&self, u: f64, v: f64) -> (DVec3, DVec3) {
-        let (sin, cos) = (u * self.angle).sin_cos();
+        let (sin, cos) = libm::sincos(u * self.angle);
         let out = DVec3::new(cos, sin, 0.0);
         let [low, high] = self.z;
         match self.kind {
             Kind::Sphere => {
-                let [low, high] = [low, high].map(|z| (z / self.radius).clamp(-1.0, 1.0).acos());
-                let (sin, cos) = (low + v * (high - low)).sin_cos();
+                let [low, high] =
+                    [low, high].map(|z| libm::acos((z / self.radius).clamp(-1.0, 1.0)));
+                let (sin, cos) = libm::sincos(low + v * (high - low));
                 let normal = out * sin + DVec3::Z * cos;
                 (normal * self.radius, normal)
             }

@@ -315,7 +315,7 @@ impl Loader {
         if let Encoding::Gamma(gamma) = encoding
             && gamma != 1.0
         {
-            colours.iter_mut().for_each(|colour| *colour = colour.map(|c| c.powf(gamma)));
+            colours.iter_mut().for_each(|colour| *colour = colour.map(|c| libm::pow(c, gamma)));
         }
         Image::new(width, height, colours)
             .ok_or_else(|| object.error("the image has another size than it says"))

@@ -40,7 +40,7 @@ impl<I> Metropolis<I> {
         if u1 < self.large_step {
             Step::Large
         } else {
-            Step::Small(least * (most / least).powf(u2))
+            Step::Small(least * libm::pow(most / least, u2))
         }
     }
 

@@ -63,7 +63,7 @@ impl Merging {
     /// The radius in a pass, given the first one; passes are numbered from 0.
     #[must_use]
     pub fn radius_in(&self, pass: u32, first: f64) -> f64 {
-        first * (f64::from(pass) + 1.0).powf(0.5 * (self.alpha - 1.0))
+        first * libm::pow(f64::from(pass) + 1.0, 0.5 * (self.alpha - 1.0))
     }
 
     /// The first radius on a stage.

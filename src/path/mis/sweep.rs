@@ -68,7 +68,7 @@ impl Heuristic {
         match self {
             Self::Balance => ratio,
             Self::Power(2.0) => ratio * ratio,
-            Self::Power(exponent) => ratio.powf(exponent),
+            Self::Power(exponent) => libm::pow(ratio, exponent),
         }
     }
 
@@ -283,7 +283,7 @@ pub trait PathDensities {
         }
         let ends = self.ends();
         // Sums of logarithms, because both products can underflow.
-        let log = |density: f64| density.clamp(f64::MIN_POSITIVE, 1.0).ln();
+        let log = |density: f64| libm::log(density.clamp(f64::MIN_POSITIVE, 1.0));
         let near = |density: f64| ends.footprint * density;
         let camera: f64 = (0..m).map(|i| log(near(self.towards_light(i) * self.geometry(i)))).sum();
         let light: f64 = (m..self.edges())
@@ -292,7 +292,7 @@ pub trait PathDensities {
                 log(near(self.towards_camera(i + 1) * self.geometry(i)) * start)
             })
             .sum();
-        1.0 / (1.0 + (light - camera).exp() - light.exp())
+        1.0 / (1.0 + libm::exp(light - camera) - libm::exp(light))
     }
 }
 

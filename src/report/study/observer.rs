@@ -7,7 +7,7 @@ use crate::render::{Alone, Budget, RenderError, Settings, start_alone};
 use crate::sampler::{AnySampler, SampleSource};
 use crate::scene::Scene;
 use std::ops::ControlFlow;
-use std::time::Instant;
+use web_time::Instant;
 
 /// A look at the samples of an integrator, one by one.
 pub(super) trait Observer {

@@ -90,7 +90,7 @@ impl World {
         }
         let [near, far] = media.map(|medium| self.media.absorption(medium).0);
         // Without `0 · ∞`.
-        let passing = |sigma: f64| if sigma > 0.0 { (-sigma * distance).exp() } else { 1.0 };
+        let passing = |sigma: f64| if sigma > 0.0 { libm::exp(-sigma * distance) } else { 1.0 };
         Rgb(std::array::from_fn(|i| passing(near[i].max(far[i]))))
     }
 

@@ -9,7 +9,7 @@ use crate::tree::bvh::Bvh;
 use crate::tree::rounding::{PADDING, blur};
 use glam::DVec3;
 use std::sync::Arc;
-use std::time::Instant;
+use web_time::Instant;
 
 /// The most regions in a region; more are grouped.
 const CHILDREN: usize = 8;
