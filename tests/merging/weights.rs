@@ -104,7 +104,8 @@ fn weights_of_connections_and_merges_sum_to_one_on_every_scene() -> Result {
             (TechniqueSet { light_subpaths: four, next_event: false, ..all }, Heuristic::Balance),
             (TechniqueSet { excluded, ..all }, Heuristic::Power(2.0)),
         ];
-        // 125 000 paths of each scene of the gallery, half of them merged.
+        // 100 000 paths of each scene of the gallery, half of them merged, and some of what is left
+        // without most merges.
         let is_shipped = gallery::NAMES.contains(&scene.name.as_str());
         let paths = if is_shipped { 12_500 } else { 1000 };
         for (seed, (techniques, heuristic)) in (0..).zip(sets) {
@@ -116,6 +117,7 @@ fn weights_of_connections_and_merges_sum_to_one_on_every_scene() -> Result {
                 merging: Merging { light_walks: Some(500), ..Merging::default() },
                 correlation_aware: false,
             };
+            let paths = if techniques.excluded.is_empty() { paths } else { paths / 10 };
             let audit = audit(&scene, integrator, seed, paths)?;
             println!("{:15} {audit:?}", scene.name);
             assert!(audit.connected.min(audit.merged) >= paths, "{} {audit:?}", scene.name);
