@@ -202,6 +202,14 @@ impl Technique {
         (1..=bounces).flat_map(|n| (2..=n + 1).map(move |s| Self::merge(s, n + 3 - s)))
     }
 
+    /// True if there is such a technique: t ≥ 1, since the lens is never hit by chance, and both
+    /// subpaths of a merge have found the vertex where they meet.
+    #[inline]
+    #[must_use]
+    pub const fn exists(self) -> bool {
+        self.t > 0 && (!self.merged || (self.s > 1 && self.t > 1))
+    }
+
     /// Number of scattering events of its paths.
     #[inline]
     #[must_use]

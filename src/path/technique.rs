@@ -49,8 +49,8 @@ impl Excluded {
     /// Techniques of longer paths cannot be told apart.
     pub const MOST_BOUNCES: u16 = 8;
 
-    /// The set with one technique more; `None` if its paths are too long, or if there is none such:
-    /// t ≥ 1, and merges have s ≥ 2 and t ≥ 2.
+    /// The set with one technique more; `None` if its paths are too long, or if it does not
+    /// [exist](Technique::exists).
     #[must_use]
     pub fn with(self, technique: Technique) -> Option<Self> {
         Some(Self(self.0 | Self::bit(technique)?))
@@ -89,10 +89,9 @@ impl Excluded {
 
     #[inline]
     fn bit(technique: Technique) -> Option<u128> {
-        let (bounces, Technique { s, t, merged }) = (technique.bounces(), technique);
-        let exists = t > 0 && (!merged || (s > 1 && t > 1));
-        (exists && bounces <= Self::MOST_BOUNCES).then(|| {
-            1 << match merged {
+        let (bounces, s) = (technique.bounces(), technique.s);
+        (technique.exists() && bounces <= Self::MOST_BOUNCES).then(|| {
+            1 << match technique.merged {
                 false => bounces * (bounces + 3) / 2 + s,
                 true => Self::FIRST_MERGE + bounces * (bounces - 1) / 2 + s - 2,
             }
@@ -123,7 +122,7 @@ impl TechniqueSet {
 
     /// All techniques but the others of the same path length: at that length `technique` is alone,
     /// whether or not the set is given merges. One that merges does so with one light walk. `None`
-    /// if its paths are too long, or if there is none such.
+    /// if its paths are too long, or if it does not exist.
     #[must_use]
     pub fn only(technique: Technique) -> Option<Self> {
         Excluded::NONE.with(technique)?;
