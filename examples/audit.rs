@@ -7,29 +7,25 @@ mod common;
 
 use clap::Parser;
 use common::{
-    End, FileOptions, NamedScene, WrongArgument, exit_code, interrupt_flag, scene_list,
-    scene_or_file,
+    End, FileOptions, WrongArgument, exit_code, interrupt_flag, scene_list, scene_or_file,
 };
-use pathspace::film::{Contribution, FilmSample, Sample, Technique};
+use pathspace::film::Technique;
 use pathspace::geometry::Place;
-use pathspace::glam::{DVec2, DVec3};
+use pathspace::glam::{DVec3, UVec2};
 use pathspace::integrator::{
-    Bidirectional, Caller, Depth, Integrator, Merging, Run, Stage, VertexConnectionMerging,
+    Audit, AuditError, AuditedPath, Bidirectional, Depth, Merging, VertexConnectionMerging,
 };
 use pathspace::math::Rgb;
-use pathspace::path::{Heuristic, PathDensities, PathRecord, Scratch, Verification, Weighting};
-use pathspace::sampler::{Independent, SampleSource, Sampler};
-use pathspace::scene::{Needs, Scene, World};
-use std::cell::OnceCell;
+use pathspace::path::{Heuristic, Obstacle, PathDensities, PathRecord, Weighting};
+use pathspace::scene::World;
 use std::error::Error;
-use std::f64::consts::PI;
+use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::str::FromStr;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 /// Errors of a path's cached numbers above this are no rounding errors.
 const TOLERANCE: f64 = 1e-6;
-const MOST_SAMPLES: u32 = 10_000_000;
 /// Light walks that merge with each camera walk, and samples that share them.
 const LIGHT_WALKS: u32 = 1 << 14;
 
@@ -90,6 +86,28 @@ impl Options {
     fn merges(&self) -> bool {
         self.merge || self.radius.is_some() || self.technique.is_some_and(|wanted| wanted.merged)
     }
+
+    /// The search for the first path that fits.
+    fn audit(&self) -> Audit {
+        let depth = Depth::exactly(self.bounces);
+        let merging = Merging {
+            radius: self.radius,
+            alpha: 1.0,
+            light_walks: Some(if self.merges() { LIGHT_WALKS } else { 0 }),
+        };
+        Audit {
+            integrator: VertexConnectionMerging {
+                bidirectional: Bidirectional { depth, ..Bidirectional::default() },
+                merging,
+                ..VertexConnectionMerging::default()
+            },
+            technique: self.technique,
+            pixel: self.pixel.map(UVec2::from),
+            candidates: 1,
+            seed: self.seed,
+            ..Audit::default()
+        }
+    }
 }
 
 fn main() -> ExitCode {
@@ -110,28 +128,31 @@ fn run(options: &Options) -> Result<End, Box<dyn Error>> {
         }
     }
     let scene = scene_or_file(&options.scene, None, &FileOptions::default())?;
-    let size = scene.camera.0.film().resolution;
-    if let Some((x, y)) = options.pixel
-        && (x >= size.x || y >= size.y)
-    {
-        let reason =
-            format!("--pixel {x},{y} is not on the film of {} x {} pixels", size.x, size.y);
-        return Err(WrongArgument(reason).into());
-    }
     let interrupted = interrupt_flag();
-    let Some(found) = find(&scene, options, &interrupted)? else {
-        if interrupted.load(Ordering::Relaxed) {
-            return Ok(End::Interrupted);
-        }
-        let technique = options
-            .technique
-            .map_or("any technique".to_owned(), |wanted| format!("technique {wanted}"));
-        return Err(format!(
-            "no path with {} bounces drawn by {technique} in {MOST_SAMPLES} samples of {}",
-            options.bounces, scene.name
-        )
-        .into());
+    let ask = &mut || match interrupted.load(Ordering::Relaxed) {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
     };
+    let camera = &*scene.camera.0;
+    let found = match options.audit().find(&scene.world, camera, ask) {
+        Ok(Some(found)) => found,
+        Ok(None) => return Ok(End::Interrupted),
+        Err(error @ AuditError::Pixel { .. }) => {
+            return Err(WrongArgument(format!("--pixel: {error}")).into());
+        }
+        Err(AuditError::NotFound { samples }) => {
+            let technique = options
+                .technique
+                .map_or("any technique".to_owned(), |wanted| format!("technique {wanted}"));
+            return Err(format!(
+                "no path with {} bounces drawn by {technique} in {samples} samples of {}",
+                options.bounces, scene.name
+            )
+            .into());
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let size = camera.film().resolution;
     say!("{}: {}", scene.name, scene.description);
     say!(
         "sample {} of seed {}: a path with {} bounces, drawn by technique (s, t) = {}",
@@ -154,110 +175,8 @@ fn run(options: &Options) -> Result<End, Box<dyn Error>> {
     Ok(if print_verification(&found) { End::Done } else { End::Wrong })
 }
 
-struct Found {
-    sample: u32,
-    technique: Technique,
-    raster: DVec2,
-    record: PathRecord,
-    weighting: Weighting,
-    /// Distance of the two vertices that were merged.
-    distance: Option<f64>,
-    /// The integrator's own numbers: f/p with roulette, product of survival probabilities, weight.
-    value: Rgb,
-    survival: f64,
-    weight: f64,
-    verification: Verification,
-}
-
-/// The first path that fits, in the order of samples; none after an interrupt.
-fn find(
-    scene: &NamedScene,
-    options: &Options,
-    interrupted: &AtomicBool,
-) -> Result<Option<Found>, Box<dyn Error>> {
-    let camera = &*scene.camera.0;
-    let (depth, merges) = (Depth::exactly(options.bounces), options.merges());
-    let integrator = VertexConnectionMerging {
-        bidirectional: Bidirectional { depth, ..Bidirectional::default() },
-        merging: Merging {
-            radius: options.radius,
-            alpha: 1.0,
-            light_walks: Some(if merges { LIGHT_WALKS } else { 0 }),
-        },
-        ..VertexConnectionMerging::default()
-    };
-    // Merges are shown where they are not needed, too.
-    let needs = if merges { Needs::ALL } else { scene.world.needs() };
-    let stage = Stage { needs, seed: options.seed, ..Stage::new(&scene.world, camera) };
-    let mut run = integrator.start(stage, &Caller)?;
-    run.keep_subpaths();
-    let mut scratch = Scratch::default();
-    let source = Independent { seed: options.seed };
-    let size = camera.film().resolution.as_dvec2();
-    for sample in 0..MOST_SAMPLES {
-        if interrupted.load(Ordering::Relaxed) {
-            break;
-        }
-        if sample % LIGHT_WALKS == 0 && run.prepares() {
-            run.begin_pass(sample / LIGHT_WALKS, &Caller)?;
-        }
-        let weighting = *run.weighting();
-        let mut sampler = source.sampler(sample, 0);
-        let u = sampler.next_2d();
-        // Camera walks start in the wanted pixel; light walks must happen to meet it.
-        let raster =
-            options.pixel.map_or(u * size, |(x, y)| DVec2::new(f64::from(x), f64::from(y)) + u);
-        let film = FilmSample { raster, offset: DVec2::ZERO };
-        let first = OnceCell::new();
-        let fits = |contribution: &Contribution| {
-            let here = options.pixel.is_none_or(|(x, y)| {
-                contribution.raster.floor() == DVec2::new(f64::from(x), f64::from(y))
-            });
-            let wanted = options.technique.is_none_or(|wanted| wanted == contribution.technique);
-            first.get().is_none() && here && wanted
-        };
-        let found = |contribution: &Contribution, distance, record, survival, verification| Found {
-            sample,
-            technique: contribution.technique,
-            raster: contribution.raster,
-            record,
-            weighting,
-            distance,
-            value: contribution.value,
-            survival,
-            weight: contribution.weight,
-            verification,
-        };
-        run.for_each_path(
-            Sample { film, sampler: &mut sampler },
-            &mut scratch,
-            |path, contribution| {
-                if fits(contribution) {
-                    let (record, verification) = (path.record(), path.verify(&weighting));
-                    first.get_or_init(|| {
-                        found(contribution, None, record, path.survival(), verification)
-                    });
-                }
-            },
-            |path, contribution| {
-                if fits(contribution) {
-                    let [y, z] = [path.vertex(path.meeting()), path.photon()];
-                    let distance = Some(y.point.position.distance(z.point.position));
-                    let (record, verification) = (path.record(), path.verify(&weighting));
-                    first.get_or_init(|| {
-                        found(contribution, distance, record, path.survival(), verification)
-                    });
-                }
-            },
-        );
-        if let Some(found) = first.into_inner() {
-            return Ok(Some(found));
-        }
-    }
-    Ok(None)
-}
-
-fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, world: &World) {
+fn print_vertices(found: &AuditedPath, world: &World) {
+    let AuditedPath { record, technique, distance, .. } = found;
     say!("VERTICES, from the lens x_0 to the light x_{}", record.edges());
     say!("  {:<4} {:<10} {:<20} position, and normals", "", "kind", "surface");
     let k = record.edges();
@@ -281,7 +200,7 @@ fn print_vertices(Found { record, technique, weighting, distance, .. }: &Found, 
         }
     }
     if let Some(distance) = distance {
-        let (m, radius) = (technique.t - 1, (weighting.merge_area() / PI).sqrt());
+        let (m, radius) = (technique.t - 1, found.radius());
         say!(
             "  x_{m} is where the camera walk ends; the light walk ends {distance:.5} beside it,\n  \
              less than r = {radius:.5}"
@@ -337,14 +256,15 @@ fn print_contribution(record: &PathRecord) {
     say!("  {:<42} {}", "f(x) = We · G(x_0, x_1) · T · Le", rgb(record.contribution()));
 }
 
-fn print_techniques(Found { record, weighting, technique: drawn_by, .. }: &Found) {
-    let (k, set, merge_area) = (record.edges(), weighting.set(), weighting.merge_area());
+fn print_techniques(found: &AuditedPath) {
+    let AuditedPath { record, weighting, technique: drawn_by, .. } = found;
+    let (k, set) = (record.edges(), *weighting.set());
     say!("\nTECHNIQUES (s, t): s vertices from the light, t from the camera, s + t = {}", k + 1);
     say!(
         "  p_(s,t) = p(ends) · Π_(i=0)^(t-2) a_i G_i · Π_(i=t+1)^k b_i G_(i-1)\n  \
          w_(s,t) = (n p)^β / Σ (n p)^β over the admissible ones"
     );
-    if merge_area > 0.0 {
+    if found.radius() > 0.0 {
         say!(
             "  merge (s, t): s + t = {}, n = {} light walks,\n  \
              p = π r² · p(ends) · Π_(i=0)^(t-2) a_i G_i · Π_(i=t)^k b_i G_(i-1)",
@@ -360,35 +280,28 @@ fn print_techniques(Found { record, weighting, technique: drawn_by, .. }: &Found
         "w (β = 1)",
         "w (β = 2)"
     );
-    let radius = (merge_area / PI).sqrt();
     let weightings = [Heuristic::Balance, Heuristic::Power(2.0)]
-        .map(|heuristic| Weighting::new(*set, heuristic).with_merge_radius(radius));
+        .map(|heuristic| Weighting::new(set, heuristic).with_merge_radius(found.radius()));
     let mut sums = [0.0; 2];
-    let connections = (1..=k + 1).rev().map(|t| record.technique(t));
-    let merges = (1..k).rev().map(|m| record.merge(m)).filter(|_| merge_area > 0.0);
-    for technique in connections.chain(merges) {
+    for look in found.techniques() {
+        let technique = look.technique;
         let mark = if technique == *drawn_by { "←" } else { "" };
-        let (label, t) = (technique.to_string(), usize::from(technique.t));
-        let density = density(record, technique, merge_area);
-        let reason = match () {
-            () if !set.contains(technique) => "not in set",
-            () if !record.is_admissible(technique) => "no (δ)",
-            () if density == 0.0 => "no (p = 0)",
-            () => "yes",
+        let label = technique.to_string();
+        let reason = match look.obstacle {
+            None => "yes",
+            Some(_) if !look.is_in_set() => "not in set",
+            Some(Obstacle::End | Obstacle::Edge(..)) => "no (p = 0)",
+            Some(_) => "no (δ)",
         };
-        if reason != "yes" {
+        let Some(estimate) = look.estimate.filter(|_| look.obstacle.is_none()) else {
             say!("  {label:<12} {reason:<11}");
             continue;
-        }
+        };
         let weights = weightings.map(|weighting| record.weight(technique, &weighting));
         sums = [sums[0] + weights[0], sums[1] + weights[1]];
-        let estimate = if technique.merged {
-            record.merge_estimate(t - 1, merge_area, set.merges)
-        } else {
-            record.estimate(t)
-        };
         say!(
-            "  {label:<12} {reason:<11} {density:>12.5e} {:>10.6} {:>10.6} {mark}",
+            "  {label:<12} {reason:<11} {:>12.5e} {:>10.6} {:>10.6} {mark}",
+            look.density,
             weights[0],
             weights[1]
         );
@@ -399,20 +312,8 @@ fn print_techniques(Found { record, weighting, technique: drawn_by, .. }: &Found
     say!("  {:<12} {:<11} {:>12} {:>10.6} {:>10.6}", "Σ", "", "", sums[0], sums[1]);
 }
 
-/// The density of a path under a technique that can draw it; a merge draws both ends of its edges.
-fn density(record: &PathRecord, technique: Technique, merge_area: f64) -> f64 {
-    let t = usize::from(technique.t);
-    if !technique.merged {
-        return record.density(t);
-    }
-    let camera = |i: usize| record.towards_light[i] * record.geometry_terms[i];
-    let light = |i: usize| record.towards_camera[i] * record.geometry_terms[i - 1];
-    let walks = (0..t - 1).map(camera).chain((t..=record.edges()).map(light));
-    merge_area * record.end_density(technique) * walks.product::<f64>()
-}
-
-fn print_verification(found: &Found) -> bool {
-    let Found { value, survival, weight, verification, .. } = found;
+fn print_verification(found: &AuditedPath) -> bool {
+    let AuditedPath { value, survival, weight, verification, .. } = found;
     let ok = verification.worst() < TOLERANCE;
     say!("\nVERIFICATION of what the integrator had cached against the definitions above");
     say!("  its f/p                          {}", rgb(*value));

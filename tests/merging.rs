@@ -7,6 +7,8 @@ mod cap;
 mod common;
 #[path = "merging/dirac.rs"]
 mod dirac;
+#[path = "merging/excluded.rs"]
+mod excluded;
 #[path = "merging/limits.rs"]
 mod limits;
 #[path = "merging/passes.rs"]

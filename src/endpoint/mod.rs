@@ -351,6 +351,20 @@ pub trait Camera: Endpoint {
     /// outside the window.
     fn raster(&self, point: &SurfacePoint, direction: DVec3) -> Option<DVec2>;
 
+    /// The position on the film (in pixels of the full film) at which the middle of the lens sees a
+    /// point of the scene, whatever is in between; `None` if it does not, as behind the camera. The
+    /// result may lie outside the window. Out of focus it is the middle of the point's blurred
+    /// image.
+    fn project(&self, position: DVec3) -> Option<DVec2> {
+        let receiver = SurfacePoint::dirac(position);
+        let lens = self.sample_from(&receiver, 0.5, DVec2::splat(0.5))?.point;
+        let direction = match lens.place {
+            Place::Infinite => lens.geometric_normal,
+            _ => (position - lens.position).try_normalize()?,
+        };
+        self.raster(&lens, direction)
+    }
+
     /// True if light walks can be connected to it: everything but a camera with both Dirac position
     /// and Dirac direction, to which no other technique than t ≥ 2 leads.
     fn can_be_connected(&self) -> bool {

@@ -68,6 +68,10 @@ macro_rules! hand_on {
                 (**self).raster(point, direction)
             }
 
+            fn project(&self, position: DVec3) -> Option<DVec2> {
+                (**self).project(position)
+            }
+
             fn can_be_connected(&self) -> bool {
                 (**self).can_be_connected()
             }

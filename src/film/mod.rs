@@ -197,11 +197,24 @@ impl Technique {
         (0..=bounces).flat_map(|n| (0..=n + 1).map(move |s| Self::new(s, n + 2 - s)))
     }
 
+    /// All merges of paths with so many scattering events at most, by path length and then s.
+    pub fn merges_up_to(bounces: u16) -> impl Iterator<Item = Self> {
+        (1..=bounces).flat_map(|n| (2..=n + 1).map(move |s| Self::merge(s, n + 3 - s)))
+    }
+
+    /// True if there is such a technique: t ≥ 1, since the lens is never hit by chance, and both
+    /// subpaths of a merge have found the vertex where they meet.
+    #[inline]
+    #[must_use]
+    pub const fn exists(self) -> bool {
+        self.t > 0 && (!self.merged || (self.s > 1 && self.t > 1))
+    }
+
     /// Number of scattering events of its paths.
     #[inline]
     #[must_use]
     pub const fn bounces(self) -> u16 {
-        (self.s + self.t).saturating_sub(if self.merged { 3 } else { 2 })
+        self.s.saturating_add(self.t).saturating_sub(if self.merged { 3 } else { 2 })
     }
 }
 

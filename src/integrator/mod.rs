@@ -20,7 +20,8 @@
 //!
 //! An [`Integrator`] is plain settings. Started on a [`Stage`] it becomes a [`Run`], which owns
 //! what lives for one rendering and draws samples. What a walk does is written for one path
-//! ([`Steps`](crate::path::Steps)); many advance together.
+//! ([`Steps`](crate::path::Steps)); many advance together. An [`Audit`] finds one path that an
+//! integrator draws, and all that makes up its contribution.
 
 mod adaptive;
 mod any_run;
@@ -47,6 +48,7 @@ pub use crate::path::{Depth, Stage};
 pub use adaptive::{Adaptive, Candidate, Decision};
 pub use any_run::{AnyIntegrator, AnyRun, BoxedRun, StartOnWorld};
 pub use arrivals::Arrivals;
+pub use audit::{Audit, AuditError, AuditedPath, AuditedTechnique};
 pub use bidirectional::Bidirectional;
 pub use crew::{Caller, Crew};
 pub use guiding::{Guidable, Guidance, GuidedRun, Guiding};

@@ -23,6 +23,7 @@
 //! | techniques of an integrator | [`TechniqueSet`] |
 //! | densities of all techniques, and weights | [`PathDensities`], [`Heuristic`], [`Weighting`] |
 //! | techniques that a scene rules out | [`LeftOut`], [`Reason`] |
+//! | techniques that do not draw a path, and why | [`Obstacle`] |
 //! | paths that a set of techniques cannot draw | [`MissingPaths`], [`PathClass`] |
 //! | Russian roulette | [`Roulette`] |
 //! | rays, vertices and flux, counted | [`Counters`], [`Ledger`] |
@@ -44,6 +45,7 @@ mod left_out;
 mod light_subpaths;
 mod merged;
 mod mis;
+mod obstacle;
 mod pairs;
 mod path_class;
 mod path_record;
@@ -71,6 +73,7 @@ pub use left_out::{Family, LeftOut, Reason};
 pub use light_subpaths::LightSubpaths;
 pub use merged::MergedPath;
 pub use mis::{Ends, Heuristic, MergeSide, PathDensities, Weighting};
+pub use obstacle::Obstacle;
 pub use path_class::{DrawnBy, MissingPaths, PathClass};
 pub use path_record::{PathRecord, Verification};
 pub use roulette::{Roulette, Scattered, Survival, Termination};

@@ -136,8 +136,23 @@ impl PathRecord {
     /// The throughput `T = Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1})`, with what media leave of it.
     #[must_use]
     pub fn throughput(&self) -> Rgb {
-        let k = self.edges();
-        (1..k).fold(Rgb::WHITE, |product, i| product * self.factors[i] * self.edge_term(i))
+        self.throughputs().last().unwrap_or(Rgb::WHITE)
+    }
+
+    /// The product T from factor to factor, T_1 … T_{k-1}: each vertex that scatters adds its BSDF
+    /// and the edge behind it,
+    ///
+    /// ```text
+    /// T_0 = 1,    T_i = f(x_i) G(x_i, x_{i+1}) T_{i-1},    T_{k-1} = T,
+    /// ```
+    ///
+    /// as a walk from the lens does, which divides each step by the density `p⊥ G` of its next
+    /// vertex and so needs no G.
+    pub fn throughputs(&self) -> impl Iterator<Item = Rgb> {
+        (1..self.edges()).scan(Rgb::WHITE, |product, i| {
+            *product = *product * self.factors[i] * self.edge_term(i);
+            Some(*product)
+        })
     }
 
     /// The measurement contribution `We · G(x_0, x_1) · T · Le`.
@@ -156,15 +171,27 @@ impl PathRecord {
     /// of f64 here; weights never form this product.
     #[must_use]
     pub fn density(&self, t: usize) -> f64 {
-        if !self.is_admissible(self.technique(t)) {
+        self.density_of(self.technique(t))
+    }
+
+    /// The same under the merge at x_m, within discs of the given area: both subpaths have drawn
+    /// x_m.
+    #[must_use]
+    pub fn merge_density(&self, m: usize, merge_area: f64) -> f64 {
+        merge_area * self.density_of(self.merge(m))
+    }
+
+    fn density_of(&self, technique: Technique) -> f64 {
+        if !self.is_admissible(technique) {
             return 0.0;
         }
-        let k = self.edges();
+        let (k, t) = (self.edges(), usize::from(technique.t));
+        let onwards = t + usize::from(!technique.merged);
         let camera: f64 =
             (0..t - 1).map(|i| self.towards_light[i] * self.geometry_terms[i]).product();
         let light: f64 =
-            (t + 1..=k).map(|i| self.towards_camera[i] * self.geometry_terms[i - 1]).product();
-        self.end_density(self.technique(t)) * camera * light
+            (onwards..=k).map(|i| self.towards_camera[i] * self.geometry_terms[i - 1]).product();
+        self.end_density(technique) * camera * light
     }
 
     /// `f/p` under the technique with t vertices from the camera, multiplied up edge by edge so
@@ -304,7 +331,7 @@ impl Verification {
             .filter(|technique| {
                 (is_merging || !technique.merged)
                     && weighting.set().contains(*technique)
-                    && record.density_is_nonzero(*technique)
+                    && record.obstacle(*technique).is_none()
             })
             .map(|technique| record.weight(technique, weighting))
             .sum();
@@ -317,18 +344,6 @@ impl Verification {
             weight_error: (weight - record.weight(technique, weighting)).abs(),
             weight_sum_error: (sum - 1.0).abs(),
         }
-    }
-}
-
-impl PathRecord {
-    /// True if the technique's density is positive, decided without forming the product.
-    fn density_is_nonzero(&self, technique: Technique) -> bool {
-        let t = usize::from(technique.t);
-        let onwards = t + usize::from(!technique.merged);
-        self.end_density(technique) > 0.0
-            && (0..t - 1).all(|i| self.towards_light[i] * self.geometry_terms[i] > 0.0)
-            && (onwards..=self.edges())
-                .all(|i| self.towards_camera[i] * self.geometry_terms[i - 1] > 0.0)
     }
 }
 

@@ -37,9 +37,11 @@ pub struct TechniqueSet {
     pub excluded: Excluded,
 }
 
-/// Single techniques (s, t), of paths with up to [`Excluded::MOST_BOUNCES`] scattering events.
+/// Single techniques (s, t) and single merges, of paths with up to [`Excluded::MOST_BOUNCES`]
+/// scattering events. Weights within a set that leaves some out are computed by a sweep over each
+/// path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Excluded(u64);
+pub struct Excluded(u128);
 
 impl Excluded {
     /// No technique.
@@ -47,7 +49,8 @@ impl Excluded {
     /// Techniques of longer paths cannot be told apart.
     pub const MOST_BOUNCES: u16 = 8;
 
-    /// The set with one technique more; `None` if its paths are too long, or if it merges.
+    /// The set with one technique more; `None` if its paths are too long, or if it does not
+    /// [exist](Technique::exists).
     #[must_use]
     pub fn with(self, technique: Technique) -> Option<Self> {
         Some(Self(self.0 | Self::bit(technique)?))
@@ -67,16 +70,32 @@ impl Excluded {
         !self.is_empty() && Self::bit(technique).is_some_and(|bit| self.0 & bit != 0)
     }
 
-    /// All of them, by path length and then s.
+    /// All of them, by path length and then s; merges last.
     pub fn techniques(self) -> impl Iterator<Item = Technique> {
-        Technique::up_to(Self::MOST_BOUNCES).filter(move |technique| self.contains(*technique))
+        let connections = Technique::up_to(Self::MOST_BOUNCES);
+        connections
+            .chain(Technique::merges_up_to(Self::MOST_BOUNCES))
+            .filter(move |technique| self.contains(*technique))
     }
 
+    /// True if one of them is no merge.
     #[inline]
-    fn bit(technique: Technique) -> Option<u64> {
-        let bounces = technique.bounces();
-        let known = !technique.merged && technique.t > 0 && bounces <= Self::MOST_BOUNCES;
-        known.then(|| 1 << (bounces * (bounces + 3) / 2 + technique.s))
+    fn has_connections(self) -> bool {
+        self.0 & ((1 << Self::FIRST_MERGE) - 1) != 0
+    }
+
+    /// Bits of connections come before this one.
+    const FIRST_MERGE: u16 = 64;
+
+    #[inline]
+    fn bit(technique: Technique) -> Option<u128> {
+        let (bounces, s) = (technique.bounces(), technique.s);
+        (technique.exists() && bounces <= Self::MOST_BOUNCES).then(|| {
+            1 << match technique.merged {
+                false => bounces * (bounces + 3) / 2 + s,
+                true => Self::FIRST_MERGE + bounces * (bounces - 1) / 2 + s - 2,
+            }
+        })
     }
 }
 
@@ -101,17 +120,18 @@ impl TechniqueSet {
         ..Self::NONE
     };
 
-    /// All techniques but the others of the same path length: at that length `technique` is alone.
-    /// `None` if its paths are too long.
+    /// All techniques but the others of the same path length: at that length `technique` is alone,
+    /// whether or not the set is given merges. One that merges does so with one light walk. `None`
+    /// if its paths are too long, or if it does not exist.
     #[must_use]
     pub fn only(technique: Technique) -> Option<Self> {
-        let others = Technique::up_to(technique.bounces())
-            .filter(|other| other.bounces() == technique.bounces() && *other != technique);
-        let excluded = others
-            .fold(Excluded::NONE.with(technique).map(|_| Excluded::NONE), |set, other| {
-                set?.with(other)
-            });
-        Some(Self { excluded: excluded?, ..Self::BIDIRECTIONAL })
+        Excluded::NONE.with(technique)?;
+        let bounces = technique.bounces();
+        let excluded = Technique::up_to(bounces)
+            .chain(Technique::merges_up_to(bounces))
+            .filter(|other| other.bounces() == bounces && *other != technique)
+            .try_fold(Excluded::NONE, Excluded::with)?;
+        Some(Self { excluded, merges: technique.merged.into(), ..Self::BIDIRECTIONAL })
     }
 
     /// Leaves out what a scene cannot use; exactly, since what is left out would contribute nothing
@@ -166,16 +186,18 @@ impl TechniqueSet {
             Family::Merges => {
                 let narrow =
                     needs.contains(Needs::DIRAC_LOBES) || needs.contains(Needs::GLOSSY_LOBES);
-                let connects = self.bsdf_sampling && self.next_event && self.connections && !narrow;
-                no_scattering
-                    .or((connects && self.excluded.is_empty()).then_some(Reason::Connectible))
+                let connects = self.bsdf_sampling
+                    && self.next_event
+                    && self.connections
+                    && !self.excluded.has_connections();
+                no_scattering.or((connects && !narrow).then_some(Reason::Connectible))
             }
             Family::LensSampling if !hittable && !needs.contains(Needs::DIRAC_LIGHTS) => {
                 Some(Reason::NoLight)
             }
             Family::LensSampling => {
                 let direct = self.bsdf_sampling && !needs.contains(Needs::DIRAC_LIGHTS);
-                (no_scattering.is_some() && direct && self.excluded.is_empty())
+                (no_scattering.is_some() && direct && !self.excluded.has_connections())
                     .then_some(Reason::Redundant)
             }
         }
@@ -284,10 +306,11 @@ impl fmt::Display for TechniqueSet {
         if self.merges > 0 {
             write!(f, " with {} light walks", self.merges)?;
         }
-        for technique in self.excluded.techniques() {
-            write!(f, ", without {technique}")?;
-        }
-        Ok(())
+        let of_set = |technique: &Technique| self.has(Family::of(*technique));
+        self.excluded
+            .techniques()
+            .filter(of_set)
+            .try_for_each(|technique| write!(f, ", without {technique}"))
     }
 }
 
@@ -327,6 +350,50 @@ mod tests {
         }
         assert!(all.left_out(&Needs::ALL).is_empty());
         assert_eq!(all.left_out(&Needs::ALL).to_string(), "nothing");
+    }
+
+    #[test]
+    fn every_technique_and_every_merge_can_be_left_out() {
+        let most = Excluded::MOST_BOUNCES;
+        let all = || Technique::up_to(most).chain(Technique::merges_up_to(most));
+        let mut excluded = Excluded::NONE;
+        for technique in all() {
+            assert!(!excluded.contains(technique), "{technique}");
+            excluded = excluded.with(technique).expect("a short path");
+            assert!(excluded.contains(technique), "{technique}");
+        }
+        assert_eq!(excluded.techniques().count(), all().count());
+        let longer = [Technique::new(0, most + 3), Technique::merge(2, most + 2)];
+        let none = [Technique::new(2, 0), Technique::merge(1, 3), Technique::merge(3, 1)];
+        let huge = [Technique::new(u16::MAX, u16::MAX), Technique::merge(u16::MAX, 2)];
+        for technique in [&longer[..], &none, &huge].concat() {
+            assert_eq!(Excluded::NONE.with(technique), None, "{technique}");
+            assert!(!excluded.contains(technique), "{technique}");
+            assert_eq!(TechniqueSet::only(technique), None, "{technique}");
+        }
+        for technique in all() {
+            let only = TechniqueSet::only(technique).expect("a short path");
+            let alike = all().filter(|other| other.bounces() == technique.bounces());
+            let merging = TechniqueSet { merges: 7, ..only };
+            assert!(alike.filter(|other| merging.contains(*other)).eq([technique]), "{merging}");
+        }
+    }
+
+    #[test]
+    fn excluded_merges_are_named_and_need_merges_no_more() {
+        let merges = [Technique::merge(2, 2), Technique::merge(2, 3)];
+        let excluded = merges.into_iter().try_fold(Excluded::NONE, Excluded::with);
+        let excluded = excluded.expect("short paths");
+        let merging = TechniqueSet { merges: 100, excluded, ..TechniqueSet::BIDIRECTIONAL };
+        let text = merging.to_string();
+        assert!(text.ends_with(", without merge (2, 2), without merge (2, 3)"), "{text}");
+        let text = TechniqueSet { merges: 0, ..merging }.to_string();
+        assert!(!text.contains("without"), "{text}");
+        assert!(!merging.contains(merges[0]) && merging.contains(Technique::merge(3, 2)));
+        // What replaces the merges is still there; but not without one of the connections.
+        assert_eq!(merging.pruned(&PLAIN).merges, 0);
+        let fewer = excluded.with(Technique::new(1, 3)).expect("a short path");
+        assert_eq!(TechniqueSet { excluded: fewer, ..merging }.pruned(&PLAIN).merges, 100);
     }
 
     #[test]

@@ -142,6 +142,12 @@ fn sets() -> Vec<TechniqueSet> {
     sets.push(exclude(&[Technique::new(0, 2), Technique::new(1, 1)]));
     sets.push(exclude(&Technique::up_to(1).filter(|t| t.s > 0).collect::<Vec<_>>()));
     sets.extend(Technique::up_to(2).filter_map(TechniqueSet::only));
+    sets.extend(Technique::merges_up_to(2).filter_map(TechniqueSet::only));
+    let merges: Vec<_> = Technique::merges_up_to(2).collect();
+    sets.extend([TechniqueSet::NONE, TechniqueSet::BIDIRECTIONAL].into_iter().flat_map(|set| {
+        let excluded = [&merges[..1], &merges].map(|merges| exclude(merges).excluded);
+        excluded.map(|excluded| TechniqueSet { excluded, merges: 1, ..set })
+    }));
     sets
 }
 

@@ -81,7 +81,7 @@ impl<'a, S: Scene + ?Sized + 'a> Merges<'a, S> {
             self.maps.within(&y.point, counters, |weighted, counters| {
                 let WeightedPhoton { photon, side, subpath: from_light } = weighted;
                 let technique = Technique::merge(photon.s, t as u16);
-                if !plan.depth.contains(technique.bounces().into()) {
+                if !plan.draws(technique) {
                     return;
                 }
                 counters.merges += 1;

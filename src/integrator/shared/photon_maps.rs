@@ -100,7 +100,7 @@ impl<P: AsRef<Photon> + Send + Sync> PhotonMaps<P> {
         self.within(&vertex.point, counters, |photon, counters| {
             let photon = photon.as_ref();
             let technique = Technique::merge(photon.s, t);
-            if !plan.depth.contains(technique.bounces().into()) {
+            if !plan.draws(technique) {
                 return;
             }
             counters.merges += 1;

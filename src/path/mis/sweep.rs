@@ -381,6 +381,37 @@ mod tests {
         }
     }
 
+    /// Whatever is left out, connections and merges, what is left shares the weight.
+    #[test]
+    fn weights_of_what_is_left_sum_to_one() {
+        use rand::{RngExt, SeedableRng};
+        let mut rng = rand_pcg::Pcg32::seed_from_u64(9);
+        let (mut left, mut left_out) = (0, [0, 0]);
+        for round in 0..2000 {
+            let mut path = random_path(rng.random_range(1..=9), round);
+            let k = path.edges();
+            (1..k).for_each(|i| path.dirac[i] = rng.random_bool(0.2));
+            let part = rng.random_range(0.1..0.9);
+            let chosen: Vec<_> = path.admissible().filter(|_| rng.random_bool(part)).collect();
+            let excluded = chosen.iter().try_fold(Excluded::NONE, |set, one| set.with(*one));
+            let excluded = excluded.expect("a short path");
+            let set = TechniqueSet { excluded, merges: 5, ..TechniqueSet::BIDIRECTIONAL };
+            let on: Vec<_> = path.admissible().filter(|one| set.contains(*one)).collect();
+            assert_eq!(on.len() + chosen.len(), path.admissible().count());
+            chosen.iter().for_each(|one| left_out[usize::from(one.merged)] += 1);
+            let heuristic = [Heuristic::Balance, Heuristic::Power(2.0)][round as usize % 2];
+            let independent = Weighting::new(set, heuristic).with_merge_radius(0.2);
+            for weighting in [independent, independent.correlation_aware()] {
+                let sum: f64 = on.iter().map(|one| path.weight(*one, &weighting)).sum();
+                if !on.is_empty() {
+                    assert_relative_eq!(sum, 1.0, max_relative = 1e-12);
+                    left += 1;
+                }
+            }
+        }
+        assert!(left > 3000 && left_out[0] > 1000 && left_out[1] > 1000, "{left} {left_out:?}");
+    }
+
     #[test]
     fn ratios_are_those_of_the_products_of_densities() {
         let mut path = random_path(5, 3);

@@ -1,8 +1,8 @@
-//! Single paths with their contributions, as an audit or an experiment looks at them.
+//! The paths of a sample with their contributions.
 
-use super::bidirectional::Pairs;
-use super::{Bidirectional, MergingPairs, Stage};
 use crate::film::{Contribution, Sample};
+use crate::integrator::bidirectional::Pairs;
+use crate::integrator::{Bidirectional, MergingPairs, Stage};
 use crate::path::{MergedPath, Out, Path, Scratch, Site, Weighting};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
