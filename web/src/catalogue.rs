@@ -46,7 +46,7 @@ pub(crate) struct Entry {
     title: &'static str,
     description: &'static str,
     estimator: Estimator,
-    pub radius: bool,
+    radius: bool,
     pub build: fn(Depth, Option<f64>) -> Box<dyn Render<World>>,
     sees: fn(&Claims) -> bool,
 }
@@ -199,7 +199,7 @@ fn path_tracer(depth: Depth) -> PathTracer {
     PathTracer { depth, ..PathTracer::default() }
 }
 
-fn bidirectional(depth: Depth) -> Bidirectional {
+pub(crate) fn bidirectional(depth: Depth) -> Bidirectional {
     Bidirectional { depth, ..Bidirectional::default() }
 }
 

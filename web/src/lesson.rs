@@ -2,10 +2,9 @@
 
 use crate::{Fallible, outline};
 use glam::{DVec2, DVec3, UVec2};
-use pathspace::endpoint::{Camera, Endpoint};
+use pathspace::endpoint::Camera;
 use pathspace::film::Filter;
 use pathspace::gallery::{self, GalleryScene};
-use pathspace::geometry::SurfacePoint;
 use pathspace::import::{self, Options};
 use pathspace::integrator::{
     Caller, Depth, Integrator, Merging, Run, Stage, VertexConnectionMerging,
@@ -164,11 +163,8 @@ impl Lesson {
 
     /// The position in the picture, in pixels, of a point in space, hidden or not.
     pub(crate) fn raster(&self, position: DVec3) -> Option<DVec2> {
-        let x = SurfacePoint::dirac(position);
-        let lens = self.camera.sample_from(&x, 0.5, DVec2::splat(0.5))?.point;
-        let direction = (position - lens.position).try_normalize()?;
         let window = self.camera.film().window_min.as_dvec2();
-        self.camera.raster(&lens, direction).map(|raster| raster - window)
+        self.camera.project(position).map(|raster| raster - window)
     }
 }
 

@@ -90,8 +90,7 @@ pub(crate) fn parse(name: &str) -> Fallible<Technique> {
 /// The techniques of paths with so many scattering events at most: connections by path length and
 /// s, then merges.
 fn up_to(bounces: u16, merges: bool) -> Vec<Technique> {
-    let merging = (1..=if merges { bounces } else { 0 })
-        .flat_map(|n| (2..=n + 1).map(move |s| Technique::merge(s, n + 3 - s)));
+    let merging = Technique::merges_up_to(if merges { bounces } else { 0 });
     Technique::up_to(bounces).chain(merging).collect()
 }
 
