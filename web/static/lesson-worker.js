@@ -1,0 +1,34 @@
+// A worker with one lesson of the engine: a scene that integrators render. Calls block; what they
+// find on the way is posted as progress.
+
+import { initSync, Lesson } from './pathspace_web.js';
+
+let lesson;
+
+const progressOf = (id) => (report, image) => {
+  postMessage({ id, progress: JSON.parse(report), image }, [image.buffer]);
+  return false;
+};
+
+const calls = {
+  async open({ module, scene, file }) {
+    initSync({ module });
+    const bytes = file ? new Uint8Array(await file.arrayBuffer()) : undefined;
+    lesson = new Lesson(JSON.stringify(scene), bytes);
+    return JSON.parse(lesson.describe());
+  },
+  outline: () => lesson.outline(),
+  project: ({ points }) => lesson.project(points),
+  render: ({ id, job }) => JSON.parse(lesson.render(JSON.stringify(job), progressOf(id))),
+  techniques: ({ id, job }) => JSON.parse(lesson.techniques(JSON.stringify(job), progressOf(id))),
+  path: ({ job }) => JSON.parse(lesson.path(JSON.stringify(job))),
+};
+
+addEventListener('message', async ({ data }) => {
+  const { id, call } = data;
+  try {
+    postMessage({ id, result: await calls[call](data) });
+  } catch (error) {
+    postMessage({ id, error: error?.message ?? String(error) });
+  }
+});

@@ -1,0 +1,142 @@
+// The worker that looks after a race: it keeps what the integrators deliver, measures errors
+// against the reference, and makes the pictures that the page shows.
+
+import {
+  average, errorMap, exposed, gainOf, pixelOf, relativeWeights, weightedSquares,
+} from './pixels.js';
+
+/** Snapshots are kept at times that grow by this factor, so that a curve can be measured again
+ * when the reference is better. */
+const SPACING = 1.3;
+/** Milliseconds between pictures, and between curves. */
+const PICTURES_EVERY = 200;
+const CURVES_EVERY = 600;
+
+let race = 0;
+let view = { stops: 0, errors: false };
+/** Integrators by name: snapshots in order of time, the last of which is the newest image. */
+let contestants = new Map();
+/** The two images of the reference, and what is made of them. */
+let halves = [null, null];
+let reference = null;
+/** Names of what is to be shown anew. */
+let stale = new Set();
+let timers = {};
+/** The images of techniques, one after the other, the first of which is their sum. */
+let techniques = null;
+
+// Calls `action` at most once in a while.
+const soon = (name, milliseconds, action) => {
+  timers[name] ??= setTimeout(() => {
+    delete timers[name];
+    action();
+  }, milliseconds);
+};
+
+const reset = (number) => {
+  Object.values(timers).forEach(clearTimeout);
+  [race, contestants, halves, reference] = [number, new Map(), [null, null], null];
+  [stale, timers] = [new Set(), {}];
+};
+
+// What the reference is now: the mean of its halves, whose difference tells its own error. Each has
+// twice the variance of the mean, and their difference four times that.
+const renewReference = () => {
+  const [a, b] = halves;
+  if (!a && !b) return;
+  const image = a && b ? average(a, b) : a ?? b;
+  const weights = relativeWeights(image);
+  const own = a && b && weights ? weightedSquares(a, b, weights) / 4 : null;
+  reference = { image, weights, own, gain: gainOf(image) };
+};
+
+const errorOf = (snapshot) => {
+  if (snapshot.against !== reference) {
+    // The reference's own variance would count as the integrator's.
+    snapshot.error = weightedSquares(snapshot.image, reference.image, reference.weights)
+      - reference.own;
+    snapshot.against = reference;
+  }
+  return { seconds: snapshot.seconds, error: snapshot.error };
+};
+
+const postCurves = () => {
+  renewReference();
+  if (reference?.own == null) return;
+  const curves = [...contestants].map(([name, snapshots]) => [name, snapshots.map(errorOf)]);
+  postMessage({ race, curves, own: reference.own });
+  stale.add('reference');
+  if (view.errors) contestants.forEach((_, name) => stale.add(name));
+  soon('pictures', PICTURES_EVERY, postPictures);
+};
+
+const postPicture = (name, kind, pixels) =>
+  postMessage({ race, name, kind, pixels }, [pixels.buffer]);
+
+const postPictures = () => {
+  if (!reference) renewReference();
+  const newest = (name) => contestants.get(name)?.at(-1).image;
+  // Until there is a reference, an image is exposed for itself.
+  const gainFor = (image) => (reference?.gain ?? gainOf(image)) * 2 ** view.stops;
+  for (const name of stale) {
+    const image = name === 'reference' ? reference?.image : newest(name);
+    if (!image) continue;
+    postPicture(name, 'image', exposed(image, gainFor(image)));
+    if (view.errors && reference?.own != null && name !== 'reference') {
+      postPicture(name, 'error', errorMap(image, reference.image));
+    }
+  }
+  stale.clear();
+};
+
+// Techniques are exposed like the race's pictures; `stops` are those of each image besides.
+const postTechniques = () => {
+  if (!techniques) return;
+  const { images, stops } = techniques;
+  const length = images.length / stops.length;
+  const parts = stops.map((_, i) => images.subarray(i * length, (i + 1) * length));
+  const gain = reference?.gain ?? gainOf(parts[0]);
+  const pixels = parts.map((image, i) => exposed(image, gain * 2 ** (view.stops + stops[i])));
+  postMessage({ techniques: pixels }, pixels.map(({ buffer }) => buffer));
+};
+
+const arrive = ({ name, half, seconds, image }) => {
+  if (name === 'reference') {
+    halves[half] = image;
+  } else {
+    const snapshots = contestants.get(name) ?? [];
+    contestants.set(name, snapshots);
+    // The newest image is a snapshot for good if it is late enough after the one before.
+    const [before, last] = [snapshots.at(-2), snapshots.at(-1)];
+    if (last && before && last.seconds < SPACING * before.seconds) snapshots.pop();
+    snapshots.push({ seconds, image });
+  }
+  stale.add(name);
+  soon('pictures', PICTURES_EVERY, postPictures);
+  soon('curves', CURVES_EVERY, postCurves);
+};
+
+const look = ({ question, pixel }) => {
+  const values = [...contestants].map(([name, snapshots]) =>
+    [name, pixelOf(snapshots.at(-1).image, reference?.image, pixel)]);
+  if (reference) values.unshift(['reference', pixelOf(reference.image, null, pixel)]);
+  postMessage({ race, question, values });
+};
+
+const actions = {
+  reset,
+  arrive,
+  look,
+  show(wanted) {
+    view = wanted;
+    stale = new Set(['reference', ...contestants.keys()]);
+    soon('pictures', 30, postPictures);
+    postTechniques();
+  },
+  techniques(arrived) {
+    techniques = arrived;
+    postTechniques();
+  },
+};
+
+addEventListener('message', ({ data: [action, value] }) => actions[action](value));
