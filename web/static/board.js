@@ -197,11 +197,17 @@ export class Board {
   // Goes to a step: its vertex and edge are marked everywhere.
   #go(step) {
     this.#step = clamp(step, 0, this.#steps.length - 1);
-    const { title, vertex, content } = this.#steps[this.#step];
+    const { title, vertex } = this.#steps[this.#step];
     get('back').disabled = this.#step === 0;
     get('next').disabled = this.#step === this.#steps.length - 1;
     get('step-name').textContent = `${title} (${this.#step + 1} of ${this.#steps.length})`;
-    get('formula').replaceChildren(...content);
+    // As on a board, what has been written stays; the newest line has its numbers.
+    const written = this.#steps.slice(0, this.#step + 1).map(({ formula, numbers, result }, i) => {
+      const isNewest = i === this.#step;
+      const short = html('p', { class: 'result' }, `= (${result.map(number).join(', ')})`);
+      return html('li', { class: isNewest ? 'newest' : '' }, formula, isNewest ? numbers : short);
+    });
+    get('formula').replaceChildren(html('p', {}, 'T₀ = 1'), html('ol', {}, ...written));
     get('tables').querySelectorAll('[data-vertex]').forEach((row) => {
       row.classList.toggle('marked', Number(row.dataset.vertex) === vertex);
     });

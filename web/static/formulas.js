@@ -38,33 +38,34 @@ const edgeOf = (path, k) => {
   return factors;
 };
 
-// An equation between a name and a product, then the same in numbers for each channel.
+// An equation between a name and a product; the same in numbers for each channel.
 const equation = (name, factors, result) => {
   const line = (channel) => {
     const numbers = factors.map(([, values]) => mathNumber(values[channel]));
     const parts = numbers.flatMap((value, i) => (i > 0 ? [operator('·'), value] : [value]));
     return row(operator('='), ...parts, operator('='), mathNumber(result[channel]));
   };
-  const channels = ['red', 'green', 'blue'].map((title, channel) =>
-    html('div', { class: 'channel' }, html('span', { class: title }, title), math('math', line(channel))));
-  return [
-    formula(row(name, operator('='), ...factors.map(([written]) => written))),
-    html('div', { class: 'channels' }, ...channels),
-  ];
+  const channels = ['red', 'green', 'blue'].map((title, channel) => html('div', { class: 'channel' },
+    html('span', { class: title }, title), math('math', line(channel))));
+  return {
+    formula: formula(row(name, operator('='), ...factors.map(([written]) => written))),
+    numbers: html('div', {}, ...channels),
+    result,
+  };
 };
 
 /**
- * The steps of a path's contribution.
- * @returns {{title: string, vertex: number | null, content: Node[]}[]} where vertex is the one that
- *   the step adds
+ * The steps of a path's contribution: T_k from T_(k-1), the whole, and what its technique makes of it.
+ * @returns {{title: string, vertex: number | null, formula: Node, numbers: Node, result: number[]}[]}
+ *   where vertex is the one that the step adds
  */
 export const stepsOf = (path) => {
   const last = path.vertices.length - 1;
   const before = (i) => (i === 0 ? [1, 1, 1] : path.steps[i - 1].throughput);
   const along = path.steps.map(({ k, throughput: result }, i) => ({
-    title: k === 1 ? 'The first step' : `Step ${k}`,
+    title: `Vertex ${k}`,
     vertex: k,
-    content: equation(
+    ...equation(
       indexed('T', k),
       [factorOf(path, k), ...edgeOf(path, k), [indexed('T', k - 1), before(i)]],
       result,
@@ -73,7 +74,7 @@ export const stepsOf = (path) => {
   const whole = {
     title: 'The contribution',
     vertex: last,
-    content: equation(
+    ...equation(
       ofPath('f'),
       [factorOf(path, 0), ...edgeOf(path, 0), [indexed('T', last - 1), before(path.steps.length)],
         factorOf(path, last)],
@@ -84,7 +85,7 @@ export const stepsOf = (path) => {
   const weighted = used?.estimate && {
     title: `What technique (${used.name}) adds to the pixel`,
     vertex: null,
-    content: equation(
+    ...equation(
       symbol('I'),
       [[symbol('w'), [used.weight, used.weight, used.weight]],
         [math('mfrac', ofPath('f'), ofPath('p')), used.estimate]],

@@ -3,7 +3,7 @@
 import { Board } from './board.js';
 import { Cards } from './cards.js';
 import { Desk } from './desk.js';
-import { clamp, debounce, get, html } from './dom.js';
+import { clamp, debounce, get, html, throttle } from './dom.js';
 import * as engine from './engine.js';
 import { number, seconds, words } from './format.js';
 import { watchFrames } from './frames.js';
@@ -106,6 +106,11 @@ const open = async () => {
     bar.value = state.time === null ? 0 : Math.min(longest / state.time, 1);
     bar.title = seconds(longest);
   };
+  // All at once: a page that changes ten times a frame is laid out ten times.
+  const tellReports = throttle(300, () => {
+    reports.forEach((report, name) => cards.report(name, report));
+    tellTime();
+  });
   const race = new Race(module, statistics, {
     phase: tellPhase,
     about(description) {
@@ -114,8 +119,7 @@ const open = async () => {
     },
     report(name, report) {
       reports.set(name, report);
-      cards.report(name, report);
-      tellTime();
+      tellReports();
     },
     result: (name, result) => cards.result(name, result),
     fault(name, error) {

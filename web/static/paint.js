@@ -1,16 +1,14 @@
 // Pictures on canvases, a few in each frame, so that no frame is late however many arrive.
 
-/** Milliseconds of a frame that may go into pictures. */
-const BUDGET = 6;
+/** Pictures in a frame: processors are busy, and who takes long must wait. */
+const MOST = 2;
 const waiting = new Map();
 
 const paintSome = () => {
-  const end = performance.now() + BUDGET;
-  for (const [canvas, { pixels, size }] of waiting) {
+  for (const [canvas, { pixels, size }] of [...waiting].slice(0, MOST)) {
     waiting.delete(canvas);
     if (canvas.width !== size) [canvas.width, canvas.height] = [size, size];
     canvas.getContext('2d').putImageData(new ImageData(pixels, size, size), 0, 0);
-    if (performance.now() > end) break;
   }
   if (waiting.size > 0) requestAnimationFrame(paintSome);
 };
