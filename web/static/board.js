@@ -21,7 +21,7 @@ const table = (title, head, rows, foot = null) => html('section', {},
     foot && html('tfoot', {}, foot))));
 const cell = (value) => html('td', {}, value == null ? '–' : number(value));
 const words = (text) => html('td', { class: 'text' }, text);
-const rowHead = (text) => html('th', { scope: 'row' }, text);
+const rowHead = (...content) => html('th', { scope: 'row' }, ...content);
 
 export class Board {
   #lesson = null;
@@ -251,7 +251,7 @@ export class Board {
   #vertices({ vertices }) {
     const head = ['', 'kind', 'surface', 'factor', 'red', 'green', 'blue', 'G to the next', 'a', 'b', 'position'];
     const rows = vertices.map((vertex, k) => html('tr', { 'data-vertex': k },
-      rowHead(`x${k}`), words(vertex.kind), words(vertex.surface ?? '–'), words(vertex.factor_name),
+      rowHead('x', html('sub', {}, String(k))), words(vertex.kind), words(vertex.surface ?? '–'), words(vertex.factor_name),
       ...channels(vertex.factor), cell(vertex.g), cell(vertex.towards_light),
       cell(vertex.towards_camera), words((vertex.position ?? []).map((x) => number(x)).join(', '))));
     const section = table('The vertices, from the lens to the light', head, rows);

@@ -27,7 +27,7 @@ class Card {
       return [kind, view];
     }));
     this.error = html('b', {}, '–');
-    this.work = html('span');
+    this.work = [html('span'), html('span')];
     this.kind = html('p', { class: 'kind' });
     const swatch = html('span', { class: 'swatch', style: `background: ${style.colour}` });
     this.figure = html('figure', { class: 'card', 'data-name': name },
@@ -36,13 +36,14 @@ class Card {
       this.views.error,
       html('figcaption', {},
         html('p', {}, name === 'reference' ? 'own error ' : 'relMSE ', this.error),
-        html('p', {}, this.work),
+        html('p', {}, this.work[0], ' ', this.work[1]),
         this.kind));
   }
 
   report({ passes, seconds, samples }) {
     const isOne = passes === 1 ? 'pass' : 'passes';
-    this.work.textContent = `${count(passes)} ${isOne} · ${count(samples / seconds)} samples/s`;
+    this.work[0].textContent = `${count(passes)} ${isOne}`;
+    this.work[1].textContent = `${count(samples / seconds)} samples/s`;
   }
 }
 

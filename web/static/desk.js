@@ -1,7 +1,7 @@
 // The desk: the scene, the integrators, and the sliders.
 
 import { clamp, get, html } from './dom.js';
-import { number } from './format.js';
+import { number, words } from './format.js';
 import { SIZES } from './state.js';
 import { styleOf } from './plot.js';
 
@@ -50,38 +50,27 @@ export class Desk {
   #about = null;
 
   /**
+   * @param shortList the integrators in front
    * @param change called with changes of the state
-   * @param openFile called with a file
    */
-  constructor(catalogue, change, openFile) {
+  constructor(catalogue, shortList, change) {
     Object.assign(this, { catalogue, change });
-    const scenes = catalogue.scenes.map(({ name }) => new Option(name.replaceAll('-', ' '), name));
-    get('scene').append(...scenes);
+    get('scene').append(...catalogue.scenes.map(({ name }) => new Option(words(name), name)));
     get('scene').addEventListener('change', ({ target }) => change({ scene: target.value }));
-    get('file').addEventListener('change', ({ target }) => {
-      if (target.files.length > 0) openFile(target.files[0]);
-      // The same file again is another change.
-      target.value = '';
-    });
     get('size').append(...SIZES.map((size) => new Option(`${size} × ${size}`, size)));
     get('size').addEventListener('change', ({ target }) => change({ size: Number(target.value) }));
     get('seed').addEventListener('change', ({ target }) => {
       if (target.value !== '' && target.checkValidity()) change({ seed: Number(target.value) });
     });
-    Object.keys(SLIDERS).forEach((key) => get('sliders').append(this.#slider(key)));
-  }
-
-  /** Offers integrators; those of a short list in front. */
-  offer(shortList) {
-    this.boxes = this.catalogue.integrators.map(({ name, title, description }, i) => {
-      const box = html('input', { type: 'checkbox', value: name });
-      box.addEventListener('change', () => this.#choose());
+    this.boxes = catalogue.integrators.map(({ name, title, description }, i) => {
+      const box = html('input', { type: 'checkbox', value: name, onchange: () => this.#choose() });
       const swatch = html('span', { class: 'swatch', style: `background: ${styleOf(i).colour}` });
       const label = html('label', { title: description }, box, swatch, title);
       get(shortList.includes(name) ? 'integrators' : 'others').append(label);
       return box;
     });
     get('more').hidden = get('others').childElementCount === 0;
+    Object.keys(SLIDERS).forEach((key) => get('sliders').append(this.#slider(key)));
   }
 
   #choose() {

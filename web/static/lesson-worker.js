@@ -29,6 +29,8 @@ addEventListener('message', async ({ data }) => {
   try {
     postMessage({ id, result: await calls[call](data) });
   } catch (error) {
-    postMessage({ id, error: error?.message ?? String(error) });
+    const text = error?.message ?? String(error);
+    const isTrap = error instanceof WebAssembly.RuntimeError;
+    postMessage({ id, error: isTrap ? `The engine broke down: ${text}.` : text });
   }
 });

@@ -2,72 +2,51 @@
 
 import { Board } from './board.js';
 import { Cards } from './cards.js';
+import { radios, tabs } from './choices.js';
 import { Desk } from './desk.js';
-import { clamp, debounce, get, html, throttle } from './dom.js';
-import * as engine from './engine.js';
-import { number, seconds, words } from './format.js';
+import { debounce, get, throttle } from './dom.js';
+import { load } from './engine.js';
+import { acceptFiles } from './files.js';
+import { words } from './format.js';
 import { watchFrames } from './frames.js';
 import { Lesson, sceneOf } from './lesson.js';
+import { complain, quiet } from './messages.js';
 import { errorScale } from './pixels.js';
 import { Pictures } from './pictures.js';
 import { Plot, styleOf } from './plot.js';
+import { showPhase, showTime } from './progress.js';
 import { Race } from './race.js';
+import { readoutOf } from './readout.js';
 import { download, sheet, Stage } from './stage.js';
 import { initial, read, TIMES, withScene, write } from './state.js';
 import { Statistics } from './statistics.js';
 import { Techniques } from './techniques.js';
 import { showWhole, zoom } from './views.js';
 
-/** The reference of scene files: no path of theirs is known to be missing from it. */
+/** The reference of scene files. */
 const FILE_REFERENCE = 'bidirectional';
 const TABS = ['race', 'techniques', 'path'];
-const KINDS = { image: 'Images', error: 'Errors', both: 'Both' };
-
-/** Tells the reader something that did not work, until the next thing works. */
-const complain = (text) => get('messages').replaceChildren(html('p', { class: 'message bad' }, text,
-  html('button', { type: 'button', 'aria-label': 'Close', onclick: () => quiet() }, '×')));
-const quiet = () => get('messages').replaceChildren();
+const KINDS = [['image', 'Images'], ['error', 'Errors'], ['both', 'Both']];
 
 const open = async () => {
-  const { module, catalogue } = await engine.load();
-  const styles = new Map(catalogue.integrators.map(({ name }, i) => [name, styleOf(i)]));
-  styles.set('reference', { colour: 'var(--ink)', dash: '' });
-  const titles = new Map(catalogue.integrators.map(({ name, title }) => [name, title]));
+  const { module, catalogue } = await load();
+  const integrators = new Map(catalogue.integrators.map((integrator, i) =>
+    [integrator.name, { ...integrator, style: styleOf(i) }]));
+  const styles = new Map([...integrators].map(([name, { style }]) => [name, style]));
   const statistics = new Statistics();
   const pictures = new Pictures();
-  const reports = new Map();
   let state = initial();
+  /** The scene file, if there is one: {name, blob, number}. */
   let file = null;
+  /** What a lesson says about the scene, once it is built. */
   let about = null;
   let kind = 'image';
 
   const sceneInfo = () => catalogue.scenes.find(({ name }) => name === state.scene);
   const reference = () => sceneInfo()?.reference ?? FILE_REFERENCE;
 
-  // The values of all pictures under the pointer.
-  let isLooking = false;
-  const look = async (x, y) => {
-    const readout = get('pixel-readout');
-    if (x === undefined) {
-      readout.hidden = true;
-      return;
-    }
-    if (isLooking) return;
-    isLooking = true;
-    const [column, line] = [x, y].map((place) =>
-      clamp(Math.floor(place * state.size), 0, state.size - 1));
-    const values = await statistics.look(line * state.size + column);
-    isLooking = false;
-    readout.hidden = values.length === 0;
-    const rows = values.map(([name, { radiance, error }]) => html('tr', {},
-      html('th', { scope: 'row' }, words(name)),
-      ...radiance.map((value) => html('td', {}, number(value))),
-      html('td', {}, error === null ? '' : `${error > 0 ? '+' : ''}${number(100 * error)} %`)));
-    const head = ['', 'R', 'G', 'B', 'error'].map((text) => html('th', {}, text));
-    readout.replaceChildren(html('table', {}, html('caption', {}, `pixel (${column}, ${line})`),
-      html('thead', {}, html('tr', {}, ...head)), html('tbody', {}, ...rows)));
-  };
-
+  // The pictures, and the plot.
+  const look = readoutOf(statistics, () => state.size);
   const cards = new Cards(get('cards'), pictures);
   const stage = new Stage(pictures, look);
   const plot = new Plot(get('plot'), get('plot-readout'), styles);
@@ -77,42 +56,22 @@ const open = async () => {
     cards.errors(curves, own);
   };
 
-  // What the race tells.
-  const processors = navigator.hardwareConcurrency ?? 1;
-  const tellPhase = (phase) => {
-    const many = state.integrators.length;
-    const shares = many + 2 > processors
-      ? `${many + 2} workers, two of them for the reference, share ${processors} processors: each has ${Math.round(100 * processors / (many + 2))} % of one.`
-      : `${many + 2} workers, two of them for the reference, each on a processor of its own.`;
-    const texts = {
-      idle: `Press Start: ${shares}`,
-      preparing: 'Building the scene in every worker …',
-      racing: shares,
-      settling: 'The race is over. The reference goes on, and the errors are measured again.',
-      done: 'The race is over.',
-    };
-    get('status').textContent = texts[phase];
-    const isRunning = phase !== 'idle' && phase !== 'done';
-    get('start').textContent = isRunning ? 'Stop' : 'Start';
-    get('start').setAttribute('aria-pressed', isRunning);
-    document.body.dataset.phase = phase;
-    watchFrames(phase === 'racing');
-  };
-  const tellTime = () => {
-    const longest = Math.max(0, ...[...reports].filter(([name]) => name !== 'reference')
-      .map(([, report]) => report.seconds));
-    const bar = get('progress').querySelector('progress');
-    bar.hidden = state.time === null;
-    bar.value = state.time === null ? 0 : Math.min(longest / state.time, 1);
-    bar.title = seconds(longest);
-  };
+  // The race.
+  const reports = new Map();
   // All at once: a page that changes ten times a frame is laid out ten times.
   const tellReports = throttle(300, () => {
-    reports.forEach((report, name) => cards.report(name, report));
-    tellTime();
+    const times = [...reports].map(([name, report]) => {
+      cards.report(name, report);
+      return name === 'reference' ? 0 : report.seconds;
+    });
+    showTime(Math.max(0, ...times), state.time);
   });
+  const enter = (phase) => {
+    showPhase(phase, state.integrators.length);
+    watchFrames(phase === 'racing');
+  };
   const race = new Race(module, statistics, {
-    phase: tellPhase,
+    phase: enter,
     about(description) {
       about = description;
       desk.show(state, about);
@@ -127,26 +86,18 @@ const open = async () => {
       else cards.fault(name, error);
     },
   });
-
   const empty = () => {
     reports.clear();
     plot.clear();
-    tellTime();
+    showTime(0, state.time);
     const sees = sceneInfo()?.sees;
-    const contestants = state.integrators.map((name) => ({
-      name,
-      title: titles.get(name),
-      style: styles.get(name),
-      estimator: catalogue.integrators.find((known) => known.name === name).estimator,
-      seesAll: sees?.includes(name),
-    }));
-    const title = 'Reference';
-    cards.renew(
-      [{ name: 'reference', title, style: styles.get('reference'), estimator: titles.get(reference()) }, ...contestants],
-      look,
-    );
+    const contestants = state.integrators.map((name) =>
+      ({ ...integrators.get(name), seesAll: sees?.includes(name) }));
+    const title = integrators.get(reference())?.title ?? words(reference());
+    const own = { name: 'reference', title: 'Reference', style: { colour: 'var(--ink)' }, estimator: title };
+    cards.renew([own, ...contestants], look);
     stage.renew(cards.titles());
-    get('reference-name').textContent = `here ${titles.get(reference()) ?? words(reference())}`;
+    get('reference-name').textContent = `here ${title}`;
   };
   const start = () => {
     pictures.forget();
@@ -156,108 +107,60 @@ const open = async () => {
   const startSoon = debounce(400, start);
   const previewSoon = debounce(100, () => race.preview(state, file, reference()));
 
-  // Does what a change of the state asks for.
-  const sceneKey = () => JSON.stringify([sceneOf(state, file), file?.number]);
-  const raceKey = () =>
-    JSON.stringify([sceneKey(), state.integrators, state.time, state.radius]);
+  // Does what a change of the state asks for: `again` starts even if nothing has changed.
   let known = { scene: null, race: null };
-  const saveAddress = debounce(300, () => history.replaceState(null, '', write(state)));
-  const techniques = new Techniques(module, statistics, (changes) => change(changes), ({ message }) => complain(message));
-  const board = new Board(module, pictures, (changes) => change(changes), ({ message }) => complain(message));
-  const show = ({ again = false } = {}) => {
-    const keys = { scene: sceneKey(), race: raceKey() };
-    const isOther = keys.scene !== known.scene;
-    if (again || (keys.race !== known.race && race.phase !== 'idle')) {
-      startSoon();
-    } else if (keys.race !== known.race) {
-      empty();
-      if (isOther) previewSoon();
-      tellPhase(race.phase);
-    }
+  const follow = (again) => {
+    const scene = JSON.stringify([sceneOf(state, file), file?.number]);
+    const keys = { scene, race: JSON.stringify([scene, state.integrators, state.time, state.radius]) };
+    const [isOtherScene, isOtherRace] = [keys.scene !== known.scene, keys.race !== known.race];
     known = keys;
-    statistics.show(state.stops, kind !== 'image');
-    desk.show(state, about);
-    get('stops').value = state.stops;
-    get('stops-text').textContent = `${state.stops > 0 ? '+' : ''}${state.stops}`;
-    get('times').querySelectorAll('input').forEach((input) => {
-      input.checked = input.value === String(state.time);
-    });
-    TABS.forEach((tab) => {
-      get(tab).hidden = tab !== state.tab;
-      get(`tab-${tab}`).setAttribute('aria-selected', tab === state.tab);
-      get(`tab-${tab}`).tabIndex = tab === state.tab ? 0 : -1;
-    });
+    if (again || (isOtherRace && race.phase !== 'idle')) {
+      startSoon();
+    } else if (isOtherRace) {
+      empty();
+      enter('idle');
+      if (isOtherScene) previewSoon();
+    }
     if (state.tab === 'techniques') techniques.show(state, file);
     else techniques.close();
     if (state.tab === 'path') board.show(state, file);
   };
-  const change = (changes, options) => {
+  const saveAddress = debounce(300, () => history.replaceState(null, '', write(state)));
+  const show = (again = false) => {
+    statistics.show(state.stops, kind !== 'image');
+    desk.show(state, about);
+    showTab(state.tab);
+    showLength(state.time);
+    get('stops').value = state.stops;
+    get('stops-text').textContent = `${state.stops > 0 ? '+' : ''}${state.stops}`;
+    follow(again);
+  };
+  const change = (changes) => {
     const { scene } = changes;
     if (scene !== undefined) about = null;
     state = { ...(scene === undefined ? state : withScene(state, scene)), ...changes };
     if (state.scene !== 'file') file = null;
     saveAddress();
-    show(options);
+    show();
   };
+  const fault = ({ message }) => complain(message);
+  const techniques = new Techniques(module, statistics, change, fault);
+  const board = new Board(module, pictures, change, fault);
 
-  // Scenes in files.
-  let files = 0;
-  const openFile = async (chosen) => {
-    const lesson = new Lesson();
-    try {
-      const blob = new Blob([await chosen.arrayBuffer()]);
-      const next = { name: chosen.name, blob, number: ++files };
-      // A file that cannot be rendered leaves everything as it was.
-      await lesson.open(module, sceneOf({ ...initial(), scene: 'file', size: state.size }, next), blob);
-      file = next;
-      quiet();
-      change({ scene: 'file' });
-    } catch (error) {
-      complain(error.message.includes(chosen.name) ? error.message : `${chosen.name}: ${error.message}`);
-    } finally {
-      lesson.close();
-    }
-  };
-  const desk = new Desk(
-    catalogue,
-    (changes) => change(changes, { again: 'seed' in changes && race.phase !== 'idle' }),
-    openFile,
-  );
-  desk.offer(initial().integrators);
-  addEventListener('dragover', (event) => {
-    if (!event.dataTransfer.types.includes('Files')) return;
-    event.preventDefault();
-    get('drop').hidden = false;
-  });
-  addEventListener('dragleave', (event) => {
-    if (event.relatedTarget === null) get('drop').hidden = true;
-  });
-  addEventListener('drop', (event) => {
-    get('drop').hidden = true;
-    if (event.dataTransfer.files.length === 0) return;
-    event.preventDefault();
-    openFile(event.dataTransfer.files[0]);
-  });
-
-  // Controls of the race and of the pictures.
-  const choices = (id, group, options, chosen, choose) => get(id).append(...options.map(([value, text]) => {
-    const input = html('input', { type: 'radio', name: group, value: String(value) });
-    input.checked = value === chosen;
-    input.addEventListener('change', () => choose(value));
-    return html('label', {}, input, text);
-  }));
-  const timeText = (time) => (time === null ? 'no limit' : `${time} s`);
-  choices('times', 'time', TIMES.map((time) => [time, timeText(time)]), state.time, (time) => change({ time }));
-  choices('kinds', 'kind', Object.entries(KINDS), kind, (chosen) => {
+  // The controls.
+  const showTab = tabs(TABS, (tab) => change({ tab }));
+  const lengths = TIMES.map((time) => [time, time === null ? 'no limit' : `${time} s`]);
+  const showLength = radios(get('times'), 'time', lengths, (time) => change({ time }));
+  const showKind = radios(get('kinds'), 'kind', KINDS, (chosen) => {
     kind = chosen;
     get('cards').dataset.kind = kind;
     get('scale').hidden = kind === 'image';
     stage.kind(kind === 'error' ? 'error' : 'image');
     statistics.show(state.stops, kind !== 'image');
   });
+  showKind(kind);
   get('cards').dataset.kind = kind;
-  const scale = get('scale').querySelector('.colours');
-  scale.style.background = `linear-gradient(to right, ${errorScale(33).join()})`;
+  get('colours').style.background = `linear-gradient(to right, ${errorScale(33).join()})`;
   get('start').addEventListener('click', () => {
     if (race.phase === 'idle' || race.phase === 'done') start();
     else race.stop();
@@ -270,15 +173,10 @@ const open = async () => {
     const blob = await sheet(pictures, cards.texts(), state.size);
     if (blob) download(blob, `${state.scene}.png`);
   });
-  TABS.forEach((tab, i) => {
-    get(`tab-${tab}`).addEventListener('click', () => change({ tab }));
-    get(`tab-${tab}`).addEventListener('keydown', ({ key }) => {
-      const step = { ArrowLeft: -1, ArrowRight: 1 }[key];
-      if (!step) return;
-      const next = TABS[(i + step + TABS.length) % TABS.length];
-      change({ tab: next });
-      get(`tab-${next}`).focus();
-    });
+  // The desk's seed is that of the race, too; a path's next seed leaves a race alone.
+  const desk = new Desk(catalogue, initial().integrators, (changes) => {
+    change(changes);
+    if ('seed' in changes && race.phase !== 'idle') startSoon();
   });
   // On phones the desk would hide the pictures.
   const isNarrow = matchMedia('(max-width: 60rem)');
@@ -286,31 +184,47 @@ const open = async () => {
   isNarrow.addEventListener('change', fold);
   fold();
 
+  // A file that cannot be rendered leaves everything as it was.
+  let files = 0;
+  acceptFiles(async (chosen) => {
+    const lesson = new Lesson();
+    const next = { name: chosen.name, number: ++files };
+    try {
+      next.blob = new Blob([await chosen.arrayBuffer()]);
+      const scene = sceneOf({ ...initial(), scene: 'file', size: state.size }, next);
+      await lesson.open(module, scene, next.blob);
+      file = next;
+      quiet();
+      change({ scene: 'file' });
+    } catch ({ message }) {
+      complain(message.includes(chosen.name) ? message : `${chosen.name}: ${message}`);
+    } finally {
+      lesson.close();
+    }
+  });
+
   // The state that the address asks for; what is not here is said and left out.
-  const follow = () => {
+  const readAddress = () => {
     const { state: wanted, run, wrong } = read(location.hash);
-    const isScene = catalogue.scenes.some(({ name }) => name === wanted.scene)
-      || (wanted.scene === 'file' && file);
-    if (!isScene) {
-      wrong.push(wanted.scene === 'file' ? 'scene=file (open the file again)' : `scene=${wanted.scene}`);
+    const isKnown = catalogue.scenes.some(({ name }) => name === wanted.scene);
+    if (!isKnown && !(wanted.scene === 'file' && file)) {
+      wrong.push(wanted.scene === 'file' ? 'the file, which is to be opened again' : wanted.scene);
       wanted.scene = initial().scene;
     }
-    wrong.push(...wanted.integrators.filter((name) => !titles.has(name)));
-    wanted.integrators = wanted.integrators.filter((name) => titles.has(name));
-    if (wanted.integrators.length === 0) {
-      wanted.integrators = initial().integrators.filter((name) => titles.has(name));
-    }
+    wrong.push(...wanted.integrators.filter((name) => !integrators.has(name)));
+    wanted.integrators = wanted.integrators.filter((name) => integrators.has(name));
+    if (wanted.integrators.length === 0) wanted.integrators = initial().integrators;
     if (wrong.length > 0) complain(`The address asks for what is not here: ${wrong.join(', ')}.`);
     if (wanted.scene !== state.scene) about = null;
     state = wanted;
     if (state.scene !== 'file') file = null;
-    show({ again: run });
+    show(run);
   };
-  addEventListener('hashchange', follow);
-  follow();
+  addEventListener('hashchange', readAddress);
+  readAddress();
 };
 
-open().catch((error) => {
+open().catch(({ message }) => {
   document.body.dataset.phase = 'broken';
-  complain(error.message);
+  complain(message);
 });

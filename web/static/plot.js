@@ -20,7 +20,7 @@ export const styleOf = (index) => ({
 const decades = (low, high) => {
   const [from, to] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
   const powers = Array.from({ length: to - from + 1 }, (_, i) => 10 ** (from + i));
-  const steps = to - from < 2 ? [1, 2, 5] : [1];
+  const steps = high / low < 50 ? [1, 2, 5] : [1];
   const ticks = powers.flatMap((power) => steps.map((step) => Number((step * power).toPrecision(3))));
   return ticks.filter((tick) => tick >= low && tick <= high);
 };

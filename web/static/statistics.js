@@ -33,6 +33,7 @@ export class Statistics {
 
   /** Forgets the last race. */
   reset() {
+    this.#asked.forEach((answer) => answer([]));
     this.#asked.clear();
     this.#worker.postMessage(['reset', ++this.#race]);
   }

@@ -1,6 +1,7 @@
 // The pyramid of techniques: a picture for each way (s, t) to draw a path, which can be switched
 // off, and their sum.
 
+import { radios } from './choices.js';
 import { debounce, get, html } from './dom.js';
 import { count, number, percent } from './format.js';
 import { Lesson, sceneOf } from './lesson.js';
@@ -36,11 +37,8 @@ export class Techniques {
       change({ off: this.#list.map(({ name }) => name) });
     });
     get('techniques-again').addEventListener('click', () => this.#start());
-    [['weighted', true], ['unweighted', false]].forEach(([text, weighted]) => {
-      const button = html('input', { type: 'radio', name: 'weighted', value: String(weighted) });
-      button.addEventListener('change', () => change({ weighted }));
-      get('weights').append(html('label', {}, button, text));
-    });
+    this.showWeights = radios(get('weights'), 'weighted', [[true, 'weighted'], [false, 'unweighted']],
+      (weighted) => change({ weighted }));
     statistics.onTechniques = (pictures) => this.#paint(pictures);
   }
 
@@ -49,7 +47,7 @@ export class Techniques {
     [this.state, this.file] = [state, file];
     get('rows').value = state.rows;
     get('merges').checked = state.merges;
-    get('weights').querySelector(`[value=${state.weighted}]`).checked = true;
+    this.showWeights(state.weighted);
     this.#press();
     const { rows, merges, off, weighted, seed, radius, time } = state;
     const key = JSON.stringify([sceneOf(state, file), rows, merges, off, weighted, seed, radius, time]);
