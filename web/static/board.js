@@ -63,7 +63,7 @@ export class Board {
     });
   }
 
-  /** Shows the path of a state, if it names a pixel. */
+  /** Shows the path of a state. */
   show(state, file) {
     [this.state, this.file] = [state, file];
     get('bounces').value = state.bounces ?? '';
@@ -87,6 +87,12 @@ export class Board {
     get('technique').value = technique ?? '';
   }
 
+  // The pixel of the state, or that in the middle.
+  #pixel() {
+    const { size, x, y } = this.state;
+    return [x, y].map((place) => Math.min(place ?? Math.floor(size / 2), size - 1));
+  }
+
   #pick(x, y) {
     const { size } = this.state;
     const pixel = (place) => clamp(Math.floor(place * size), 0, size - 1);
@@ -100,15 +106,16 @@ export class Board {
     }[event.key];
     if (!step || event.shiftKey || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
-    const { size, x, y } = this.state;
-    const moved = (from, by) => clamp((from ?? Math.floor(size / 2)) + by, 0, size - 1);
-    this.change({ x: moved(x, step[0]), y: moved(y, step[1]) });
+    const [x, y] = this.#pixel().map((place, axis) =>
+      clamp(place + step[axis], 0, this.state.size - 1));
+    this.change({ x, y });
   }
 
   // Asks for the path of the state; of several wishes while one is under way the last.
   async #draw() {
     if (get('path').hidden) return;
-    const { x, y, bounces, technique, merges, seed, radius } = this.state;
+    const { bounces, technique, merges, seed, radius } = this.state;
+    const [x, y] = this.#pixel();
     const isMerge = technique?.startsWith('merge') ?? false;
     const job = { x, y, bounces, technique, merges: merges || isMerge, seed, radius };
     const [scene, file] = [sceneOf(this.state, this.file), this.file];
@@ -133,10 +140,6 @@ export class Board {
 
   async #fulfil({ job, scene, file }) {
     await this.#open(scene, file);
-    if (job.x === null || job.y === null) {
-      this.#clear('');
-      return;
-    }
     this.#tell(`Looking for a path through pixel (${job.x}, ${job.y}) …`);
     await this.#present(await this.#lesson.path(job));
   }
@@ -217,11 +220,12 @@ export class Board {
 
   // The pixel and the path over the picture.
   #mark(marked = null) {
-    const { size, x, y } = this.state;
+    const { size } = this.state;
+    const [x, y] = this.#pixel();
     this.overlay.setAttribute('viewBox', `0 0 ${size} ${size}`);
-    const pixel = x === null ? [] : [svg('rect', { x, y, width: 1, height: 1, class: 'pixel' })];
+    const pixel = svg('rect', { x, y, width: 1, height: 1, class: 'pixel' });
     if (!this.#path) {
-      this.overlay.replaceChildren(...pixel);
+      this.overlay.replaceChildren(pixel);
       return;
     }
     const isInside = (point) => point?.every((place) => place >= 0 && place <= size);
@@ -245,7 +249,7 @@ export class Board {
         svg('text', { x: u, y: v, dx: '.5em', dy: '-.4em' }, 'x', svg('tspan', { dy: '.25em', class: 'index' }, String(k))),
       ];
     });
-    this.overlay.replaceChildren(...edges, ...dots, ...pixel);
+    this.overlay.replaceChildren(...edges, ...dots, pixel);
   }
 
   #vertices({ vertices }) {

@@ -42,7 +42,7 @@ class Card {
 
   report({ passes, seconds, samples }) {
     const isOne = passes === 1 ? 'pass' : 'passes';
-    this.work[0].textContent = `${count(passes)} ${isOne}`;
+    this.work[0].textContent = `${count(passes)} ${isOne},`;
     this.work[1].textContent = `${count(samples / seconds)} samples/s`;
   }
 }

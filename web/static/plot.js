@@ -11,10 +11,10 @@ const LABEL_HEIGHT = 15;
 const CHARACTER = 6.6;
 const DASHES = ['', '8 3', '2 3'];
 
-/** How an integrator is drawn everywhere: a colour, and a dash once colours are used up. */
+/** How an integrator is drawn everywhere: a colour, and a dash once colours become alike. */
 export const styleOf = (index) => ({
   colour: `var(--curve-${index % 8})`,
-  dash: DASHES[Math.floor(index / 8) % DASHES.length],
+  dash: DASHES[Math.floor(index / 6) % DASHES.length],
 });
 
 const decades = (low, high) => {
@@ -63,7 +63,10 @@ export class Plot {
     new ResizeObserver(() => this.#draw()).observe(element);
     element.addEventListener('pointermove', (event) => this.#point(event));
     element.addEventListener('pointerdown', (event) => this.#point(event));
-    element.addEventListener('pointerleave', () => this.#read(null));
+    element.addEventListener('pointerleave', ({ pointerType }) => {
+      // A finger that has tapped is gone, but its eyes are not.
+      if (pointerType === 'mouse') this.#read(null);
+    });
     element.addEventListener('blur', () => this.#read(null));
     element.addEventListener('keydown', (event) => {
       const step = { ArrowLeft: 1 / 1.2, ArrowRight: 1.2 }[event.key];

@@ -97,7 +97,9 @@ export const watch = (view, { pick = zoomOn, look = () => {} } = {}) => {
     isClick = false;
   });
   view.addEventListener('pointercancel', (event) => fingers.delete(event.pointerId));
-  view.addEventListener('pointerleave', () => look());
+  view.addEventListener('pointerleave', ({ pointerType }) => {
+    if (pointerType === 'mouse') look();
+  });
   view.addEventListener('blur', () => look());
   view.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
