@@ -4,14 +4,15 @@ import { html } from './dom.js';
 import { count, number, words } from './format.js';
 import { watch } from './views.js';
 
-/** What an integrator cannot draw, from its result or, before there is one, from the catalogue. */
+/** What an integrator cannot draw, and what it need not, from its result or from the catalogue. */
 const lackOf = (result, seesAll) => {
-  if (result) {
-    const lacks = result.missing.concat(result.left_out);
-    return lacks.length > 0 ? `misses: ${lacks.join('; ')}` : 'sees every path';
-  }
-  if (seesAll === undefined) return '';
-  return seesAll ? 'sees every path' : 'misses paths of this scene';
+  if (!result && seesAll === undefined) return [];
+  if (!result) return [seesAll ? 'sees every path' : 'misses paths of this scene'];
+  const { missing, left_out: unneeded } = result;
+  return [
+    missing.length > 0 ? `misses ${missing.join('; ')}` : 'sees every path',
+    ...(unneeded.length > 0 ? [`leaves out ${unneeded.join('; ')}`] : []),
+  ];
 };
 
 class Card {
@@ -31,7 +32,7 @@ class Card {
     this.kind = html('p', { class: 'kind' });
     const swatch = html('span', { class: 'swatch', style: `background: ${style.colour}` });
     this.figure = html('figure', { class: 'card', 'data-name': name },
-      html('h3', {}, swatch, title),
+      html('h3', { title }, swatch, words(name)),
       this.views.image,
       this.views.error,
       html('figcaption', {},
@@ -76,8 +77,8 @@ export class Cards {
 
   #describe(name, result) {
     const { estimator, seesAll } = this.contestants.get(name);
-    const parts = [result?.estimator ?? estimator, lackOf(result, seesAll)];
-    this.#cards.get(name).kind.textContent = parts.filter((part) => part).join(' · ');
+    const parts = [result?.estimator ?? estimator, ...lackOf(result, seesAll)];
+    this.#cards.get(name).kind.textContent = parts.join(' · ');
   }
 
   report(name, report) { this.#cards.get(name)?.report(report); }
@@ -105,9 +106,7 @@ export class Cards {
   }
 
   /** Titles by name, for what else shows the same pictures. */
-  titles() {
-    return [...this.contestants.values()].map(({ name, title }) => [name, title ?? words(name)]);
-  }
+  titles() { return [...this.contestants.values()].map(({ name, title }) => [name, title]); }
 
   /** What the cards say, for a picture of them. */
   texts() {

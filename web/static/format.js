@@ -38,9 +38,11 @@ export const mathNumber = (x) => {
   return math('mrow', digits, math('mo', '·'), power);
 };
 
+/** A share, of which small ones keep a digit. */
 export const percent = (x) => {
   if (!Number.isFinite(x)) return '–';
-  const digits = x === 0 || x >= 0.0995 ? 0 : x >= 0.00095 ? 1 : 2;
+  if (x > 0 && x < 0.0001) return '< 0.01 %';
+  const digits = x === 0 || x >= 0.0995 ? 0 : x >= 0.00995 ? 1 : 2;
   return `${(100 * x).toFixed(digits)} %`;
 };
 

@@ -94,7 +94,7 @@ const open = async () => {
     const contestants = state.integrators.map((name) =>
       ({ ...integrators.get(name), seesAll: sees?.includes(name) }));
     const title = integrators.get(reference())?.title ?? words(reference());
-    const own = { name: 'reference', title: 'Reference', style: { colour: 'var(--ink)' }, estimator: title };
+    const own = { name: 'reference', title, style: { colour: 'var(--ink)' }, estimator: `by ${words(reference())}` };
     cards.renew([own, ...contestants], look);
     stage.renew(cards.titles());
     get('reference-name').textContent = `here ${title}`;

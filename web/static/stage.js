@@ -1,6 +1,7 @@
 // One picture at a time, large: flipping shows differences that side by side nobody sees.
 
 import { get, html } from './dom.js';
+import { words } from './format.js';
 import { watch } from './views.js';
 
 export class Stage {
@@ -24,8 +25,8 @@ export class Stage {
     const fallback = (name, i) => (this.#names.includes(name) ? name : this.#names[i]);
     const [shown, before] = [fallback(this.#shown, 1), fallback(this.#before, 0)];
     const buttons = titles.map(([name, title], i) => {
-      const label = i < 9 ? [html('kbd', {}, String(i + 1)), ` ${title}`] : [title];
-      return html('button', { type: 'button', 'data-name': name, onclick: () => this.show(name) }, ...label);
+      const label = [i < 9 ? html('kbd', {}, String(i + 1)) : null, ` ${words(name)}`];
+      return html('button', { type: 'button', 'data-name': name, title, onclick: () => this.show(name) }, ...label);
     });
     get('choices').replaceChildren(...buttons);
     [this.#shown, this.#before] = [shown, before];

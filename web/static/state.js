@@ -13,7 +13,7 @@ const name = (text) => (/^[a-z0-9-]+$/.test(text) ? text : undefined);
 /** Seconds of a race, to choose from; null is no limit. */
 export const TIMES = [5, 10, 30, 60, null];
 /** Width and height of the film in pixels, to choose from. */
-export const SIZES = [96, 160, 256];
+export const SIZES = [96, 128, 192, 256];
 
 /** The integrators that race if nobody chooses others. */
 const SHORT_LIST = [
@@ -26,7 +26,7 @@ const FIELDS = {
   scene: ['cornell-box', name],
   integrators: [SHORT_LIST, list],
   time: [10, (text) => (text === 'none' ? null : inRange(0.5, 3600)(text))],
-  size: [160, whole(16, 512)],
+  size: [128, whole(16, 512)],
   // null is what the scene has.
   depth: [null, whole(0, 64)],
   light: [1, inRange(0.1, 3)],

@@ -75,8 +75,7 @@ export class Techniques {
     try {
       await lesson.open(this.module, sceneOf(state, file), file?.blob);
       const result = await lesson.techniques(job, (report, images) => this.#take(report, images));
-      get('techniques-status').textContent =
-        [`Finished: ${count(result.passes)} passes.`, ...result.left_out].join(' ');
+      get('techniques-status').textContent = `Finished: ${count(result.passes)} passes.`;
     } catch (error) {
       get('techniques-status').textContent = '';
       this.fault(error);

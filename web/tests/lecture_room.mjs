@@ -92,6 +92,8 @@ const lit = (page, selector) => page.locator(selector).first().evaluate((canvas)
 
 const race = async (page, name) => {
   await phase(page, ['settling', 'done'], 60_000 + 4000 * length);
+  // The last reports are shown a moment later.
+  await page.waitForTimeout(1000);
   const cards = await page.locator('.card:not([data-name=reference])').evaluateAll((all) =>
     all.map((card) => ({
       name: card.dataset.name,
@@ -135,7 +137,7 @@ const techniques = async (page, name) => {
   await page.getByRole('tab', { name: 'Techniques' }).click();
   const share = (technique) => page.locator(`.layer[data-name="${technique}"] .share`);
   const read = () => page.locator('.layer .share').evaluateAll((all) => all.map((element) =>
-    (element.textContent === 'off' ? 0 : parseFloat(element.textContent) / 100)));
+    (/^(off|<)/.test(element.textContent) ? 0 : parseFloat(element.textContent) / 100)));
   const mean = () => page.locator('#sum').evaluate((figure) => Number(figure.dataset.mean));
   const settled = () => page.waitForFunction(() =>
     /Finished/.test(document.querySelector('#techniques-status').textContent), null, { timeout: 60_000 });
