@@ -41,7 +41,7 @@ export class Board {
     this.side = new SideView(get('side'));
     this.overlay = svg('svg', { class: 'overlay', 'aria-hidden': true });
     this.view.append(this.overlay);
-    pictures.attach(this.view.querySelector('canvas'), 'reference', 'image');
+    pictures.attach(this.view.querySelector('canvas'), 'reference');
     watch(this.view, { pick: (x, y) => this.#pick(x, y) });
     this.view.addEventListener('keydown', (event) => this.#move(event));
     this.renew = debounce(150, () => this.#draw());

@@ -18,7 +18,7 @@ const lackOf = (result, seesAll) => {
 class Card {
   /** `look` gets the place that is pointed at. */
   constructor(name, title, style, look) {
-    this.name = name;
+    Object.assign(this, { name, title });
     const canvases = { image: html('canvas'), error: html('canvas') };
     this.canvases = canvases;
     this.views = Object.fromEntries(Object.entries(canvases).map(([kind, canvas]) => {
@@ -60,9 +60,7 @@ export class Cards {
    * @param contestants {name, title, style, estimator, seesAll} of each, the reference first
    */
   renew(contestants, look) {
-    this.#cards.forEach((card) => Object.values(card.canvases).forEach((canvas) => {
-      this.pictures.detach(canvas);
-    }));
+    this.pictures.drop([...this.#cards.values()].flatMap(({ canvases }) => Object.values(canvases)));
     this.contestants = new Map(contestants.map((contestant) => [contestant.name, contestant]));
     this.#cards = new Map(contestants.map(({ name, title, style }) =>
       [name, new Card(name, title, style, look)]));
@@ -108,12 +106,9 @@ export class Cards {
   /** Titles by name, for what else shows the same pictures. */
   titles() { return [...this.contestants.values()].map(({ name, title }) => [name, title]); }
 
-  /** What the cards say, for a picture of them. */
+  /** What the cards say, for a sheet of their pictures. */
   texts() {
-    return [...this.#cards.values()].map((card) => ({
-      name: card.name,
-      title: this.contestants.get(card.name).title,
-      error: card.error.textContent,
-    }));
+    return [...this.#cards.values()].map(({ name, title, figure }) =>
+      ({ name, title, error: figure.querySelector('figcaption p').textContent }));
   }
 }

@@ -34,15 +34,4 @@ export const debounce = (milliseconds, action) => {
   };
 };
 
-/** At most one call in `milliseconds`, at their end. */
-export const throttle = (milliseconds, action) => {
-  let timer = null;
-  return () => {
-    timer ??= setTimeout(() => {
-      timer = null;
-      action();
-    }, milliseconds);
-  };
-};
-
 export const clamp = (x, low, high) => Math.min(Math.max(x, low), high);

@@ -1,5 +1,7 @@
 // The Rust engine: what a browser must have for it, its code, and its catalogue.
 
+import { Lesson } from './lesson.js';
+
 /** True if workers may be modules: a browser that knows them reads the option. */
 const hasModuleWorkers = () => {
   let isRead = false;
@@ -32,7 +34,9 @@ export const load = async () => {
   if (!hasModuleWorkers()) {
     throw new Error('This browser has no module workers, in which the integrators run.');
   }
-  const { default: init, catalogue } = await import('./pathspace_web.js');
+  if (typeof OffscreenCanvas !== 'function') {
+    throw new Error('This browser cannot paint in workers (OffscreenCanvas), where the pictures are made.');
+  }
   let module;
   try {
     module = await compile(new URL('pathspace_web_bg.wasm', import.meta.url));
@@ -42,6 +46,10 @@ export const load = async () => {
       `This browser cannot compile the engine; it may be too old for SIMD instructions. (${error.message})`,
     );
   }
-  await init({ module_or_path: module });
-  return { module, catalogue: JSON.parse(catalogue()) };
+  const lesson = new Lesson();
+  try {
+    return { module, catalogue: await lesson.catalogue(module) };
+  } finally {
+    lesson.close();
+  }
 };

@@ -1,16 +1,21 @@
 // A worker with one lesson of the engine: a scene that integrators render. Calls block; what they
 // find on the way is posted as progress.
 
-import { initSync, Lesson } from './pathspace_web.js';
+import { catalogue, initSync, Lesson } from './pathspace_web.js';
 
 let lesson;
 
-const progressOf = (id) => (report, image) => {
-  postMessage({ id, progress: JSON.parse(report), image }, [image.buffer]);
+/** Posts what is found on the way to a port, if there is one, or else to the page. */
+const progressOf = ({ id, port }) => (report, image) => {
+  (port ?? self).postMessage({ id, progress: JSON.parse(report), image }, [image.buffer]);
   return false;
 };
 
 const calls = {
+  catalogue({ module }) {
+    initSync({ module });
+    return JSON.parse(catalogue());
+  },
   async open({ module, scene, file }) {
     initSync({ module });
     const bytes = file ? new Uint8Array(await file.arrayBuffer()) : undefined;
@@ -19,8 +24,8 @@ const calls = {
   },
   outline: () => lesson.outline(),
   project: ({ points }) => lesson.project(points),
-  render: ({ id, job }) => JSON.parse(lesson.render(JSON.stringify(job), progressOf(id))),
-  techniques: ({ id, job }) => JSON.parse(lesson.techniques(JSON.stringify(job), progressOf(id))),
+  render: (call) => JSON.parse(lesson.render(JSON.stringify(call.job), progressOf(call))),
+  techniques: (call) => JSON.parse(lesson.techniques(JSON.stringify(call.job), progressOf(call))),
   path: ({ job }) => JSON.parse(lesson.path(JSON.stringify(job))),
 };
 

@@ -44,22 +44,26 @@ export class Lesson {
     this.#waiting.clear();
   }
 
-  #call(call, values = {}, onProgress = undefined) {
+  #call(call, values = {}, { onProgress, transfer = [] } = {}) {
     const id = ++this.#calls;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject, onProgress });
-      this.#worker.postMessage({ id, call, ...values });
+      this.#worker.postMessage({ id, call, ...values }, transfer);
     });
   }
 
+  /** What the engine has: scenes and integrators. */
+  catalogue(module) { return this.#call('catalogue', { module }); }
   /** Builds the scene, and describes it. */
   open(module, scene, file) { return this.#call('open', { module, scene, file }); }
   /** Line segments of the scene. */
   outline() { return this.#call('outline'); }
   /** Raster positions of points in space. */
   project(points) { return this.#call('project', { points: Float64Array.from(points) }); }
-  render(job, onProgress) { return this.#call('render', { job }, onProgress); }
-  techniques(job, onProgress) { return this.#call('techniques', { job }, onProgress); }
+  /** Renders; reports and images go to a port. */
+  render(job, port) { return this.#call('render', { job, port }, { transfer: [port] }); }
+  /** Renders techniques; `onProgress` gets reports and images. */
+  techniques(job, onProgress) { return this.#call('techniques', { job }, { onProgress }); }
   path(job) { return this.#call('path', { job }); }
 
   /** Ends the worker; calls under way never return. */

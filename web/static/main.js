@@ -4,7 +4,7 @@ import { Board } from './board.js';
 import { Cards } from './cards.js';
 import { radios, tabs } from './choices.js';
 import { Desk } from './desk.js';
-import { debounce, get, throttle } from './dom.js';
+import { debounce, get } from './dom.js';
 import { load } from './engine.js';
 import { acceptFiles } from './files.js';
 import { words } from './format.js';
@@ -33,8 +33,15 @@ const open = async () => {
   const integrators = new Map(catalogue.integrators.map((integrator, i) =>
     [integrator.name, { ...integrator, style: styleOf(i) }]));
   const styles = new Map([...integrators].map(([name, { style }]) => [name, style]));
-  const statistics = new Statistics();
-  const pictures = new Pictures();
+  const statistics = new Statistics((reports) => {
+    reports.forEach(([name, report]) => cards.report(name, report));
+    const times = reports.filter(([name]) => name !== 'reference').map(([, { seconds }]) => seconds);
+    if (times.length > 0) showTime(Math.max(...times), state.time);
+  }, (curves, own) => {
+    plot.show(curves, own);
+    cards.errors(curves, own);
+  });
+  const pictures = new Pictures(statistics);
   let state = initial();
   /** The scene file, if there is one: {name, blob, number}. */
   let file = null;
@@ -50,22 +57,8 @@ const open = async () => {
   const cards = new Cards(get('cards'), pictures);
   const stage = new Stage(pictures, look);
   const plot = new Plot(get('plot'), get('plot-readout'), styles);
-  statistics.onPicture = (name, kind, pixels) => pictures.put(name, kind, pixels);
-  statistics.onCurves = (curves, own) => {
-    plot.show(curves, own);
-    cards.errors(curves, own);
-  };
 
   // The race.
-  const reports = new Map();
-  // All at once: a page that changes ten times a frame is laid out ten times.
-  const tellReports = throttle(300, () => {
-    const times = [...reports].map(([name, report]) => {
-      cards.report(name, report);
-      return name === 'reference' ? 0 : report.seconds;
-    });
-    showTime(Math.max(0, ...times), state.time);
-  });
   const enter = (phase) => {
     showPhase(phase, state.integrators.length);
     watchFrames(phase === 'racing');
@@ -76,10 +69,6 @@ const open = async () => {
       about = description;
       desk.show(state, about);
     },
-    report(name, report) {
-      reports.set(name, report);
-      tellReports();
-    },
     result: (name, result) => cards.result(name, result),
     fault(name, error) {
       if (name === null) complain(error.message);
@@ -87,7 +76,6 @@ const open = async () => {
     },
   });
   const empty = () => {
-    reports.clear();
     plot.clear();
     showTime(0, state.time);
     const sees = sceneInfo()?.sees;
@@ -100,7 +88,6 @@ const open = async () => {
     get('reference-name').textContent = `here ${title}`;
   };
   const start = () => {
-    pictures.forget();
     empty();
     race.start(state, file, reference());
   };
@@ -144,7 +131,7 @@ const open = async () => {
     show();
   };
   const fault = ({ message }) => complain(message);
-  const techniques = new Techniques(module, statistics, change, fault);
+  const techniques = new Techniques(module, statistics, pictures, change, fault);
   const board = new Board(module, pictures, change, fault);
 
   // The controls.
@@ -170,7 +157,7 @@ const open = async () => {
   get('zoom-out').addEventListener('click', () => zoom(0.5));
   get('zoom-whole').addEventListener('click', showWhole);
   get('save-all').addEventListener('click', async () => {
-    const blob = await sheet(pictures, cards.texts(), state.size);
+    const blob = await sheet(pictures, cards.texts());
     if (blob) download(blob, `${state.scene}.png`);
   });
   // The desk's seed is that of the race, too; a path's next seed leaves a race alone.

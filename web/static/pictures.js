@@ -1,38 +1,34 @@
-// The newest pictures, and the canvases that show them.
-
-import { clear, paint } from './paint.js';
+// The page's side of its canvases, which the worker of the statistics paints.
 
 const keyOf = (name, kind) => `${name}/${kind}`;
 
 export class Pictures {
-  #newest = new Map();
-  #keys = new Map();
+  #ids = new Map();
+  #last = 0;
 
-  /** Takes a picture of an integrator: 'image' or 'error'. */
-  put(name, kind, pixels) {
+  constructor(statistics) { this.statistics = statistics; }
+
+  /** Makes a canvas show a picture from now on: of whom, and 'image' or 'error'. */
+  attach(canvas, name, kind = 'image') {
     const key = keyOf(name, kind);
-    this.#newest.set(key, pixels);
-    this.#keys.forEach((shown, canvas) => {
-      if (shown === key) paint(canvas, pixels);
-    });
+    if (this.#ids.has(canvas)) {
+      this.statistics.send('attach', { id: this.#ids.get(canvas), key });
+      return;
+    }
+    const id = ++this.#last;
+    this.#ids.set(canvas, id);
+    const offscreen = canvas.transferControlToOffscreen();
+    this.statistics.send('attach', { id, canvas: offscreen, key }, [offscreen]);
   }
 
-  /** The bytes of a picture, if there is one. */
-  get(name, kind) { return this.#newest.get(keyOf(name, kind)); }
-
-  /** Makes a canvas show a picture from now on. */
-  attach(canvas, name, kind) {
-    this.#keys.set(canvas, keyOf(name, kind));
-    const pixels = this.get(name, kind);
-    if (pixels) paint(canvas, pixels);
-    else clear(canvas);
+  /** Takes leave of canvases. */
+  drop(canvases) {
+    this.statistics.send('drop', canvases.map((canvas) => this.#ids.get(canvas)));
+    canvases.forEach((canvas) => this.#ids.delete(canvas));
   }
 
-  detach(canvas) { this.#keys.delete(canvas); }
-
-  /** Forgets all pictures of which others are to come. */
-  forget() {
-    this.#newest.clear();
-    this.#keys.forEach((_, canvas) => clear(canvas));
+  /** The bytes of pictures, [name, kind], where there are any. */
+  bytes(wanted) {
+    return this.statistics.ask('bytes', { keys: wanted.map((picture) => keyOf(...picture)) });
   }
 }

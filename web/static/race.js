@@ -24,8 +24,8 @@ export class Race {
 
   /**
    * @param statistics where images go
-   * @param on listeners: phase(phase), about(description), report(name, report),
-   *   result(name, result), fault(name or null, error)
+   * @param on listeners: phase(phase), about(description), result(name, result),
+   *   fault(name or null, error)
    */
   constructor(module, statistics, on) {
     Object.assign(this, { module, statistics, on });
@@ -73,11 +73,7 @@ export class Race {
 
   #reference(lesson, integrator, half, limit = null) {
     const job = { integrator, seconds: limit, samples: null, seed: REFERENCE_SEEDS[half], radius: null };
-    const take = (report, image) => {
-      this.statistics.arrive('reference', report.seconds, image, half);
-      this.on.report('reference', report, half);
-    };
-    return lesson.render(job, take).catch((error) => this.on.fault('reference', error));
+    return lesson.render(job, this.statistics.portFor('reference', half)).catch((error) => this.on.fault('reference', error));
   }
 
   /** Shows what the scene looks like. */
@@ -109,12 +105,8 @@ export class Race {
 
   async #contest(lesson, name, { time, seed, radius }) {
     const job = { integrator: name, seconds: time, samples: null, seed, radius };
-    const take = (report, image) => {
-      this.statistics.arrive(name, report.seconds, image);
-      this.on.report(name, report);
-    };
     try {
-      this.on.result(name, await lesson.render(job, take));
+      this.on.result(name, await lesson.render(job, this.statistics.portFor(name)));
     } catch (error) {
       this.on.fault(name, error);
     }

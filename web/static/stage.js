@@ -48,10 +48,11 @@ export class Stage {
     this.#draw();
   }
 
+  // The reference has no error map.
+  #kindNow() { return this.#shown === 'reference' ? 'image' : this.#kind; }
+
   #draw() {
-    // The reference has no error map.
-    const kind = this.#shown === 'reference' ? 'image' : this.#kind;
-    this.pictures.attach(this.canvas, this.#shown, kind);
+    this.pictures.attach(this.canvas, this.#shown, this.#kindNow());
     get('choices').childNodes.forEach((button) => {
       button.setAttribute('aria-pressed', button.dataset.name === this.#shown);
     });
@@ -65,10 +66,19 @@ export class Stage {
     else if (event.key === 'f' || event.key === 'F') this.flip();
   }
 
-  #save() {
-    this.canvas.toBlob((blob) => blob && download(blob, `${this.#shown}.png`));
+  async #save() {
+    const [bytes] = await this.pictures.bytes([[this.#shown, this.#kindNow()]]);
+    if (!bytes) return;
+    canvasOf(bytes).toBlob((blob) => blob && download(blob, `${this.#shown}.png`));
   }
 }
+
+const canvasOf = (bytes) => {
+  const size = Math.sqrt(bytes.length / 4);
+  const canvas = html('canvas', { width: size, height: size });
+  canvas.getContext('2d').putImageData(new ImageData(bytes, size, size), 0, 0);
+  return canvas;
+};
 
 /** Offers a file to the reader's disk. */
 export const download = (blob, name) => {
@@ -78,33 +88,33 @@ export const download = (blob, name) => {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 };
 
-/** A sheet with all pictures of a race, errors below where there are maps. */
-export const sheet = (pictures, texts, size) => {
-  const scale = Math.max(1, Math.round(240 / size));
-  const [side, gap, line] = [size * scale, 12, 22];
-  const hasErrors = texts.some(({ name }) => pictures.get(name, 'error'));
+/** Width of a picture in a sheet. */
+const SIDE = 240;
+
+/** A sheet with all pictures of a race, with error maps below where there are some. */
+export const sheet = async (pictures, texts) => {
+  const rows = await Promise.all(['image', 'error'].map((kind) =>
+    pictures.bytes(texts.map(({ name }) => [name, kind]))));
+  const shown = rows.filter((row) => row.some((bytes) => bytes));
+  const [gap, line] = [12, 22];
   const canvas = html('canvas', {
-    width: texts.length * (side + gap) + gap,
-    height: gap + (hasErrors ? 2 : 1) * (side + gap) + 2 * line,
+    width: gap + texts.length * (SIDE + gap),
+    height: gap + shown.length * (SIDE + gap) + 2 * line,
   });
   const context = canvas.getContext('2d');
   context.fillStyle = '#fff';
   context.fillRect(0, 0, canvas.width, canvas.height);
   context.imageSmoothingEnabled = false;
-  texts.forEach(({ name, title, error }, i) => {
-    const left = gap + i * (side + gap);
-    ['image', 'error'].forEach((kind, row) => {
-      const pixels = pictures.get(name, kind);
-      if (!pixels) return;
-      const small = html('canvas', { width: size, height: size });
-      small.getContext('2d').putImageData(new ImageData(pixels, size, size), 0, 0);
-      context.drawImage(small, left, gap + row * (side + gap), side, side);
+  context.fillStyle = '#1a1a1a';
+  texts.forEach(({ title, error }, i) => {
+    const left = gap + i * (SIDE + gap);
+    shown.forEach((row, k) => {
+      if (row[i]) context.drawImage(canvasOf(row[i]), left, gap + k * (SIDE + gap), SIDE, SIDE);
     });
-    context.fillStyle = '#1a1a1a';
     context.font = '600 15px system-ui, sans-serif';
-    context.fillText(title, left, canvas.height - line - 12, side);
+    context.fillText(title, left, canvas.height - line - 12, SIDE);
     context.font = '14px system-ui, sans-serif';
-    context.fillText(`${name === 'reference' ? 'own error' : 'relMSE'} ${error}`, left, canvas.height - 14, side);
+    context.fillText(error, left, canvas.height - 14, SIDE);
   });
   return new Promise((resolve) => canvas.toBlob(resolve));
 };

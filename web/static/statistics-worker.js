@@ -1,6 +1,7 @@
 // The worker that looks after a race: it keeps what the integrators deliver, measures errors
 // against the reference, and makes the pictures that the page shows.
 
+import { attach, drop, forget, paint, picturesOf } from './canvases.js';
 import {
   average, errorMap, exposed, gainOf, pixelOf, relativeWeights, weightedSquares,
 } from './pixels.js';
@@ -8,7 +9,8 @@ import {
 /** Snapshots are kept at times that grow by this factor, so that a curve can be measured again
  * when the reference is better. */
 const SPACING = 1.3;
-/** Milliseconds between pictures, and between curves. */
+/** Milliseconds between reports, pictures, and curves. */
+const REPORTS_EVERY = 300;
 const PICTURES_EVERY = 200;
 const CURVES_EVERY = 600;
 
@@ -19,11 +21,13 @@ let contestants = new Map();
 /** The two images of the reference, and what is made of them. */
 let halves = [null, null];
 let reference = null;
-/** Names of what is to be shown anew. */
+/** Names of what is to be shown anew, and reports that the page does not know. */
 let stale = new Set();
+let reports = new Map();
 let timers = {};
-/** The images of techniques, one after the other, the first of which is their sum. */
+/** The images of techniques, one after the other, with their names; the first is their sum. */
 let techniques = null;
+const TECHNIQUE = 'technique ';
 
 // Calls `action` at most once in a while.
 const soon = (name, milliseconds, action) => {
@@ -36,7 +40,8 @@ const soon = (name, milliseconds, action) => {
 const reset = (number) => {
   Object.values(timers).forEach(clearTimeout);
   [race, contestants, halves, reference] = [number, new Map(), [null, null], null];
-  [stale, timers] = [new Set(), {}];
+  [stale, reports, timers] = [new Set(), new Map(), {}];
+  forget((key) => !key.startsWith(TECHNIQUE));
 };
 
 // What the reference is now: the mean of its halves, whose difference tells its own error. Each has
@@ -67,13 +72,10 @@ const postCurves = () => {
   postMessage({ race, curves, own: reference.own });
   stale.add('reference');
   if (view.errors) contestants.forEach((_, name) => stale.add(name));
-  soon('pictures', PICTURES_EVERY, postPictures);
+  soon('pictures', PICTURES_EVERY, paintPictures);
 };
 
-const postPicture = (name, kind, pixels) =>
-  postMessage({ race, name, kind, pixels }, [pixels.buffer]);
-
-const postPictures = () => {
+const paintPictures = () => {
   if (!reference) renewReference();
   const newest = (name) => contestants.get(name)?.at(-1).image;
   // Until there is a reference, an image is exposed for itself.
@@ -81,26 +83,33 @@ const postPictures = () => {
   for (const name of stale) {
     const image = name === 'reference' ? reference?.image : newest(name);
     if (!image) continue;
-    postPicture(name, 'image', exposed(image, gainFor(image)));
+    paint(`${name}/image`, exposed(image, gainFor(image)));
     if (view.errors && reference?.own != null && name !== 'reference') {
-      postPicture(name, 'error', errorMap(image, reference.image));
+      paint(`${name}/error`, errorMap(image, reference.image));
     }
   }
   stale.clear();
 };
 
 // Techniques are exposed like the race's pictures; `stops` are those of each image besides.
-const postTechniques = () => {
+const paintTechniques = () => {
   if (!techniques) return;
-  const { images, stops } = techniques;
-  const length = images.length / stops.length;
-  const parts = stops.map((_, i) => images.subarray(i * length, (i + 1) * length));
-  const gain = reference?.gain ?? gainOf(parts[0]);
-  const pixels = parts.map((image, i) => exposed(image, gain * 2 ** (view.stops + stops[i])));
-  postMessage({ techniques: pixels }, pixels.map(({ buffer }) => buffer));
+  const { images, names, stops } = techniques;
+  const length = images.length / names.length;
+  const gain = reference?.gain ?? gainOf(images.subarray(0, length));
+  names.forEach((name, i) => {
+    const image = images.subarray(i * length, (i + 1) * length);
+    paint(`${TECHNIQUE}${name}/image`, exposed(image, gain * 2 ** (view.stops + stops[i])));
+  });
 };
 
-const arrive = ({ name, half, seconds, image }) => {
+const postReports = () => {
+  postMessage({ race, reports: [...reports] });
+  reports.clear();
+};
+
+const arrive = (name, half, report, image) => {
+  const { seconds } = report;
   if (name === 'reference') {
     halves[half] = image;
   } else {
@@ -111,8 +120,10 @@ const arrive = ({ name, half, seconds, image }) => {
     if (last && before && last.seconds < SPACING * before.seconds) snapshots.pop();
     snapshots.push({ seconds, image });
   }
+  reports.set(name, report);
+  soon('reports', REPORTS_EVERY, postReports);
   stale.add(name);
-  soon('pictures', PICTURES_EVERY, postPictures);
+  soon('pictures', PICTURES_EVERY, paintPictures);
   soon('curves', CURVES_EVERY, postCurves);
 };
 
@@ -120,22 +131,31 @@ const look = ({ question, pixel }) => {
   const values = [...contestants].map(([name, snapshots]) =>
     [name, pixelOf(snapshots.at(-1).image, reference?.image, pixel)]);
   if (reference) values.unshift(['reference', pixelOf(reference.image, null, pixel)]);
-  postMessage({ race, question, values });
+  postMessage({ question, answer: values });
 };
 
 const actions = {
+  attach,
+  drop,
+  bytes: ({ question, keys }) => postMessage({ question, answer: picturesOf(keys) }),
   reset,
-  arrive,
+  listen({ name, half, port }) {
+    const ownRace = race;
+    port.addEventListener('message', ({ data: { progress, image } }) => {
+      if (race === ownRace) arrive(name, half, progress, image);
+    });
+    port.start();
+  },
   look,
   show(wanted) {
     view = wanted;
     stale = new Set(['reference', ...contestants.keys()]);
-    soon('pictures', 30, postPictures);
-    postTechniques();
+    soon('pictures', 30, paintPictures);
+    paintTechniques();
   },
   techniques(arrived) {
     techniques = arrived;
-    postTechniques();
+    paintTechniques();
   },
 };
 

@@ -5,13 +5,15 @@ import { radios } from './choices.js';
 import { debounce, get, html } from './dom.js';
 import { count, number, percent } from './format.js';
 import { Lesson, sceneOf } from './lesson.js';
-import { paint } from './paint.js';
 import { watch } from './views.js';
 
 /** Longest paths to choose from. */
 const ROWS = 6;
 /** Most seconds without a limit: a pyramid needs no more. */
 const LONGEST = 120;
+
+/** Whose picture the sum of the techniques is. */
+const SUM = 'technique sum';
 
 export class Techniques {
   #lesson = null;
@@ -21,9 +23,9 @@ export class Techniques {
   #mean = {};
 
   /** `change` gets changes of the state; `fault` an error. */
-  constructor(module, statistics, change, fault) {
-    Object.assign(this, { module, statistics, change, fault });
-    this.sum = get('sum').querySelector('canvas');
+  constructor(module, statistics, pictures, change, fault) {
+    Object.assign(this, { module, statistics, pictures, change, fault });
+    pictures.attach(get('sum').querySelector('canvas'), SUM);
     this.restart = debounce(250, () => this.#start());
     watch(get('sum').querySelector('.view'));
     const options = Array.from({ length: ROWS + 1 }, (_, k) =>
@@ -39,7 +41,6 @@ export class Techniques {
     get('techniques-again').addEventListener('click', () => this.#start());
     this.showWeights = radios(get('weights'), 'weighted', [[true, 'weighted'], [false, 'unweighted']],
       (weighted) => change({ weighted }));
-    statistics.onTechniques = (pictures) => this.#paint(pictures);
   }
 
   /** Shows the techniques of a state, from the beginning if it is another one. */
@@ -91,7 +92,11 @@ export class Techniques {
       this.#buttons.get(name).share.textContent = on ? percent(share) : 'off';
     });
     const gain = get('brighter').checked ? 1 : 0;
-    this.statistics.techniques(images, [0, ...this.#list.map(({ bounces }) => gain * bounces)]);
+    this.statistics.techniques(
+      images,
+      ['sum', ...this.#list.map(({ name }) => name)],
+      [0, ...this.#list.map(({ bounces }) => gain * bounces)],
+    );
     get('techniques-status').textContent = `${count(report.passes)} passes`;
     this.#tellSum();
   }
@@ -113,8 +118,10 @@ export class Techniques {
 
   // A button for each technique: connections in the pyramid, then those that merge.
   #build(list) {
+    this.pictures.drop([...this.#buttons.values()].map(({ canvas }) => canvas));
     this.#buttons = new Map(list.map(({ name, merged }) => {
       const canvas = html('canvas');
+      this.pictures.attach(canvas, `technique ${name}`);
       const share = html('span', { class: 'share' });
       const label = merged ? name : `(${name})`;
       const button = html('button', { type: 'button', class: 'layer', 'data-name': name },
@@ -153,12 +160,5 @@ export class Techniques {
   #toggle(name) {
     const { off } = this.state;
     this.change({ off: off.includes(name) ? off.filter((other) => other !== name) : [...off, name] });
-  }
-
-  #paint([sum, ...pictures]) {
-    paint(this.sum, sum);
-    this.#list.forEach(({ name }, i) => {
-      if (pictures[i]) paint(this.#buttons.get(name).canvas, pictures[i]);
-    });
   }
 }

@@ -84,7 +84,12 @@ const noScroll = async (page) => {
 };
 /** Share of the pixels of a canvas that are not black. */
 const lit = (page, selector) => page.locator(selector).first().evaluate((canvas) => {
-  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  // A worker paints the canvas; a copy can be read.
+  const copy = document.createElement('canvas');
+  [copy.width, copy.height] = [64, 64];
+  const context = copy.getContext('2d');
+  context.drawImage(canvas, 0, 0, copy.width, copy.height);
+  const { data } = context.getImageData(0, 0, copy.width, copy.height);
   let count = 0;
   for (let i = 0; i < data.length; i += 4) if (data[i] + data[i + 1] + data[i + 2] > 0) count++;
   return count / (data.length / 4);
