@@ -26,6 +26,7 @@ const rowHead = (...content) => html('th', { scope: 'row' }, ...content);
 export class Board {
   #lesson = null;
   #opened = null;
+  #about = null;
   #isBusy = false;
   #asked = null;
   #wish = null;
@@ -87,16 +88,20 @@ export class Board {
     get('technique').value = technique ?? '';
   }
 
+  // Columns and rows of the film.
+  #film() { return [this.#about?.width ?? this.state.size, this.#about?.height ?? this.state.size]; }
+
   // The pixel of the state, or that in the middle.
   #pixel() {
-    const { size, x, y } = this.state;
-    return [x, y].map((place) => Math.min(place ?? Math.floor(size / 2), size - 1));
+    const { x, y } = this.state;
+    return this.#film().map((size, axis) =>
+      Math.min([x, y][axis] ?? Math.floor(size / 2), size - 1));
   }
 
-  #pick(x, y) {
-    const { size } = this.state;
-    const pixel = (place) => clamp(Math.floor(place * size), 0, size - 1);
-    this.change({ x: pixel(x), y: pixel(y) });
+  #pick(...place) {
+    const [x, y] = this.#film().map((size, axis) =>
+      clamp(Math.floor(place[axis] * size), 0, size - 1));
+    this.change({ x, y });
   }
 
   // Arrow keys move the pixel, so that a mouse is not needed.
@@ -106,16 +111,16 @@ export class Board {
     }[event.key];
     if (!step || event.shiftKey || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
+    const film = this.#film();
     const [x, y] = this.#pixel().map((place, axis) =>
-      clamp(place + step[axis], 0, this.state.size - 1));
+      clamp(place + step[axis], 0, film[axis] - 1));
     this.change({ x, y });
   }
 
   // Asks for the path of the state; of several wishes while one is under way the last.
   async #draw() {
     if (get('path').hidden) return;
-    const { bounces, technique, merges, seed, radius } = this.state;
-    const [x, y] = this.#pixel();
+    const { x, y, bounces, technique, merges, seed, radius } = this.state;
     const isMerge = technique?.startsWith('merge') ?? false;
     const job = { x, y, bounces, technique, merges: merges || isMerge, seed, radius };
     const [scene, file] = [sceneOf(this.state, this.file), this.file];
@@ -140,8 +145,10 @@ export class Board {
 
   async #fulfil({ job, scene, file }) {
     await this.#open(scene, file);
-    this.#tell(`Looking for a path through pixel (${job.x}, ${job.y}) …`);
-    await this.#present(await this.#lesson.path(job));
+    // How large the film of a file is, its camera says.
+    const [x, y] = this.#pixel();
+    this.#tell(`Looking for a path through pixel (${x}, ${y}) …`);
+    await this.#present(await this.#lesson.path({ ...job, x, y }));
   }
 
   // A worker with a scene.
@@ -151,8 +158,8 @@ export class Board {
     this.#opened = null;
     this.#lesson?.close();
     this.#lesson = new Lesson();
-    const about = await this.#lesson.open(this.module, scene, file?.blob);
-    this.side.scene(await this.#lesson.outline(), about);
+    this.#about = await this.#lesson.open(this.module, scene, file?.blob);
+    this.side.scene(await this.#lesson.outline(), this.#about);
     this.#opened = key;
   }
 
@@ -220,15 +227,15 @@ export class Board {
 
   // The pixel and the path over the picture.
   #mark(marked = null) {
-    const { size } = this.state;
+    const [width, height] = this.#film();
     const [x, y] = this.#pixel();
-    this.overlay.setAttribute('viewBox', `0 0 ${size} ${size}`);
+    this.overlay.setAttribute('viewBox', `0 0 ${width} ${height}`);
     const pixel = svg('rect', { x, y, width: 1, height: 1, class: 'pixel' });
     if (!this.#path) {
       this.overlay.replaceChildren(pixel);
       return;
     }
-    const isInside = (point) => point?.every((place) => place >= 0 && place <= size);
+    const isInside = (point) => point?.every((place, axis) => place >= 0 && place <= [width, height][axis]);
     const line = (points, kind) => {
       const known = points.filter((point) => point);
       return svg('polyline', { points: known.map((point) => point.join()).join(' '), class: kind });

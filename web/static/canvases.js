@@ -3,23 +3,24 @@
 
 /** Canvases by number, each with the key of the picture that it shows. */
 const canvases = new Map();
-/** The newest picture of each key: bytes in sRGB, as many rows as columns. */
+/** The newest picture of each key: bytes in sRGB, and pixels in a row. */
 const newest = new Map();
 
 const draw = ({ canvas, context, key }) => {
-  const pixels = newest.get(key);
-  if (!pixels) {
+  const picture = newest.get(key);
+  if (!picture) {
     context.clearRect(0, 0, canvas.width, canvas.height);
     return;
   }
-  const size = Math.sqrt(pixels.length / 4);
-  if (canvas.width !== size) [canvas.width, canvas.height] = [size, size];
-  context.putImageData(new ImageData(pixels, size, size), 0, 0);
+  const image = new ImageData(picture.bytes, picture.width);
+  if (canvas.width !== image.width) canvas.width = image.width;
+  if (canvas.height !== image.height) canvas.height = image.height;
+  context.putImageData(image, 0, 0);
 };
 
 /** Shows a picture on all canvases of its key. */
-export const paint = (key, pixels) => {
-  newest.set(key, pixels);
+export const paint = (key, bytes, width) => {
+  newest.set(key, { bytes, width });
   canvases.forEach((canvas) => {
     if (canvas.key === key) draw(canvas);
   });

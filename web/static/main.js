@@ -53,7 +53,7 @@ const open = async () => {
   const reference = () => sceneInfo()?.reference ?? FILE_REFERENCE;
 
   // The pictures, and the plot.
-  const look = readoutOf(statistics, () => state.size);
+  const look = readoutOf(statistics, () => about ?? { width: 1, height: 1 });
   const cards = new Cards(get('cards'), pictures);
   const stage = new Stage(pictures, look);
   const plot = new Plot(get('plot'), get('plot-readout'), styles);
@@ -67,6 +67,7 @@ const open = async () => {
     phase: enter,
     about(description) {
       about = description;
+      document.documentElement.style.setProperty('--aspect', about.width / about.height);
       desk.show(state, about);
     },
     result: (name, result) => cards.result(name, result),
@@ -184,7 +185,7 @@ const open = async () => {
       quiet();
       change({ scene: 'file' });
     } catch ({ message }) {
-      complain(message.includes(chosen.name) ? message : `${chosen.name}: ${message}`);
+      complain(`${chosen.name} cannot be opened: ${message}`);
     } finally {
       lesson.close();
     }

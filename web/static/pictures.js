@@ -27,8 +27,8 @@ export class Pictures {
     canvases.forEach((canvas) => this.#ids.delete(canvas));
   }
 
-  /** The bytes of pictures, [name, kind], where there are any. */
-  bytes(wanted) {
-    return this.statistics.ask('bytes', { keys: wanted.map((picture) => keyOf(...picture)) });
+  /** The newest pictures, {bytes, width}, of [name, kind], where there are any. */
+  newest(wanted) {
+    return this.statistics.ask('pictures', { keys: wanted.map((picture) => keyOf(...picture)) });
   }
 }

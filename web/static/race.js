@@ -59,6 +59,7 @@ export class Race {
       const opened = lessons.map((lesson) => lesson.open(this.module, scene, file?.blob));
       const [about] = await Promise.all(opened);
       if (this.#lessons !== lessons) return null;
+      this.statistics.film(about.width);
       this.on.about(about);
       return lessons;
     } catch (error) {

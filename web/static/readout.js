@@ -9,7 +9,7 @@ const row = ([name, { radiance, error }]) => html('tr', {},
   html('td', {}, error === null ? '' : `${error > 0 ? '+' : ''}${number(100 * error)} %`));
 
 /** A function that shows the values at a place, from 0 to 1, or nothing. */
-export const readoutOf = (statistics, sizeNow) => {
+export const readoutOf = (statistics, filmNow) => {
   const element = get('pixel-readout');
   // The place to look at next, while an answer is awaited.
   let wanted = null;
@@ -17,10 +17,11 @@ export const readoutOf = (statistics, sizeNow) => {
   const ask = async () => {
     isAsking = true;
     while (wanted) {
-      const size = sizeNow();
-      const [x, y] = wanted.map((place) => clamp(Math.floor(place * size), 0, size - 1));
+      const { width, height } = filmNow();
+      const [x, y] = [width, height].map((size, axis) =>
+        clamp(Math.floor(wanted[axis] * size), 0, size - 1));
       wanted = null;
-      const values = await statistics.look(y * size + x);
+      const values = await statistics.look(y * width + x);
       element.hidden = values.length === 0;
       const head = ['', 'R', 'G', 'B', 'error'].map((text) => html('th', {}, text));
       element.replaceChildren(html('table', {},

@@ -67,16 +67,16 @@ export class Stage {
   }
 
   async #save() {
-    const [bytes] = await this.pictures.bytes([[this.#shown, this.#kindNow()]]);
-    if (!bytes) return;
-    canvasOf(bytes).toBlob((blob) => blob && download(blob, `${this.#shown}.png`));
+    const [picture] = await this.pictures.newest([[this.#shown, this.#kindNow()]]);
+    if (!picture) return;
+    canvasOf(picture).toBlob((blob) => blob && download(blob, `${this.#shown}.png`));
   }
 }
 
-const canvasOf = (bytes) => {
-  const size = Math.sqrt(bytes.length / 4);
-  const canvas = html('canvas', { width: size, height: size });
-  canvas.getContext('2d').putImageData(new ImageData(bytes, size, size), 0, 0);
+const canvasOf = ({ bytes, width }) => {
+  const image = new ImageData(bytes, width);
+  const canvas = html('canvas', { width, height: image.height });
+  canvas.getContext('2d').putImageData(image, 0, 0);
   return canvas;
 };
 
@@ -94,12 +94,15 @@ const SIDE = 240;
 /** A sheet with all pictures of a race, with error maps below where there are some. */
 export const sheet = async (pictures, texts) => {
   const rows = await Promise.all(['image', 'error'].map((kind) =>
-    pictures.bytes(texts.map(({ name }) => [name, kind]))));
-  const shown = rows.filter((row) => row.some((bytes) => bytes));
+    pictures.newest(texts.map(({ name }) => [name, kind]))));
+  if (!rows[0][0]) return null;
+  const { bytes, width } = rows[0][0];
+  const tall = Math.round(SIDE * bytes.length / 4 / width ** 2);
+  const shown = rows.filter((row) => row.some((picture) => picture));
   const [gap, line] = [12, 22];
   const canvas = html('canvas', {
     width: gap + texts.length * (SIDE + gap),
-    height: gap + shown.length * (SIDE + gap) + 2 * line,
+    height: gap + shown.length * (tall + gap) + 2 * line,
   });
   const context = canvas.getContext('2d');
   context.fillStyle = '#fff';
@@ -109,7 +112,7 @@ export const sheet = async (pictures, texts) => {
   texts.forEach(({ title, error }, i) => {
     const left = gap + i * (SIDE + gap);
     shown.forEach((row, k) => {
-      if (row[i]) context.drawImage(canvasOf(row[i]), left, gap + k * (SIDE + gap), SIDE, SIDE);
+      if (row[i]) context.drawImage(canvasOf(row[i]), left, gap + k * (tall + gap), SIDE, tall);
     });
     context.font = '600 15px system-ui, sans-serif';
     context.fillText(title, left, canvas.height - line - 12, SIDE);

@@ -15,6 +15,8 @@ const PICTURES_EVERY = 200;
 const CURVES_EVERY = 600;
 
 let race = 0;
+/** Pixels in a row of the film. */
+let width = 1;
 let view = { stops: 0, errors: false };
 /** Integrators by name: snapshots in order of time, the last of which is the newest image. */
 let contestants = new Map();
@@ -83,9 +85,9 @@ const paintPictures = () => {
   for (const name of stale) {
     const image = name === 'reference' ? reference?.image : newest(name);
     if (!image) continue;
-    paint(`${name}/image`, exposed(image, gainFor(image)));
+    paint(`${name}/image`, exposed(image, gainFor(image)), width);
     if (view.errors && reference?.own != null && name !== 'reference') {
-      paint(`${name}/error`, errorMap(image, reference.image));
+      paint(`${name}/error`, errorMap(image, reference.image), width);
     }
   }
   stale.clear();
@@ -94,12 +96,12 @@ const paintPictures = () => {
 // Techniques are exposed like the race's pictures; `stops` are those of each image besides.
 const paintTechniques = () => {
   if (!techniques) return;
-  const { images, names, stops } = techniques;
+  const { images, names, stops, width: columns } = techniques;
   const length = images.length / names.length;
   const gain = reference?.gain ?? gainOf(images.subarray(0, length));
   names.forEach((name, i) => {
     const image = images.subarray(i * length, (i + 1) * length);
-    paint(`${TECHNIQUE}${name}/image`, exposed(image, gain * 2 ** (view.stops + stops[i])));
+    paint(`${TECHNIQUE}${name}/image`, exposed(image, gain * 2 ** (view.stops + stops[i])), columns);
   });
 };
 
@@ -137,8 +139,9 @@ const look = ({ question, pixel }) => {
 const actions = {
   attach,
   drop,
-  bytes: ({ question, keys }) => postMessage({ question, answer: picturesOf(keys) }),
+  pictures: ({ question, keys }) => postMessage({ question, answer: picturesOf(keys) }),
   reset,
+  film(pixels) { width = pixels; },
   listen({ name, half, port }) {
     const ownRace = race;
     port.addEventListener('message', ({ data: { progress, image } }) => {

@@ -36,6 +36,9 @@ export class Statistics {
   /** Forgets the last race. */
   reset() { this.send('reset', ++this.#race); }
 
+  /** Tells how many pixels images have in a row. */
+  film(width) { this.send('film', width); }
+
   /** A port for reports and images of an integrator, or of a half of the reference. */
   portFor(name, half = 0) {
     const { port1, port2 } = new MessageChannel();
@@ -44,8 +47,8 @@ export class Statistics {
   }
 
   /** Takes the images of techniques by name, one after the other, each brighter by its stops. */
-  techniques(images, names, stops) {
-    this.send('techniques', { images, names, stops }, [images.buffer]);
+  techniques(images, width, names, stops) {
+    this.send('techniques', { images, width, names, stops }, [images.buffer]);
   }
 
   /** Chooses what pictures show: stops of exposure, and whether there are error maps. */

@@ -74,8 +74,9 @@ export class Techniques {
     const job = { bounces, merges, off, weighted, seconds: time ?? LONGEST, seed, radius };
     get('techniques-status').textContent = 'Building the scene …';
     try {
-      await lesson.open(this.module, sceneOf(state, file), file?.blob);
-      const result = await lesson.techniques(job, (report, images) => this.#take(report, images));
+      const { width } = await lesson.open(this.module, sceneOf(state, file), file?.blob);
+      const take = (report, images) => this.#take(report, images, width);
+      const result = await lesson.techniques(job, take);
       get('techniques-status').textContent = `Finished: ${count(result.passes)} passes.`;
     } catch (error) {
       get('techniques-status').textContent = '';
@@ -84,7 +85,7 @@ export class Techniques {
     lesson.close();
   }
 
-  #take(report, images) {
+  #take(report, images, width) {
     const names = report.techniques.map(({ name }) => name).join(';');
     if (names !== this.#list.map(({ name }) => name).join(';')) this.#build(report.techniques);
     this.#list = report.techniques;
@@ -94,6 +95,7 @@ export class Techniques {
     const gain = get('brighter').checked ? 1 : 0;
     this.statistics.techniques(
       images,
+      width,
       ['sum', ...this.#list.map(({ name }) => name)],
       [0, ...this.#list.map(({ bounces }) => gain * bounces)],
     );
