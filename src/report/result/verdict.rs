@@ -31,7 +31,7 @@ impl Report {
         let mut verdicts = Vec::new();
         if self.stopped {
             verdicts.push(
-                "Stopped before its end: what follows is from the runs that were finished."
+                "Incomplete: what follows is from the runs that were finished."
                     .to_owned(),
             );
         }
