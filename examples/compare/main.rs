@@ -193,7 +193,8 @@ struct Watch<'a> {
 impl Watch<'_> {
     /// True if the work is to end early.
     fn is_ended(&self) -> bool {
-        self.interrupted.load(Ordering::Relaxed) || self.server.as_ref().is_some_and(Server::is_stopped)
+        self.interrupted.load(Ordering::Relaxed)
+            || self.server.as_ref().is_some_and(Server::is_stopped)
     }
 
     fn see(&mut self, bar: &ProgressBar, step: &Step<'_>) -> ControlFlow<()> {

@@ -31,8 +31,7 @@ impl Running {
         let options = Options::parse_from(common.iter().chain(&own).chain(options));
         let interrupted = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&interrupted);
-        let study =
-            thread::spawn(move || run(&options, &flag).map_err(|error| error.to_string()));
+        let study = thread::spawn(move || run(&options, &flag).map_err(|error| error.to_string()));
         Self { study: Some(study), interrupted, address, out }
     }
 
@@ -55,7 +54,8 @@ impl Running {
 
     /// The status and the body of the answer to a request with these headers.
     fn ask(&self, line: &str, headers: &str) -> (u16, String) {
-        let host = if headers.contains("Host:") { "" } else { &format!("Host: {}\r\n", self.address) };
+        let host =
+            if headers.contains("Host:") { "" } else { &format!("Host: {}\r\n", self.address) };
         let request = format!("{line} HTTP/1.1\r\n{host}{headers}\r\n");
         let (head, body) = self.send(&request).expect("an answer");
         (head.split(' ').nth(1).and_then(|status| status.parse().ok()).expect(&head), body)
@@ -103,8 +103,12 @@ const LONG: [&str; 4] = ["--samples", "1e6", "--seeds", "1024"];
 fn a_page_fills_and_its_button_ends_the_study() {
     let mut running = Running::start("served", &LONG);
     let status = running.until(|status| status["studies"][0]["version"] != 0);
-    assert_eq!((&status["state"], &status["studies"][0]["name"]), (&"running".into(), &"cornell-box".into()));
-    let (head, _) = running.send(&format!("GET / HTTP/1.1\r\nHost: {}\r\n\r\n", running.address)).unwrap();
+    assert_eq!(
+        (&status["state"], &status["studies"][0]["name"]),
+        (&"running".into(), &"cornell-box".into())
+    );
+    let (head, _) =
+        running.send(&format!("GET / HTTP/1.1\r\nHost: {}\r\n\r\n", running.address)).unwrap();
     assert!(head.starts_with("HTTP/1.1 303 ") && head.contains("Location: /1/"), "{head}");
     let (_, page) = running.ask("GET /1/", "");
     assert!(page.contains("data-name=\"path-tracing\"") && page.contains("id=\"live\""));
@@ -139,7 +143,8 @@ fn a_page_fills_and_its_button_ends_the_study() {
     assert!(saved.contains("Incomplete: ") && !saved.contains("id=\"live\""));
     let report = directory.join("report.json");
     assert_eq!(running.ask("GET /1/report.json", ""), (200, read(&report)));
-    for path in ["/1/index.html", "/1/../report.json", "/1/%2e%2e/x.json", "/1/.json", "/2/", "/0/"] {
+    for path in ["/1/index.html", "/1/../report.json", "/1/%2e%2e/x.json", "/1/.json", "/2/", "/0/"]
+    {
         assert_eq!(running.ask(&format!("GET {path}"), "").0, 404, "{path}");
     }
     assert_eq!(running.ask("POST /close", &own).0, 200);
@@ -169,7 +174,8 @@ fn others_are_refused_and_nothing_waits_for_them() {
     let twice = format!("Host: 127.0.0.1:{port}\r\nHost: evil.example\r\n");
     assert_eq!(running.ask("GET /1/", &twice).0, 403);
     assert_eq!(running.send("GET /1/ HTTP/1.1\r\n\r\n").unwrap().0.split(' ').nth(1), Some("403"));
-    for (line, status) in [("PUT /stop", 405), ("OPTIONS /stop", 405), ("POST /", 404), ("GET x", 404)]
+    for (line, status) in
+        [("PUT /stop", 405), ("OPTIONS /stop", 405), ("POST /", 404), ("GET x", 404)]
     {
         assert_eq!(running.ask(line, "").0, status, "{line}");
     }

@@ -7,7 +7,7 @@ use pathspace::film::ImageFile;
 use std::io::{self, Read};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -27,18 +27,22 @@ impl Drop for Directory {
     }
 }
 
-/// Renders with these options; the image file.
-fn render(directory: &Directory, options: &[&str], interrupted: bool) -> PathBuf {
+/// Renders with these options until it is interrupted; the image file.
+fn render(directory: &Directory, options: &[&str], interrupted: &AtomicBool) -> PathBuf {
     let out = directory.0.join("box.exr");
     let all = ["render", "--no-clocks", "--max-bounces", "2", "--out"];
     let all = all.into_iter().chain([out.to_str().unwrap()]).chain(options.iter().copied());
     let arguments = Arguments::parse_from(all);
     let scene =
         common::scene_or_file("cornell-box", arguments.size, &arguments.file).expect("a scene");
-    let Stopped(stopped) =
-        run(&arguments, &scene, arguments.max_bounces, &AtomicBool::new(interrupted)).unwrap();
-    assert_eq!(stopped, interrupted);
+    let Stopped(stopped) = run(&arguments, &scene, arguments.max_bounces, interrupted).unwrap();
+    assert_eq!(stopped, interrupted.load(Ordering::Relaxed));
     out
+}
+
+/// Renders with these options to the end; the image file.
+fn render_all(directory: &Directory, options: &[&str]) -> PathBuf {
+    render(directory, options, &AtomicBool::new(false))
 }
 
 /// A packet of tev's protocol: its length with these four bytes, its type, whether the window is to
@@ -82,9 +86,24 @@ struct Shown {
     pixels: Vec<[f32; 3]>,
 }
 
+/// The next connection, which must come soon.
+fn accept(listener: &TcpListener) -> TcpStream {
+    listener.set_nonblocking(true).unwrap();
+    let start = Instant::now();
+    loop {
+        match listener.accept() {
+            Ok((stream, _)) => {
+                stream.set_nonblocking(false).unwrap();
+                return stream;
+            }
+            Err(error) => assert!(start.elapsed() < Duration::from_secs(20), "{error}"),
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
 /// Shows what one client sends.
-fn view(listener: &TcpListener) -> Shown {
-    let (mut stream, _) = listener.accept().unwrap();
+fn view(mut stream: TcpStream) -> Shown {
     let mut create = Packet::read(&mut stream).unwrap();
     assert_eq!((create.take(), create.take()), ([4], [1]), "a new image, in front");
     let name = create.text();
@@ -99,9 +118,10 @@ fn view(listener: &TcpListener) -> Shown {
         let [x, y, width, height] = std::array::from_fn(|_| update.int() as usize);
         let [offsets, strides] =
             [(); 2].map(|()| channels.iter().map(|_| update.long()).collect::<Vec<_>>());
-        let data: Vec<f32> =
-            std::iter::from_fn(|| (!update.0.is_empty()).then(|| f32::from_le_bytes(update.take())))
-                .collect();
+        let data: Vec<f32> = std::iter::from_fn(|| {
+            (!update.0.is_empty()).then(|| f32::from_le_bytes(update.take()))
+        })
+        .collect();
         for (c, channel) in channels.iter().enumerate() {
             let channel = ["R", "G", "B"].iter().position(|name| name == channel).unwrap();
             for i in 0..width * height {
@@ -129,12 +149,12 @@ fn pixels(file: &Path) -> Vec<[f32; 3]> {
 fn a_viewer_shows_what_the_file_has() {
     let (alone, seen) = (Directory::new("alone"), Directory::new("seen"));
     let options = ["--samples", "40", "--size", "48x32", "--exposure", "1"];
-    let whole = render(&alone, &options, false);
+    let whole = render_all(&alone, &options);
     let (listener, address) = loopback();
-    let viewer = thread::spawn(move || view(&listener));
+    let viewer = thread::spawn(move || view(accept(&listener)));
     let address = address.to_string();
     let live = [&options[..], &["--live", &address, "--preview-every", "1ms"]].concat();
-    let out = render(&seen, &live, false);
+    let out = render_all(&seen, &live);
     let shown = viewer.join().unwrap();
     assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&out).unwrap());
     assert!(shown.name.starts_with(out.to_str().unwrap()) && shown.updates > 1, "{}", shown.name);
@@ -154,7 +174,7 @@ fn a_rendering_needs_no_viewer() {
     let directory = Directory::new("none");
     let (listener, address) = loopback();
     drop(listener);
-    let out = render(&directory, &["--size", "16", "--live", &address.to_string()], false);
+    let out = render_all(&directory, &["--size", "16", "--live", &address.to_string()]);
     assert!(out.exists() && directory.0.join("box-preview.png").exists());
 }
 
@@ -162,28 +182,33 @@ fn a_rendering_needs_no_viewer() {
 fn a_viewer_may_go_away_and_come_back() {
     let directory = Directory::new("away");
     let (listener, address) = loopback();
-    let viewer = thread::spawn(move || {
-        for _ in 0..2 {
-            let (mut stream, _) = listener.accept().unwrap();
-            Packet::read(&mut stream).unwrap();
-            Packet::read(&mut stream).unwrap();
-        }
-        view(&listener)
+    let interrupted = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let viewer = scope.spawn(|| {
+            for _ in 0..2 {
+                let mut stream = accept(&listener);
+                Packet::read(&mut stream).unwrap();
+                Packet::read(&mut stream).unwrap();
+            }
+            let last = accept(&listener);
+            interrupted.store(true, Ordering::Relaxed);
+            view(last)
+        });
+        let address = address.to_string();
+        let live = ["--time", "20s", "--size", "16", "--live", &address, "--preview-every", "1ms"];
+        let out = render(&directory, &live, &interrupted);
+        assert_eq!(viewer.join().unwrap().pixels, pixels(&out));
     });
-    let (address, time) = (address.to_string(), ["--time", "500ms", "--size", "32"]);
-    let live = [&time[..], &["--live", &address, "--preview-every", "1ms"]].concat();
-    let out = render(&directory, &live, false);
-    assert_eq!(viewer.join().unwrap().pixels, pixels(&out));
 }
 
 #[test]
 fn a_viewer_that_does_not_listen_stops_nothing() {
     let directory = Directory::new("deaf");
     let (_listener, address) = loopback();
-    let (address, time) = (address.to_string(), ["--time", "500ms", "--size", "1024"]);
-    let live = [&time[..], &["--live", &address, "--preview-every", "1ms"]].concat();
+    let address = address.to_string();
+    let live = ["--time", "500ms", "--size", "640", "--live", &address, "--preview-every", "1ms"];
     let start = Instant::now();
-    let out = render(&directory, &live, false);
+    let out = render_all(&directory, &live);
     assert!(out.exists() && start.elapsed() < Duration::from_secs(15), "{:?}", start.elapsed());
 }
 
@@ -191,7 +216,7 @@ fn a_viewer_that_does_not_listen_stops_nothing() {
 fn an_interrupt_leaves_image_and_preview() {
     let directory = Directory::new("interrupt");
     let options = ["--samples", "1e6", "--size", "16", "--preview-every", "1h"];
-    let out = render(&directory, &options, true);
+    let out = render(&directory, &options, &AtomicBool::new(true));
     let preview = ImageFile::load(directory.0.join("box-preview.png")).unwrap().image;
     assert!(preview.pixels().len() == 256 && out.exists());
 }

@@ -113,7 +113,8 @@ pub(super) fn measure<S: Scene + ?Sized>(
         for turn in 0..runs.len() {
             let index = (turn + seed as usize) % runs.len();
             let (task, stream, run) = &mut runs[index];
-            let (contestant, done) = (task.contestant, contestants.len() * (1 + seed as usize) + turn);
+            let (contestant, done) =
+                (task.contestant, contestants.len() * (1 + seed as usize) + turn);
             if stopped.get() || !run.lacks(plan, seed) {
                 continue;
             }
@@ -122,9 +123,7 @@ pub(super) fn measure<S: Scene + ?Sized>(
                 Some(files) => {
                     Some(files.drawn(task, run, (*stream, contestants.len() as u32), seed)?)
                 }
-                None => {
-                    run.draw(task, seed, false, &mut draws).map_err(naming(contestant))?
-                }
+                None => run.draw(task, seed, false, &mut draws).map_err(naming(contestant))?,
             };
             if let Some(drawn) = drawn {
                 run.add(drawn, &reference);
