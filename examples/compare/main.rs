@@ -4,7 +4,8 @@
 //! All integrators get the same time, the same number of samples, or what they need to reach a
 //! target error, in several independent runs that alternate. The library's `report` module
 //! measures; this program chooses scene, integrators and reference, shows progress and writes the
-//! files. Ctrl-C ends the work early and still writes the page.
+//! files. Ctrl-C ends the work early and still writes the page. With `--serve` a browser shows it
+//! while it fills.
 
 #[macro_use]
 #[path = "../common/mod.rs"]
@@ -290,7 +291,9 @@ fn compare(
     table::print(&study.report);
     write(&study, directory)?;
     if let Some(server) = &watch.server {
-        server.finish(&study.page());
+        let page = directory.join("index.html");
+        let unreadable = |error| format!("{}: {error}", page.display());
+        server.finish(&std::fs::read_to_string(&page).map_err(unreadable)?);
     }
     say!("wrote {}\n", directory.join("index.html").display());
     Ok(study.report.is_clean())

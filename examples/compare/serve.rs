@@ -23,7 +23,7 @@ const PORT: u16 = 8327;
 /// The shortest time from one page to the next, and the part of the time that pages may take, one
 /// over.
 const UPDATE: Duration = Duration::from_secs(5);
-const PART: u32 = 20;
+const PART: u32 = 10;
 
 /// Connections at a time, bytes and headers of a request, and times to send one and to take the
 /// answer.
@@ -39,8 +39,8 @@ const BAR: &str = include_str!("bar.html");
 const EMPTY: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\">\
     <meta name=\"color-scheme\" content=\"light dark\"><link rel=\"icon\" href=\"data:,\">\
     <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-    <title>Error against run time</title></head>\
-    <body><p>No run has been finished yet.</p></body></html>";
+    <title>Error against run time</title><style>body { font-family: system-ui }</style></head>\
+    <body><p>Results will be here when a run is finished.</p></body></html>";
 /// Pages have all that they need in them.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
     img-src data: 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; \

@@ -182,7 +182,7 @@ change({
   against,
 });
 if (kept.isActive) frame.focus({ preventScroll: true });
-addEventListener('pagehide', () => {
+addEventListener('beforeunload', () => {
   const { number, row, stops, against } = state;
   const isActive = document.activeElement === frame;
   const [shown, from] = [names[number], names[against]];
