@@ -7,11 +7,17 @@ use std::process::ExitCode;
 use super::interrupt::INTERRUPTED;
 
 /// Prints a line. Whoever has stopped reading, such as `head`, misses it, and the work goes on.
+#[cfg(not(test))]
 macro_rules! say {
     ($($text:tt)*) => {{
         use std::io::Write as _;
         let _ = writeln!(std::io::stdout(), $($text)*);
     }};
+}
+/// Prints a line where tests show what they print if they fail.
+#[cfg(test)]
+macro_rules! say {
+    ($($text:tt)*) => { println!($($text)*) };
 }
 
 const EXIT_STATUS: &str = "Exit status: 0 if all is done, 1 if it failed, 2 for wrong arguments, \

@@ -4,7 +4,8 @@
 //! All integrators get the same time, the same number of samples, or what they need to reach a
 //! target error, in several independent runs that alternate. The library's `report` module
 //! measures; this program chooses scene, integrators and reference, shows progress and writes the
-//! files. Ctrl-C ends the work early and still writes the page.
+//! files. Ctrl-C ends the work early and still writes the page. With `--serve` a browser shows it
+//! while it fills.
 
 #[macro_use]
 #[path = "../common/mod.rs"]
@@ -12,7 +13,10 @@ mod common;
 
 mod columns;
 mod picture;
+mod serve;
 mod table;
+#[cfg(test)]
+mod tests;
 
 use clap::Parser;
 use columns::wrapped;
@@ -32,7 +36,9 @@ use pathspace::report::{
     study_of_shards, study_shard,
 };
 use pathspace::scene::World;
+use serve::Server;
 use std::error::Error;
+use std::net::SocketAddr;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -115,6 +121,10 @@ struct Options {
     /// Make the page of the runs in OUT/SCENE/shard-*, in place of rendering them
     #[arg(long, requires = "samples", conflicts_with_all = ["shard", "target_error"])]
     merge: bool,
+    /// Serve the page on this machine alone while it fills, with a button that ends the study as
+    /// Ctrl-C does; then until the page is closed, or Ctrl-C [default: port 8327 or a free one]
+    #[arg(long, value_name = "HOST:PORT", value_parser = serve::parse_loopback, conflicts_with = "shard")]
+    serve: Option<Option<SocketAddr>>,
     /// Directory for the results; a directory is made in it for each scene
     #[arg(long, default_value = "target/compare")]
     out: PathBuf,
@@ -132,16 +142,21 @@ fn main() -> ExitCode {
 
 /// Runs the studies of all scenes.
 fn run(options: &Options, interrupted: &AtomicBool) -> Result<End, Box<dyn Error>> {
+    let server = options.serve.map(Server::start).transpose()?;
+    if let Some(server) = &server {
+        say!("page: {}\n", server.url());
+    }
+    let mut watch = Watch { interrupted, server, has_clocks: !options.no_clocks };
     let names =
         if options.scene == "all" { gallery::NAMES.to_vec() } else { vec![options.scene.as_str()] };
     let mut suspicious = Vec::new();
     for name in &names {
         let scene = scene_or_file(name, options.size, &options.file)?;
         let directory = options.out.join(&scene.name);
-        if !compare(options, &scene, &directory, interrupted)? {
+        if !compare(options, &scene, &directory, &mut watch)? {
             suspicious.push(scene.name);
         }
-        if interrupted.load(Ordering::Relaxed) {
+        if watch.is_ended() {
             break;
         }
     }
@@ -155,18 +170,54 @@ fn run(options: &Options, interrupted: &AtomicBool) -> Result<End, Box<dyn Error
             ),
         }
     }
-    Ok(match interrupted.load(Ordering::Relaxed) {
+    let end = match watch.is_ended() {
         true => End::Interrupted,
         false if suspicious.is_empty() => End::Done,
         false => End::Wrong,
-    })
+    };
+    if let Some(server) = watch.server
+        && !interrupted.load(Ordering::Relaxed)
+    {
+        say!("page: {} until it is closed there, or Ctrl-C", server.url());
+        server.wait(interrupted);
+    }
+    Ok(end)
+}
+
+/// The ones who see how far the work is, and may end it.
+struct Watch<'a> {
+    interrupted: &'a AtomicBool,
+    server: Option<Server>,
+    has_clocks: bool,
+}
+
+impl Watch<'_> {
+    /// True if the work is to end early.
+    fn is_ended(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
+            || self.server.as_ref().is_some_and(Server::is_stopped)
+    }
+
+    fn see(&mut self, bar: &ProgressBar, step: &Step<'_>) -> ControlFlow<()> {
+        bar.set_position((step.fraction * common::STEPS as f64) as u64);
+        bar.set_message(step.label.to_owned());
+        if self.is_ended() {
+            return ControlFlow::Break(());
+        }
+        if let Some(server) = &mut self.server {
+            server.tell(step.label, step.fraction);
+            let study = || step.study().map(|study| clocked(study, self.has_clocks));
+            server.update(|| study().map(|study| study.page()));
+        }
+        ControlFlow::Continue(())
+    }
 }
 
 fn compare(
     options: &Options,
     scene: &NamedScene,
     directory: &Path,
-    interrupted: &AtomicBool,
+    watch: &mut Watch<'_>,
 ) -> Result<bool, Box<dyn Error>> {
     let depth = options.max_bounces.or(scene.max_bounces);
     say!("{}", wrapped(&format!("{}: {}", scene.name, scene.description)));
@@ -212,32 +263,45 @@ fn compare(
         ..SceneInfo::default()
     };
     let (world, camera) = (&scene.world, &*scene.camera.0);
-    let bar = progress_bar("comparing");
-    let mut show = |step: &Step<'_>| show_step(&bar, step, interrupted);
+    if let Some(server) = &mut watch.server {
+        server.begin(&scene.name, directory);
+    }
     if let Some(shard) = options.shard {
         let runs = directory.join(format!("shard-{}-of-{}", shard.index(), shard.count()));
-        let files = study_shard(world, camera, &contestants, &plan, shard, &runs, &mut show)?;
+        let bar = progress_bar("comparing");
+        let mut see = |step: &Step<'_>| watch.see(&bar, step);
+        let files = study_shard(world, camera, &contestants, &plan, shard, &runs, &mut see)?;
         bar.finish_and_clear();
         say!("wrote {} runs to {}\n", files.len(), runs.display());
         return Ok(true);
     }
-    let reference = reference(options, scene, depth, &settings, interrupted)?;
+    let reference = reference(options, scene, depth, &settings, watch)?;
     say!("{}\n", wrapped(&format!("reference: {}", reference.origin())));
-    let mut study = if options.merge {
+    let bar = progress_bar("comparing");
+    let mut see = |step: &Step<'_>| watch.see(&bar, step);
+    let study = if options.merge {
         let shards = shards(directory)?;
-        study_of_shards(world, camera, &info, &contestants, reference, &plan, &shards, &mut show)?
+        study_of_shards(world, camera, &info, &contestants, reference, &plan, &shards, &mut see)?
     } else {
-        study(world, camera, &info, &contestants, reference, &plan, &mut show)?
+        study(world, camera, &info, &contestants, reference, &plan, &mut see)?
     };
     bar.finish_and_clear();
-    if options.no_clocks {
-        study = study.without_clocks();
-    }
+    let study = clocked(study, watch.has_clocks);
 
     table::print(&study.report);
     write(&study, directory)?;
+    if let Some(server) = &watch.server {
+        let page = directory.join("index.html");
+        let unreadable = |error| format!("{}: {error}", page.display());
+        server.finish(&std::fs::read_to_string(&page).map_err(unreadable)?);
+    }
     say!("wrote {}\n", directory.join("index.html").display());
     Ok(study.report.is_clean())
+}
+
+/// The study with clocks or without.
+fn clocked(study: Study, has_clocks: bool) -> Study {
+    if has_clocks { study } else { study.without_clocks() }
 }
 
 /// The directories of the shards of a study.
@@ -264,7 +328,7 @@ fn reference(
     scene: &NamedScene,
     depth: Option<u32>,
     settings: &Settings,
-    interrupted: &AtomicBool,
+    watch: &mut Watch<'_>,
 ) -> Result<Reference, Box<dyn Error>> {
     if let Some(path) = &options.reference {
         return Ok(Reference::load(path)?);
@@ -285,7 +349,7 @@ fn reference(
     let bar = progress_bar("reference");
     let key = depth.map_or_else(|| scene.name.clone(), |depth| format!("{} {depth}", scene.name));
     let (world, camera) = (&scene.world, &*scene.camera.0);
-    let mut show = |step: &Step<'_>| show_step(&bar, step, interrupted);
+    let mut see = |step: &Step<'_>| watch.see(&bar, step);
     let reference = cached_reference(
         Path::new(CACHE),
         &key,
@@ -293,37 +357,30 @@ fn reference(
         camera,
         [&halves[0], &halves[1]],
         &plan,
-        &mut show,
+        &mut see,
     )?;
     bar.finish_and_clear();
     Ok(reference)
 }
 
-/// Shows how far the work is; stops it after Ctrl-C.
-fn show_step(bar: &ProgressBar, step: &Step<'_>, interrupted: &AtomicBool) -> ControlFlow<()> {
-    bar.set_position((step.fraction * common::STEPS as f64) as u64);
-    bar.set_message(step.label.to_owned());
-    if interrupted.load(Ordering::Relaxed) {
-        ControlFlow::Break(())
-    } else {
-        ControlFlow::Continue(())
-    }
-}
-
 /// The command that was given, with cargo in place of the program's path, and without the
-/// directory, which changes nothing in the files.
+/// directory and the server, which change nothing in the files.
 fn command_line() -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=".contains(c);
     let quote = |text: String| {
         if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
     };
     let mut arguments = Vec::new();
-    let mut given = std::env::args().skip(1);
+    let mut given = std::env::args().skip(1).peekable();
     while let Some(argument) = given.next() {
-        if argument == "--out" {
-            given.next();
-        } else if !argument.starts_with("--out=") && argument != "--merge" {
-            arguments.push(quote(argument));
+        match argument.split_once('=').map_or(&*argument, |(name, _)| name) {
+            "--out" | "--serve" => {
+                if !argument.contains('=') {
+                    given.next_if(|value| !value.starts_with("--"));
+                }
+            }
+            "--merge" => {}
+            _ => arguments.push(quote(argument)),
         }
     }
     let command = format!("{} -- {}", common::CARGO_COMMAND, arguments.join(" "));

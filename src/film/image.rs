@@ -106,6 +106,12 @@ impl Image {
             .collect()
     }
 
+    /// 32-bit floats, three per pixel: those of an OpenEXR file. What is finite stays finite.
+    #[must_use]
+    pub fn to_f32(&self) -> Vec<f32> {
+        self.pixels.iter().flat_map(|p| p.0.map(to_f32)).collect()
+    }
+
     fn compare(&self, reference: &Self, error: impl Fn(f64, f64) -> f64 + Copy) -> Option<Rgb> {
         let same = (self.width, self.height) == (reference.width, reference.height);
         let pairs = self.pixels.iter().zip(&reference.pixels);
@@ -119,6 +125,12 @@ impl Image {
     fn average(&self, values: impl Iterator<Item = Rgb>) -> Rgb {
         values.sum::<Rgb>() / (self.pixels.len().max(1) as f64)
     }
+}
+
+/// Rounds, and keeps finite values finite.
+pub(super) fn to_f32(value: f64) -> f32 {
+    let limit = f64::from(f32::MAX);
+    if value.is_finite() { value.clamp(-limit, limit) as f32 } else { value as f32 }
 }
 
 /// The sRGB transfer function from linear light to `[0, 1]`, clipped.
@@ -178,5 +190,13 @@ mod tests {
         let extreme = Image::from_fn(1, 1, |_, _| Rgb::new(f64::NAN, f64::INFINITY, -1.0));
         assert_eq!(extreme.to_srgb8(0.0), [0, 255, 0]);
         assert_eq!(Image::from_fn(1, 1, |_, _| Rgb::splat(0.25)).to_srgb8(2.0), [255; 3]);
+    }
+
+    #[test]
+    fn floats_are_row_by_row_and_stay_finite() {
+        let floats = gradient().to_f32();
+        assert_eq!((floats.len(), &floats[9..15]), (36, &[3.0, 0.0, 1.0, 0.0, 1.0, 1.0][..]));
+        let extreme = Image::from_fn(1, 1, |_, _| Rgb::new(1e300, f64::NEG_INFINITY, -1e300));
+        assert_eq!(extreme.to_f32(), [f32::MAX, f32::NEG_INFINITY, f32::MIN]);
     }
 }

@@ -1,6 +1,6 @@
 //! Image files: PNG (tone mapped sRGB), Radiance HDR (Ward 1991) and OpenEXR with metadata.
 
-use super::image::{Image, linear_from_srgb};
+use super::image::{Image, linear_from_srgb, to_f32};
 use super::{Film, FilmRegion, replace_file};
 use crate::math::Rgb;
 use exr::prelude as openexr;
@@ -279,12 +279,6 @@ fn load_exr(path: &Path) -> Result<ImageFile, OutputError> {
 /// OpenEXR texts are bytes; ours are UTF-8.
 fn text(s: &str) -> openexr::Text {
     openexr::Text::from_slice_unchecked(s.as_bytes())
-}
-
-/// Rounds, and keeps finite values finite.
-fn to_f32(value: f64) -> f32 {
-    let limit = f64::from(f32::MAX);
-    if value.is_finite() { value.clamp(-limit, limit) as f32 } else { value as f32 }
 }
 
 fn file_error(path: &Path, source: impl Into<Box<dyn Error + Send + Sync>>) -> OutputError {

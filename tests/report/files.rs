@@ -173,8 +173,40 @@ fn a_study_that_is_stopped_still_reports() {
                 .unwrap();
         assert!(study.report.stopped);
         assert_eq!(study.report.methods.first().map(|m| m.runs), (passes == 20).then_some(2));
-        assert!(study.page().contains("Stopped before its end"));
+        assert!(study.page().contains("Incomplete: "));
         assert!(!study.report.to_json().is_empty());
+    }
+}
+
+/// The study so far is the one that a stop after the same run makes.
+#[test]
+fn a_study_so_far_is_that_of_a_stop() {
+    let scene = cornell_box(16);
+    let (paths, both) = (PathTracer::up_to(2), Bidirectional::up_to(2));
+    let all = contestants::<World>(&[("path-tracing", &paths), ("bidirectional", &both)]);
+    let reference = exactly(0.2, UVec2::splat(16));
+    let plan = Plan { budget: Budget::Samples(12), seeds: 3, ..Plan::default() };
+    let measure = |progress: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>| {
+        let (world, info) = (&scene.world, SceneInfo::default());
+        study(world, &*scene.camera, &info, &all, reference.clone(), &plan, progress).unwrap()
+    };
+    let mut so_far = Vec::new();
+    let whole = measure(&mut |step| {
+        so_far.extend(step.study());
+        ControlFlow::Continue(())
+    });
+    assert_eq!(so_far.len(), 6);
+    assert_eq!(so_far[5].images, whole.images);
+    for (i, earlier) in so_far.into_iter().enumerate() {
+        let runs: u32 = earlier.report.methods.iter().map(|m| m.runs).sum();
+        assert!(runs == i as u32 + 1 && earlier.page().contains("Incomplete: "));
+        let mut left = runs;
+        let stopped = measure(&mut |step| {
+            left -= u32::from(step.study().is_some());
+            if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let [earlier, stopped] = [earlier, stopped].map(Study::without_clocks);
+        assert_eq!(earlier.report.to_json(), stopped.report.to_json());
     }
 }
 

@@ -170,5 +170,21 @@ get('against').addEventListener('change', (event) => {
 get('stops').addEventListener('input', (event) => change({ stops: Number(event.target.value) }));
 get('whole').addEventListener('click', reset);
 stage.hidden = false;
+// What is seen stays when the page is loaded again, perhaps with more pictures in it.
+const kept = history.state ?? {};
+const [shown, against] = [kept.shown, kept.against].map((name) => names.indexOf(name));
+Object.assign(part, kept.part);
 show();
-change({});
+change({
+  number: shown < 0 ? first : shown,
+  row: rows.includes(kept.row) ? kept.row : rows[0],
+  stops: kept.stops ?? 0,
+  against,
+});
+if (kept.isActive) frame.focus({ preventScroll: true });
+addEventListener('beforeunload', () => {
+  const { number, row, stops, against } = state;
+  const isActive = document.activeElement === frame;
+  const [shown, from] = [names[number], names[against]];
+  history.replaceState({ shown, against: from, row, stops, part, isActive }, '');
+});

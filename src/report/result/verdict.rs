@@ -30,10 +30,8 @@ impl Report {
     pub fn verdicts(&self) -> Vec<String> {
         let mut verdicts = Vec::new();
         if self.stopped {
-            verdicts.push(
-                "Stopped before its end: what follows is from the runs that were finished."
-                    .to_owned(),
-            );
+            verdicts
+                .push("Incomplete: what follows is from the runs that were finished.".to_owned());
         }
         if self.setup.debug_build {
             verdicts.push("Built without optimisation: times mean nothing.".to_owned());

@@ -31,8 +31,9 @@ const CORRECTIONS: u32 = 2;
 
 /// Measures integrators on a scene against a reference.
 ///
-/// `info` names the scene; its size is taken from the camera. `progress` is called after each pass;
-/// if it stops, the report has the runs that were finished.
+/// `info` names the scene; its size is taken from the camera. `progress` is called after each pass,
+/// and after each run with the [study so far](Step::study); if it stops, the report has the runs that
+/// were finished.
 ///
 /// # Errors
 /// If the plan has fewer than two seeds or a target that is no positive number, two contestants
@@ -78,16 +79,18 @@ pub(super) fn measure<S: Scene + ?Sized>(
     progress: &mut dyn FnMut(&Step<'_>) -> ControlFlow<()>,
 ) -> Result<Study, ReportError> {
     check(contestants, plan)?;
-    let (layout, size) = (Layout::of(reference.image()), camera.film().window_size());
-    if [layout.width, layout.height] != size.to_array() {
-        return Err(ReportError::ReferenceSize([layout.width, layout.height], size.to_array()));
+    let image = reference.image();
+    let (known, size) = ([image.width(), image.height()], camera.film().window_size().to_array());
+    if known != size {
+        return Err(ReportError::ReferenceSize(known, size));
     }
-    let setup = setup(plan);
+    let [width, height] = size;
+    let info = SceneInfo { width, height, ..info.clone() };
+    let outline = Outline { info, setup: setup(plan), reference: &reference, plan };
     let stopped = Cell::new(false);
     let total = contestants.len() * (1 + plan.seeds as usize);
-    let mut report = |label: &str, done: usize, part: f64| {
-        let flow =
-            progress(&Step { label, fraction: ((done as f64 + part) / total as f64).min(1.0) });
+    let mut report = |label: &str, done: f64, so_far: Option<&dyn Fn() -> Study>| {
+        let flow = progress(&Step::new(label, (done / total as f64).min(1.0), so_far));
         stopped.set(stopped.get() | flow.is_break());
         flow
     };
@@ -95,7 +98,7 @@ pub(super) fn measure<S: Scene + ?Sized>(
     for (stream, contestant) in contestants.iter().enumerate().take_while(|_| !stopped.get()) {
         let task = Task { scene, camera, contestant, plan };
         let label = format!("{}, warm-up", contestant.name);
-        let mut report = |part| report(&label, stream, part);
+        let mut report = |part| report(&label, stream as f64 + part, None);
         let (stream, is_kept) = (stream as u64, files.is_some());
         let run = Runs::prepare(&task, stream, Some(&reference), is_kept, &mut report)
             .map_err(naming(contestant))?;
@@ -110,21 +113,23 @@ pub(super) fn measure<S: Scene + ?Sized>(
         for turn in 0..runs.len() {
             let index = (turn + seed as usize) % runs.len();
             let (task, stream, run) = &mut runs[index];
-            let done = contestants.len() * (1 + seed as usize) + turn;
+            let (contestant, done) =
+                (task.contestant, contestants.len() * (1 + seed as usize) + turn);
             if stopped.get() || !run.lacks(plan, seed) {
                 continue;
             }
-            let mut report = |part| report(&task.contestant.name, done, part);
+            let mut draws = |part| report(&contestant.name, done as f64 + part, None);
             let drawn = match files {
                 Some(files) => {
                     Some(files.drawn(task, run, (*stream, contestants.len() as u32), seed)?)
                 }
-                None => {
-                    run.draw(task, seed, false, &mut report).map_err(naming(task.contestant))?
-                }
+                None => run.draw(task, seed, false, &mut draws).map_err(naming(contestant))?,
             };
             if let Some(drawn) = drawn {
                 run.add(drawn, &reference);
+                let so_far = || outline.study(&finished(&runs), &left_out, None, true);
+                // A stop is noticed above.
+                let _ = report(&contestant.name, (done + 1) as f64, Some(&so_far));
             }
         }
         // All that missed their time at once: what else the machine does is the same for them.
@@ -137,8 +142,7 @@ pub(super) fn measure<S: Scene + ?Sized>(
         }
     }
     let stopped = stopped.get();
-    runs.retain(|(.., run)| !run.measured.finals.is_empty());
-    let mut ask = || progress(&Step { label: "techniques", fraction: 1.0 });
+    let mut ask = || progress(&Step::new("techniques", 1.0, None));
     for (task, _, run) in runs.iter_mut().filter(|_| !stopped) {
         run.probe(task, &reference).map_err(naming(task.contestant))?;
         if task.contestant.pyramid {
@@ -147,7 +151,6 @@ pub(super) fn measure<S: Scene + ?Sized>(
             run.pyramid = pyramid.map_err(naming(task.contestant))?;
         }
     }
-    let runs: Vec<Runs> = runs.into_iter().map(|(.., run)| run).collect();
     let pyramid = match &plan.pyramid {
         Some(integrator) if !stopped => {
             measure_pyramid(scene, camera, integrator, &pyramid_settings(plan), &mut ask)
@@ -155,28 +158,56 @@ pub(super) fn measure<S: Scene + ?Sized>(
         }
         _ => None,
     };
-    let baseline = baseline(&runs, plan);
-    let ranked: Vec<&Measured> = rankable(&runs).collect();
-    let measured: Vec<&Measured> = runs.iter().map(|run| &run.measured).collect();
-    let report = Report {
-        schema: SCHEMA,
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        scene: SceneInfo { width: layout.width, height: layout.height, ..info.clone() },
-        setup: Setup { baseline: baseline.map(|m| m.name.clone()), ..setup },
-        reference: ReferenceInfo::of(&reference),
-        methods: methods(&runs, baseline, &reference, plan.target),
-        rankings: Ranking::all(&ranked),
-        pairs: test_pairs(&measured, layout),
-        pyramid: pyramid.as_ref().map(Pyramid::report),
-        left_out,
-        stopped,
-    };
-    let images = runs.into_iter().map(|run| {
-        let Runs { measured, snapshots, pyramid, .. } = run;
-        MethodImages { mean: measured.mean(), snapshots, pyramid }
-    });
-    let images = images.collect();
-    Ok(Study { report, images, reference, pyramid })
+    Ok(outline.study(&finished(&runs), &left_out, pyramid, stopped))
+}
+
+/// Those of the runs that have been drawn.
+fn finished<'a, T, U>(runs: &'a [(T, U, Runs)]) -> Vec<&'a Runs> {
+    let runs = runs.iter().map(|(.., run)| run);
+    runs.filter(|run| !run.measured.finals.is_empty()).collect()
+}
+
+/// The part of a study that does not depend on its runs.
+struct Outline<'a> {
+    info: SceneInfo,
+    setup: Setup,
+    reference: &'a Reference,
+    plan: &'a Plan,
+}
+
+impl Outline<'_> {
+    /// The study that these runs make.
+    fn study(
+        &self,
+        runs: &[&Runs],
+        left_out: &[WithoutTechnique],
+        pyramid: Option<Pyramid>,
+        stopped: bool,
+    ) -> Study {
+        let Self { info, setup, reference, plan } = self;
+        let baseline = baseline(runs, plan);
+        let ranked: Vec<&Measured> = rankable(runs).collect();
+        let measured: Vec<&Measured> = runs.iter().map(|run| &run.measured).collect();
+        let report = Report {
+            schema: SCHEMA,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scene: info.clone(),
+            setup: Setup { baseline: baseline.map(|m| m.name.clone()), ..setup.clone() },
+            reference: ReferenceInfo::of(reference),
+            methods: methods(runs, baseline, reference, plan.target),
+            rankings: Ranking::all(&ranked),
+            pairs: test_pairs(&measured, Layout::of(reference.image())),
+            pyramid: pyramid.as_ref().map(Pyramid::report),
+            left_out: left_out.to_vec(),
+            stopped,
+        };
+        let images = runs.iter().map(|run| MethodImages {
+            mean: run.measured.mean(),
+            snapshots: run.snapshots.clone(),
+            pyramid: run.pyramid.clone(),
+        });
+        Study { report, images: images.collect(), reference: (*reference).clone(), pyramid }
+    }
 }
 
 pub(super) fn naming<S: Scene + ?Sized>(

@@ -2,7 +2,9 @@
 
 use crate::integrator::Bidirectional;
 use crate::render::{Budget, Settings};
+use crate::report::result::Study;
 use crate::sampler::SamplerKind;
+use std::fmt;
 
 /// Budget, runs and settings of a study.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,12 +50,41 @@ impl Default for Plan {
 }
 
 /// The progress of a study.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy)]
 pub struct Step<'a> {
     /// The integrator, or the work, that is under way.
     pub label: &'a str,
     /// Part of the work that is done, 0 to 1.
     pub fraction: f64,
+    /// Makes the study of the finished runs.
+    so_far: Option<&'a dyn Fn() -> Study>,
+}
+
+impl<'a> Step<'a> {
+    /// A step on the way, or the end of a run if there is a study of the finished ones.
+    pub(super) fn new(
+        label: &'a str,
+        fraction: f64,
+        so_far: Option<&'a dyn Fn() -> Study>,
+    ) -> Self {
+        Self { label, fraction, so_far }
+    }
+
+    /// The study of the finished runs, as if it were stopped here, if a run has ended with this
+    /// step. No clock of the study runs while it is made, which takes longer the more runs and
+    /// pixels there are.
+    #[must_use]
+    pub fn study(&self) -> Option<Study> {
+        self.so_far.map(|so_far| so_far())
+    }
+}
+
+impl fmt::Debug for Step<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { label, fraction, .. } = self;
+        let mut step = f.debug_struct("Step");
+        step.field("label", label).field("fraction", fraction).finish_non_exhaustive()
+    }
 }
 
 /// Budget, runs and settings of a rendered reference.

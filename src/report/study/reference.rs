@@ -63,10 +63,8 @@ impl Reference {
                 let rendering = halves[half]
                     .method
                     .render_with_progress(scene, camera, &settings, &mut |p| {
-                        let flow = progress(&Step {
-                            label: "reference",
-                            fraction: (done + p.fraction) / total,
-                        });
+                        let fraction = (done + p.fraction) / total;
+                        let flow = progress(&Step::new("reference", fraction, None));
                         stopped |= flow.is_break();
                         flow
                     })

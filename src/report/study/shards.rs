@@ -51,7 +51,7 @@ pub fn study_shard<S: Scene + ?Sized>(
         let mut report = |job: u32, fraction: f64| {
             let done = f64::from(job - part.start) + fraction;
             let fraction = done / part.len() as f64;
-            let flow = progress(&Step { label: &contestant.name, fraction });
+            let flow = progress(&Step::new(&contestant.name, fraction, None));
             stopped |= flow.is_break();
             flow
         };

@@ -14,13 +14,13 @@ use crate::report::stats::{
 
 /// The integrator that speed-ups are relative to: the one that the plan names, or the first, of
 /// those that can have one.
-pub(super) fn baseline<'a>(runs: &'a [Runs], plan: &Plan) -> Option<&'a Measured> {
+pub(super) fn baseline<'a>(runs: &[&'a Runs], plan: &Plan) -> Option<&'a Measured> {
     let named = |m: &&Measured| plan.baseline.as_ref().is_none_or(|name| *name == m.name);
     rankable(runs).find(named)
 }
 
 /// Those whose variance × cost tells all of them.
-pub(super) fn rankable(runs: &[Runs]) -> impl Iterator<Item = &Measured> {
+pub(super) fn rankable<'a>(runs: &[&'a Runs]) -> impl Iterator<Item = &'a Measured> {
     runs.iter().map(|run| &run.measured).filter(|m| has_speed_up(m))
 }
 
@@ -31,7 +31,7 @@ fn has_speed_up(m: &Measured) -> bool {
 }
 
 pub(super) fn methods(
-    runs: &[Runs],
+    runs: &[&Runs],
     baseline: Option<&Measured>,
     reference: &Reference,
     target: f64,

@@ -8,11 +8,17 @@
 //! cargo run --release --example render -- --scene model.glb --info
 //! cargo run --release --example render -- --samples 4096 --checkpoint target/box.npz --resume
 //! cargo run --release --example render -- --samples 4096 --shard 1/8
+//! cargo run --release --example render -- --samples 4096 --live
 //! cargo run --release --example render -- --scene list
 //! ```
 
 #[macro_use]
+#[path = "../common/mod.rs"]
 mod common;
+
+mod live;
+#[cfg(test)]
+mod tests;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
@@ -20,6 +26,7 @@ use common::{
     AnyIntegrator, FileOptions, FilterName, INTERRUPTED, MANY, NamedScene, SamplerName, Tuning,
 };
 use cpu_time::ProcessTime;
+use live::{Live, Views};
 use pathspace::film::{ImageFile, check_replaceable};
 use pathspace::glam::UVec2;
 use pathspace::integrator::{Depth, Estimator};
@@ -33,7 +40,7 @@ use std::error::Error;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Renders one image of a scene with one integrator.
@@ -112,6 +119,19 @@ struct Arguments {
     /// [checkpoint: target/SCENE-INTEGRATOR-I-of-N.npz]
     #[arg(long, value_name = "I/N", conflicts_with_all = ["time", "target_error"])]
     shard: Option<Shard>,
+    /// Show the image in the viewer tev while it is rendered, and write the preview, too; without a
+    /// viewer, or if it goes away, the rendering goes on
+    #[arg(
+        long,
+        value_name = "HOST:PORT",
+        num_args = 0..=1,
+        default_missing_value = live::TEV,
+        value_parser = live::parse_viewer
+    )]
+    live: Option<String>,
+    /// Write the image so far, a PNG, beside the image from time to time [default: 5s with --live]
+    #[arg(long, value_name = "TIME", value_parser = common::parse_duration)]
+    preview_every: Option<Duration>,
     /// Leave out of files what a clock decides: the same rendering makes the same bytes
     #[arg(long)]
     no_clocks: bool,
@@ -138,7 +158,7 @@ fn main() -> ExitCode {
     if max_bounces.is_some_and(|max| max < arguments.min_bounces) {
         refuse("--min-bounces is larger than the largest number of bounces: no path would count");
     }
-    match run(&arguments, &scene, max_bounces) {
+    match run(&arguments, &scene, max_bounces, &common::interrupt_flag()) {
         Ok(Stopped(false)) => ExitCode::SUCCESS,
         Ok(Stopped(true)) => ExitCode::from(INTERRUPTED),
         Err(error) => {
@@ -160,6 +180,7 @@ fn run(
     arguments: &Arguments,
     scene: &NamedScene,
     max_bounces: Option<u32>,
+    interrupted: &AtomicBool,
 ) -> Result<Stopped, Box<dyn Error>> {
     let name = arguments.integrator.name();
     let files = Files::of(arguments, &format!("target/{}-{name}", scene.name));
@@ -211,12 +232,18 @@ fn run(
         }
         say!("resumed     {} after {} passes", files.npz.display(), from.passes().len());
     }
-    let interrupted = common::interrupt_flag();
     let bar = common::progress_bar(name);
+    let mut live = match files.views(arguments, scene.camera.0.film().window_size()) {
+        Some(views) => Some(Live::start(views, &bar)?),
+        None => None,
+    };
     let clock = ProcessTime::now();
     let (mut saved, mut failed) = (Instant::now(), None);
     let mut watch = |progress: &Progress<'_>| {
         common::show(&bar, progress)?;
+        if let Some(live) = &mut live {
+            live.look(progress);
+        }
         let is_interrupted = interrupted.load(Ordering::Relaxed);
         if is_interrupted || files.keeps_checkpoint && saved.elapsed() >= arguments.every {
             failed = files.save(progress.checkpoint(), &metadata).err();
@@ -240,6 +267,9 @@ fn run(
         error => error.to_string(),
     })?;
     let processors = clock.elapsed();
+    if let Some(live) = live {
+        live.finish(rendering.image.clone());
+    }
     bar.finish_and_clear();
     let stopped = Stopped(rendering.stopped);
     let checkpoint = match &rendering.checkpoint {
@@ -269,6 +299,8 @@ fn run(
 struct Files {
     image: Option<PathBuf>,
     npz: PathBuf,
+    /// Of the image so far, if it is wanted.
+    preview: Option<PathBuf>,
     /// True if the checkpoint is written in any case, and not only when the process is asked to end.
     keeps_checkpoint: bool,
     has_clocks: bool,
@@ -289,12 +321,33 @@ impl Files {
             (None, None) => PathBuf::from(format!("{default}.npz")),
         });
         let keeps_checkpoint = arguments.checkpoint.is_some() || arguments.shard.is_some();
-        Self { image, npz, keeps_checkpoint, has_clocks: !arguments.no_clocks }
+        let is_seen = arguments.live.is_some() || arguments.preview_every.is_some();
+        let preview = is_seen.then(|| {
+            let beside = image.as_ref().unwrap_or(&npz);
+            let stem = beside.file_stem().unwrap_or_default().to_string_lossy();
+            beside.with_file_name(format!("{stem}-preview.png"))
+        });
+        Self { image, npz, preview, keeps_checkpoint, has_clocks: !arguments.no_clocks }
+    }
+
+    /// The places in which the rendering is to be seen while it goes on.
+    fn views(&self, arguments: &Arguments, size: UVec2) -> Option<Views> {
+        let file = self.preview.clone()?;
+        let image = self.image.as_ref().unwrap_or(&self.npz);
+        Some(Views {
+            viewer: arguments.live.clone(),
+            // Another name for each rendering: a viewer may have that of the last one.
+            title: format!("{} (rendering {})", image.display(), std::process::id()),
+            size,
+            file,
+            exposure: arguments.exposure,
+            every: arguments.preview_every.unwrap_or(Duration::from_secs(5)),
+        })
     }
 
     /// Finds out whether they can be written: an hour's work must not end with a missing directory.
     fn probe(&self) -> Result<(), Box<dyn Error>> {
-        for file in self.image.iter().chain([&self.npz]) {
+        for file in self.image.iter().chain([&self.npz]).chain(&self.preview) {
             let directory = file.parent().filter(|directory| !directory.as_os_str().is_empty());
             if let Some(directory) = directory {
                 std::fs::create_dir_all(directory)
