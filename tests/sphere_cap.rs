@@ -36,6 +36,7 @@ fn run<I: Integrator<SphereCap>>(integrator: &I, samples: u32, seed: u64) -> Mom
     moments
 }
 
+// ANCHOR: assert-mean
 /// Asserts that |mean - expected| is within 4 standard errors, and the standard error small enough
 /// to see a bias of 1 %.
 fn assert_mean(name: &str, moments: Moments, expected: f64) {
@@ -49,6 +50,7 @@ fn assert_mean(name: &str, moments: Moments, expected: f64) {
         "{name}: standard error {error} of {expected} is too large to mean anything"
     );
 }
+// ANCHOR_END: assert-mean
 
 #[test]
 fn every_technique_alone_has_the_exact_mean() {

@@ -44,6 +44,7 @@ impl Bsdf for Lambert {
     }
 
     #[inline]
+    // ANCHOR: density
     fn eval(&self, to_light: DVec3, to_camera: DVec3) -> Rgb {
         if same_side(to_light, to_camera) { self.albedo * FRAC_1_PI } else { Rgb::BLACK }
     }
@@ -52,8 +53,10 @@ impl Bsdf for Lambert {
     fn pdf(&self, fixed: DVec3, next: DVec3, _walk: TransportMode) -> PerProjected {
         if same_side(fixed, next) { PerProjected(FRAC_1_PI) } else { PerProjected::ZERO }
     }
+    // ANCHOR_END: density
 
     #[inline]
+    // ANCHOR: sample
     fn sample(
         &self,
         fixed: DVec3,
@@ -71,6 +74,7 @@ impl Bsdf for Lambert {
             relative_ior: 1.0,
         })
     }
+    // ANCHOR_END: sample
 
     #[inline]
     fn lane_form(&self, _front: bool) -> Option<LaneForm> {

@@ -88,12 +88,14 @@ impl<'a, B: Bsdf> GuidedBsdf<'a, B> {
 }
 
 impl Guide<'_> {
+    // ANCHOR: mixture
     /// The density of a direction with a density of the BSDF's.
     #[inline]
     fn mixed(&self, pdf: PerProjected, next: DVec3) -> PerProjected {
         let guided = self.tree.density(self.frame.to_world(next)).per_projected(next.z);
         PerProjected(self.alpha * pdf.value() + (1.0 - self.alpha) * guided.value())
     }
+    // ANCHOR_END: mixture
 }
 
 impl<B: Bsdf> Bsdf for GuidedBsdf<'_, B> {

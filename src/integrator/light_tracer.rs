@@ -78,6 +78,7 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for LightTracer {
     }
 
     #[inline(always)]
+    // ANCHOR: steps
     fn connect<P: Sampler>(&self, visit: &mut Visit<'_, 'a, S, P>) {
         if let Some(found) = visit.lens_connection() {
             visit.out.connect(found.ends, found.contribution);
@@ -89,6 +90,7 @@ impl<'a, S: Scene + ?Sized + 'a> Steps<'a, S> for LightTracer {
         visit.scatter(&self.roulette).flow()?;
         visit.limit(visit.plan.depth.limit())
     }
+    // ANCHOR_END: steps
 
     fn at_diffuse(&self, plan: &Plan<'a, S>) -> Option<DiffuseSteps> {
         Some(DiffuseSteps {

@@ -128,6 +128,7 @@ fn last_scattered<S: Scene + ?Sized>(Plan { techniques, depth, .. }: &Plan<'_, S
 }
 
 impl PathTracer {
+    // ANCHOR: steps
     /// Adds what the vertex emits (s = 0).
     #[inline(always)]
     pub(super) fn hit<S: Scene + ?Sized, P>(&self, visit: &mut Visit<'_, '_, S, P>) {
@@ -145,4 +146,5 @@ impl PathTracer {
         let hit = next.pdf_of_hit.value();
         visit.connect(&next, self.heuristic.weight([hit / next.pdf.value()]));
     }
+    // ANCHOR_END: steps
 }

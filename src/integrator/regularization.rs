@@ -43,10 +43,12 @@ impl<I> Regularization<I> {
         Self { integrator, epsilon, alpha: 1.0 }
     }
 
+    // ANCHOR: radius
     /// ε of a pass; passes are numbered from 0.
     fn radius(&self, pass: u32) -> f64 {
         self.epsilon * libm::pow(f64::from(pass) + 1.0, 0.5 * (self.alpha - 1.0))
     }
+    // ANCHOR_END: radius
 }
 
 impl<I: Default> Default for Regularization<I> {

@@ -86,6 +86,7 @@ impl<'a, S: SurfaceArea + ?Sized + 'a> Steps<'a, S> for UniformArea {
         };
         let Vertex { mut point, to_previous: mut to_camera, mut throughput, .. } = **vertex;
         let (reference, area) = (throughput.max_component(), scene.total_area());
+        // ANCHOR: chain
         for bounces in 1..=plan.depth.limit() {
             sampler.stream(Stream::CameraVertex(bounces));
             let mut next = scene.sample_surface(sampler.next_1d(), sampler.next_2d());
@@ -113,6 +114,7 @@ impl<'a, S: SurfaceArea + ?Sized + 'a> Steps<'a, S> for UniformArea {
             }
             (point, to_camera) = (next, -edge.direction);
         }
+        // ANCHOR_END: chain
         ControlFlow::Break(())
     }
 }

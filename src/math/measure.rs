@@ -72,6 +72,7 @@ impl PerSolidAngle {
         PerProjected(if self.0 == 0.0 { 0.0 } else { self.0 / cosine.abs() })
     }
 
+    // ANCHOR: per-area
     /// `p_A = p_ω |cos θ'| / r²`, with the cosine and the distance at the *new* vertex.
     #[inline]
     #[must_use]
@@ -82,6 +83,7 @@ impl PerSolidAngle {
             self.0 * cosine_at_new_vertex.abs() / distance_squared
         })
     }
+    // ANCHOR_END: per-area
 }
 
 impl PerProjected {

@@ -17,6 +17,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    // ANCHOR: estimate
     /// Adds one number.
     pub fn push(&mut self, x: f64) {
         self.count += 1;
@@ -24,6 +25,7 @@ impl Estimate {
         self.mean += delta / self.count as f64;
         self.squares += delta * (x - self.mean);
     }
+    // ANCHOR_END: estimate
 
     /// Adds all numbers of another sequence (Chan, Golub and LeVeque 1979).
     pub fn merge(&mut self, other: &Self) {
@@ -55,11 +57,13 @@ impl Estimate {
         if self.count < 2 { 0.0 } else { self.squares / (self.count - 1) as f64 }
     }
 
+    // ANCHOR: standard-error
     /// Standard error of the mean, `√(variance / count)`.
     #[must_use]
     pub fn standard_error(&self) -> f64 {
         if self.count == 0 { 0.0 } else { (self.variance() / self.count as f64).sqrt() }
     }
+    // ANCHOR_END: standard-error
 
     /// Distance of the mean from its expected value in standard errors; 0 if they are equal to
     /// rounding, infinite if they differ without any variance.

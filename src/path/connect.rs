@@ -148,6 +148,7 @@ pub(super) fn next_event_at<S: Scene + ?Sized>(
     counters.connections += 1;
     let light = stage.scene.light(id);
     let radiance = emitter.radiance.unwrap_or_else(|| light.emit(&emitter.point, -edge.direction));
+    // ANCHOR: next-event
     let incoming = edge.geometry * (radiance * emitter.throughput());
     if incoming.is_black() {
         return None;
@@ -155,6 +156,7 @@ pub(super) fn next_event_at<S: Scene + ?Sized>(
     let (f, pdf) = bsdf.eval_and_pdf(edge.direction, vertex.to_previous);
     let passing = stage.scene.transmittance(&vertex.point, &emitter.point);
     let value = vertex.throughput * f * incoming * passing;
+    // ANCHOR_END: next-event
     if value.is_black() {
         return None;
     }
@@ -222,9 +224,11 @@ pub(super) fn lens_connection_at<S: Scene + ?Sized>(
     if light_or_f.is_black() {
         return None;
     }
+    // ANCHOR: lens
     let importance = camera.emit(&lens.point, edge.direction) * lens.throughput();
     let passing = scene.transmittance(&lens.point, &vertex.point);
     let value = (vertex.throughput * light_or_f) * (edge.geometry * importance) * passing;
+    // ANCHOR_END: lens
     if value.is_black() {
         return None;
     }

@@ -59,6 +59,7 @@ impl Edge {
     #[inline]
     #[must_use]
     pub fn along(a: &SurfacePoint, b: &SurfacePoint, direction: DVec3) -> Self {
+        // ANCHOR: geometry
         let cosines = a.cosine(direction) * b.cosine(direction);
         let geometry = if a.place == Place::Infinite || b.place == Place::Infinite {
             cosines
@@ -70,6 +71,7 @@ impl Edge {
             if is_exact { geometry } else { cosines / distance / distance }
         };
         Self { direction, geometry }
+        // ANCHOR_END: geometry
     }
 }
 

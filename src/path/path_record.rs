@@ -133,6 +133,7 @@ impl PathRecord {
         record
     }
 
+    // ANCHOR: throughput
     /// The throughput `T = Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1})`, with what media leave of it.
     #[must_use]
     pub fn throughput(&self) -> Rgb {
@@ -154,12 +155,15 @@ impl PathRecord {
             Some(*product)
         })
     }
+    // ANCHOR_END: throughput
 
+    // ANCHOR: contribution
     /// The measurement contribution `We · G(x_0, x_1) · T · Le`.
     #[must_use]
     pub fn contribution(&self) -> Rgb {
         self.factors[0] * self.edge_term(0) * self.throughput() * self.factors[self.edges()]
     }
+    // ANCHOR_END: contribution
 
     /// The geometry term of an edge times its transmittance.
     fn edge_term(&self, i: usize) -> Rgb {

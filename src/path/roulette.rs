@@ -121,6 +121,7 @@ impl Roulette {
         throughput: &mut Rgb,
         xi: impl FnOnce() -> f64,
     ) -> Scattered {
+        // ANCHOR: play
         let constant = self.constant(mode) * *throughput;
         match self.decide(bounces, relative, xi) {
             Termination::Continue => Scattered::ON,
@@ -131,6 +132,7 @@ impl Roulette {
             }
             Termination::Terminated => Scattered { constant, ..Scattered::ENDED },
         }
+        // ANCHOR_END: play
     }
 
     /// The same rule with c = 0.
@@ -149,11 +151,13 @@ impl Roulette {
         }
     }
 
+    // ANCHOR: apply
     /// A finished estimate after roulette: the formula of [this module](self), literally.
     #[must_use]
     pub fn apply(q: f64, c: f64, xi: f64, estimate: impl FnOnce() -> f64) -> f64 {
         if xi < q { c } else { (estimate() - q * c) / (1.0 - q) }
     }
+    // ANCHOR_END: apply
 }
 
 #[cfg(test)]

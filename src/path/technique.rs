@@ -164,6 +164,7 @@ impl TechniqueSet {
         }
     }
 
+    // ANCHOR: reason
     /// The one place that decides what a scene rules out.
     #[inline]
     fn reason(&self, family: Family, needs: &Needs) -> Option<Reason> {
@@ -202,6 +203,7 @@ impl TechniqueSet {
             }
         }
     }
+    // ANCHOR_END: reason
 
     /// True if a family is in the set.
     #[inline]

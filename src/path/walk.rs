@@ -305,7 +305,9 @@ impl<'s, S: Scene + ?Sized + 's> RandomWalk<'s, S> {
         };
         (vertex.pdf_next, vertex.pdf_back) = (sample.pdf, sample.pdf_reverse);
         vertex.dirac = sample.dirac;
+        // ANCHOR: throughput
         self.throughput = vertex.throughput * sample.weight;
+        // ANCHOR_END: throughput
         if !self.throughput.is_finite() {
             counters.non_finite += 1;
             if self.mode == TransportMode::Importance {

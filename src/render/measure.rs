@@ -130,6 +130,7 @@ pub fn measure<S: Scene + ?Sized>(
         counters: Counters::default(),
         wall: Duration::ZERO,
     };
+    // ANCHOR: replications
     for replication in 0..u64::from(replications) {
         let rendering = integrator.render(
             scene,
@@ -152,5 +153,6 @@ pub fn measure<S: Scene + ?Sized>(
         measured.wall += rendering.wall;
         measured.notes = rendering.notes;
     }
+    // ANCHOR_END: replications
     Ok(measured)
 }

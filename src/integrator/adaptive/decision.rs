@@ -29,11 +29,13 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    // ANCHOR: work
     /// Variance × cost: the smaller the better.
     #[must_use]
     pub fn work(&self) -> f64 {
         self.variance * self.cost
     }
+    // ANCHOR_END: work
 }
 
 impl Decision {

@@ -42,6 +42,7 @@ impl Chain {
         self.proposal.clear();
     }
 
+    // ANCHOR: acceptance
     /// The probability a of accepting the proposal.
     pub fn acceptance(&self) -> f64 {
         let [from, to] = [self.state.importance, self.proposal.importance];
@@ -54,6 +55,7 @@ impl Chain {
         self.proposal.give(total * a, &mut add);
         self.state.give(total * (1.0 - a), &mut add);
     }
+    // ANCHOR_END: acceptance
 
     pub fn accept(&mut self) {
         self.numbers.accept();

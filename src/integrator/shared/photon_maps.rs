@@ -104,8 +104,10 @@ impl<P: AsRef<Photon> + Send + Sync> PhotonMaps<P> {
                 return;
             }
             counters.merges += 1;
+            // ANCHOR: estimate
             let f = bsdf.eval(photon.to_previous, vertex.to_previous);
             let value = vertex.throughput * f * photon.flux * scale;
+            // ANCHOR_END: estimate
             match sums.iter_mut().find(|(of, _)| *of == technique) {
                 Some((_, sum)) => *sum += value,
                 None => sums.push((technique, value)),

@@ -137,9 +137,11 @@ impl<'a, S: Scene + ?Sized + 'a> VirtualLights<'a, S> {
                 continue;
             }
             visit.counters.connections += 1;
+            // ANCHOR: connect
             let f = at_camera.eval(edge.direction, y.to_previous);
             let from_light = at_light.eval(z.to_previous, -edge.direction) * z.throughput;
             let value = y.throughput * f * (edge.geometry / f64::from(self.walks) * from_light);
+            // ANCHOR_END: connect
             let value = value * scene.transmittance(&y.point, &z.point);
             if value.is_black() {
                 continue;

@@ -84,12 +84,14 @@ impl Heuristic {
         if self == Self::Balance { ratio } else { ratio * ratio }
     }
 
+    // ANCHOR: weight
     /// The weight of a technique, given the ratios of the other techniques' densities to its own.
     #[inline]
     #[must_use]
     pub fn weight(self, ratios: impl IntoIterator<Item = f64>) -> f64 {
         1.0 / (1.0 + ratios.into_iter().map(|ratio| self.raise(ratio)).sum::<f64>())
     }
+    // ANCHOR_END: weight
 }
 
 impl Default for Heuristic {
@@ -208,6 +210,7 @@ pub trait PathDensities {
                 visit(technique, product * density(technique) / base);
             }
         };
+        // ANCHOR: sweep
         // Upwards from the connection with i vertices from the camera to the merge at x_i, and on
         // to the connection with one more. A current merge is half-way.
         let mut product = 1.0;
@@ -226,6 +229,7 @@ pub trait PathDensities {
             }
             meet(self.technique(i + 1), product);
         }
+        // ANCHOR_END: sweep
         // Downwards to the merge at x_{i-1} and the connection with i - 1 vertices.
         let mut product = 1.0;
         for i in (2..=t).rev() {
