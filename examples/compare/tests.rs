@@ -223,6 +223,10 @@ fn pages_are_served_on_this_machine_alone() {
     for text in ["", "a", "65536", "example.org:80", "127.0.0.1"] {
         assert!(serve::parse_loopback(text).unwrap_err().contains("is not PORT"), "{text}");
     }
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let first = serve::Server::start(Some(taken)).unwrap();
+    let refusal = serve::Server::start(Some(taken)).unwrap_err();
+    assert!(refusal.contains(&taken.to_string()), "{refusal} at {}", first.url());
     let options = |text| Options::try_parse_from(["compare"].into_iter().chain(text));
     assert_eq!(options(vec!["--serve", "--seeds", "2"]).unwrap().serve, Some(None));
     assert!(options(vec!["--serve", "--samples", "4", "--shard", "1/2"]).is_err());

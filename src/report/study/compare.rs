@@ -162,7 +162,7 @@ pub(super) fn measure<S: Scene + ?Sized>(
 }
 
 /// Those of the runs that have been drawn.
-fn finished<'a, T, U>(runs: &'a [(T, U, Runs)]) -> Vec<&'a Runs> {
+fn finished<T, U>(runs: &[(T, U, Runs)]) -> Vec<&Runs> {
     let runs = runs.iter().map(|(.., run)| run);
     runs.filter(|run| !run.measured.finals.is_empty()).collect()
 }
