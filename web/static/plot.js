@@ -8,7 +8,7 @@ const LEFT = 62;
 const TOP = 14;
 const BOTTOM = 44;
 const LABEL_HEIGHT = 15;
-const CHARACTER = 6.6;
+const CHARACTER = 8;
 const DASHES = ['', '8 3', '2 3'];
 
 /** How an integrator is drawn everywhere: a colour, and a dash once colours become alike. */
