@@ -1,8 +1,12 @@
 // The scene from outside, without perspective: its outline, the lens, and a path in it.
 
 import { clamp } from './dom.js';
+import { vertexName } from './format.js';
+import { cornersOf } from './labels.js';
 
 const MARGIN = 34;
+/** From a vertex to its label, along each axis. */
+const LABEL = 12;
 const subtract = (a, b) => a.map((x, i) => x - b[i]);
 const isFinitePoint = (point) => point?.every(Number.isFinite);
 
@@ -120,6 +124,8 @@ export class SideView {
       context.strokeText(words, x, y);
       context.fillText(words, x, y);
     };
+    context.textAlign = 'center';
+    context.textBaseline = 'middle';
     context.font = '600 13px system-ui, sans-serif';
     const { points, step } = this.#path;
     const { eye } = this.#about;
@@ -127,7 +133,7 @@ export class SideView {
       const [x, y] = place(eye);
       context.fillStyle = colour('ink');
       context.fillRect(x - 4, y - 4, 8, 8);
-      text('lens', [x + 8, y + 4]);
+      text('lens', [x, y + LABEL]);
     }
     const places = points.map((point) => (isFinitePoint(point) ? place(point) : null));
     places.slice(1).forEach((to, i) => {
@@ -140,6 +146,7 @@ export class SideView {
       context.lineTo(...to);
       context.stroke();
     });
+    const corners = cornersOf(places, LABEL);
     places.forEach((vertex, i) => {
       if (!vertex) return;
       context.fillStyle = colour(i === step ? 'marked' : 'path');
@@ -147,7 +154,7 @@ export class SideView {
       context.arc(...vertex, i === step ? 6 : 4, 0, 2 * Math.PI);
       context.fill();
       context.fillStyle = colour('ink');
-      text(`x${[...String(i)].map((digit) => '₀₁₂₃₄₅₆₇₈₉'[digit]).join('')}`, [vertex[0] + 8, vertex[1] - 8]);
+      text(vertexName(i), vertex.map((place, axis) => place + LABEL * corners[i][axis]));
     });
   }
 }

@@ -203,6 +203,32 @@ const path = async (page, name) => {
   say(`${name}: ${await status.innerText()}`);
 };
 
+/** All that the catalogue has, the sliders, and addresses. */
+const everything = async (page, name) => {
+  await page.getByRole('tab', { name: 'Race' }).click();
+  await page.getByText('More integrators').click();
+  for (const box of await page.locator('#others input').all()) await box.check();
+  const light = page.locator('[data-key=light] input');
+  await light.focus();
+  for (let i = 0; i < 10; i++) await page.keyboard.press('ArrowLeft');
+  assert.match(await page.locator('[data-key=light] output').innerText(), /× 0\.\d+/);
+  await phase(page, ['preparing', 'racing'], 10_000);
+  await phase(page, ['settling'], 120_000 + 4000 * length);
+  await page.waitForTimeout(1000);
+  const works = await page.locator('.card figcaption').allInnerTexts();
+  works.forEach((text) => assert.match(text, /pass/));
+  assert.match(await page.evaluate(() => location.hash), /light=0\.\d+/);
+  say(`${name}: ${works.length - 1} integrators, with a small light`);
+  await shot(page, `${name}-everything`);
+  await page.evaluate(() => { location.hash = '#scene=caustic&integrators=path-tracing,vcm&depth=5&time=5&run=1'; });
+  await phase(page, ['racing'], 30_000);
+  assert.equal(await page.locator('#scene').inputValue(), 'caustic');
+  assert.match(await page.locator('[data-key=depth] output').innerText(), /^5 /);
+  assert.equal(await page.locator('.card').count(), 3);
+  await page.evaluate(() => { location.hash = '#scene=cornell-box'; });
+  await page.waitForFunction(() => document.querySelector('#scene').value === 'cornell-box');
+};
+
 const files = async (page, name) => {
   await page.getByRole('tab', { name: 'Race' }).click();
   const desk = page.locator('#desk');
@@ -252,6 +278,7 @@ try {
     await noScroll(page);
     await path(page, name);
     await noScroll(page);
+    if (name === 'screen') await everything(page, name);
     await files(page, name);
     assert.deepEqual(faults, []);
     await close();
