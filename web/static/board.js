@@ -16,6 +16,8 @@ const PIECES = 16;
 /** From a vertex to its label, in widths of the picture. */
 const LABEL = 0.05;
 
+const isFar = ({ kind }) => kind.includes('∞');
+
 const table = (title, head, rows, foot = null) => html('section', {},
   html('h3', {}, title),
   html('div', { class: 'scroll', tabindex: 0, role: 'group', 'aria-label': title }, html('table', {},
@@ -271,7 +273,7 @@ export class Board {
     const rows = vertices.map((vertex, k) => html('tr', { 'data-vertex': k },
       rowHead('x', html('sub', {}, String(k))), words(vertex.kind), words(vertex.surface ?? '–'), words(vertex.factor_name),
       ...channels(vertex.factor), cell(vertex.g), cell(vertex.towards_light),
-      cell(vertex.towards_camera), words((vertex.position ?? []).map((x) => number(x)).join(', '))));
+      cell(vertex.towards_camera), words(isFar(vertex) ? 'at infinity' : vertex.position.map(number).join(', '))));
     const section = table('The vertices, from the lens to the light', head, rows);
     section.append(html('p', {},
       'f is the BSDF, G = V |cos θ cos θ′| / r² of the edge to the next vertex. a is the density of the direction in which a walk from the camera goes on, b that of a walk from the light, both per projected solid angle.'));

@@ -66,7 +66,7 @@ export class SideView {
     this.draw();
   }
 
-  // The map from points in space to the canvas: what is shown fills it.
+  // The map from points in space to the canvas, which scene and lens fill. Lights may be at infinity.
   #projection(width, height) {
     const { around, above } = this.#turn;
     const [sin, cos, up, level] = [Math.sin(around), Math.cos(around), Math.sin(above), Math.cos(above)];
@@ -77,7 +77,7 @@ export class SideView {
     const { min, max, eye } = this.#about;
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((bits) =>
       min.map((low, i) => ((bits >> i) & 1 ? max[i] : low)));
-    const shown = [...corners, eye, ...this.#path.points].filter(isFinitePoint).map(flat);
+    const shown = [...corners, eye].filter(isFinitePoint).map(flat);
     const range = (i) => {
       const values = shown.map((point) => point[i]);
       return [Math.min(...values), Math.max(...values)];

@@ -138,6 +138,32 @@ const readCurve = async (page, name) => {
   return errors.reverse().filter((error) => error > 0);
 };
 
+/** The buttons that save pictures, and those that zoom. */
+const look = async (page) => {
+  for (const button of ['Save PNG', 'Save all']) {
+    const [download] = await Promise.all([
+      page.waitForEvent('download'), page.getByRole('button', { name: button }).click(),
+    ]);
+    const bytes = await readFile(await download.path());
+    assert.equal(bytes.subarray(1, 4).toString(), 'PNG', `${button} saves no PNG`);
+    assert(bytes.length > 10_000, `${button} saves ${bytes.length} bytes`);
+  }
+  const zoom = () => page.evaluate(() =>
+    Number(document.documentElement.style.getPropertyValue('--zoom')));
+  const view = page.locator('.card .view').first();
+  await view.click();
+  assert.equal(await zoom(), 4);
+  await page.keyboard.press('+');
+  assert.equal(await zoom(), 8);
+  await page.getByRole('button', { name: 'Whole picture' }).click();
+  assert.equal(await zoom(), 1);
+  const shown = () => page.locator('#choices [aria-pressed=true]').getAttribute('data-name');
+  await page.keyboard.press('2');
+  assert.equal(await shown(), 'path-tracing');
+  await page.keyboard.press('f');
+  assert.equal(await shown(), 'reference');
+};
+
 const techniques = async (page, name) => {
   await page.getByRole('tab', { name: 'Techniques' }).click();
   const share = (technique) => page.locator(`.layer[data-name="${technique}"] .share`);
@@ -274,6 +300,7 @@ try {
     const curve = await readCurve(page, 'path tracing');
     say(`${name}: path tracing from ${curve[0]} to ${curve.at(-1)}`);
     assert(curve.at(-1) < curve[0] / 2, 'the error does not fall');
+    await look(page);
     await techniques(page, name);
     await noScroll(page);
     await path(page, name);
