@@ -90,7 +90,8 @@ const open = async () => {
     const own = { name: 'reference', title, style: { colour: 'var(--ink)' }, estimator: `by ${words(reference())}` };
     cards.renew([own, ...contestants], look);
     stage.renew(cards.titles());
-    get('reference-name').textContent = `here ${title}`;
+    const { estimator } = integrators.get(reference()) ?? {};
+    get('reference-name').textContent = `here ${title}, ${estimator}`;
   };
   const start = () => {
     empty();
