@@ -223,5 +223,6 @@ const open = async () => {
 
 open().catch(({ message }) => {
   document.body.dataset.phase = 'broken';
+  get('status').textContent = '';
   complain(message);
 });

@@ -1,6 +1,6 @@
 // Drives the lecture room in Chromium as a student would, at the widths of a screen and of a phone.
 //
-//   npm install && node lecture_room.mjs
+//   npm install && npm test
 //
 // Environment: CHROMIUM, the browser [/usr/bin/chromium]; RACE, the seconds of a race [10]; SITE,
 // the folder with the page [target/web]; OUT, for screenshots [target/web-test]; FRAME, the bound on
