@@ -65,6 +65,7 @@ const open = async () => {
   const enter = (phase) => {
     showPhase(phase, state.integrators.length);
     watchFrames(phase === 'racing');
+    if (phase === 'racing') cards.begin();
   };
   const race = new Race(module, statistics, {
     phase: enter,
@@ -190,7 +191,7 @@ const open = async () => {
       quiet();
       change({ scene: 'file' });
     } catch ({ message }) {
-      complain(`${chosen.name} cannot be opened: ${message.replace(`${chosen.name}: `, '')}`);
+      complain(`${chosen.name} cannot be opened as glTF 2.0: ${message.replace(`${chosen.name}: `, '')}`);
     } finally {
       lesson.close();
     }
