@@ -2,8 +2,9 @@
 // contribution and every technique that could have drawn it.
 
 import { clamp, debounce, get, html, svg } from './dom.js';
-import { channels, number } from './format.js';
+import { channels, number, vertexName } from './format.js';
 import { stepsOf } from './formulas.js';
+import { cornersOf } from './labels.js';
 import { Lesson, sceneOf } from './lesson.js';
 import { SideView } from './sideview.js';
 import { watch } from './views.js';
@@ -12,6 +13,10 @@ import { watch } from './views.js';
 const BOUNCES = 8;
 /** Pieces of an edge in the picture: a straight line is straight there, but may leave the view. */
 const PIECES = 16;
+/** From a vertex to its label, in widths of the picture. */
+const LABEL = 0.05;
+
+const isFar = ({ kind }) => kind.includes('∞');
 
 const table = (title, head, rows, foot = null) => html('section', {},
   html('h3', {}, title),
@@ -230,6 +235,7 @@ export class Board {
     const [width, height] = this.#film();
     const [x, y] = this.#pixel();
     this.overlay.setAttribute('viewBox', `0 0 ${width} ${height}`);
+    this.overlay.style.setProperty('--text', `${LABEL * width}px`);
     const pixel = svg('rect', { x, y, width: 1, height: 1, class: 'pixel' });
     if (!this.#path) {
       this.overlay.replaceChildren(pixel);
@@ -246,14 +252,17 @@ export class Board {
       const kind = ['edge', leaves && 'outside', i + 1 === marked && 'marked'];
       return line(points, kind.filter((part) => part).join(' '));
     });
-    const dots = this.#path.vertices.flatMap(({ raster }, k) => {
-      if (!isInside(raster)) return [];
-      const [u, v] = raster;
+    const places = this.#path.vertices.map(({ raster }) => (isInside(raster) ? raster : null));
+    const corners = cornersOf(places, LABEL * width);
+    const dots = places.flatMap((place, k) => {
+      if (!place) return [];
+      const [u, v] = place;
+      const [dx, dy] = corners[k];
       const kind = k === marked ? 'vertex marked' : 'vertex';
       // A line without length is a dot whose size does not grow with the picture.
       return [
         svg('path', { d: `M${u} ${v}h0`, class: kind }),
-        svg('text', { x: u, y: v, dx: '.5em', dy: '-.4em' }, 'x', svg('tspan', { dy: '.25em', class: 'index' }, String(k))),
+        svg('text', { x: u, y: v, dx: `${0.9 * dx}em`, dy: `${0.35 + 0.8 * dy}em` }, vertexName(k)),
       ];
     });
     this.overlay.replaceChildren(...edges, ...dots, pixel);
@@ -264,7 +273,7 @@ export class Board {
     const rows = vertices.map((vertex, k) => html('tr', { 'data-vertex': k },
       rowHead('x', html('sub', {}, String(k))), words(vertex.kind), words(vertex.surface ?? '–'), words(vertex.factor_name),
       ...channels(vertex.factor), cell(vertex.g), cell(vertex.towards_light),
-      cell(vertex.towards_camera), words((vertex.position ?? []).map((x) => number(x)).join(', '))));
+      cell(vertex.towards_camera), words(isFar(vertex) ? 'at infinity' : vertex.position.map(number).join(', '))));
     const section = table('The vertices, from the lens to the light', head, rows);
     section.append(html('p', {},
       'f is the BSDF, G = V |cos θ cos θ′| / r² of the edge to the next vertex. a is the density of the direction in which a walk from the camera goes on, b that of a walk from the light, both per projected solid angle.'));
@@ -275,7 +284,8 @@ export class Board {
     const head = ['(s, t)', 'density p', 'f/p red', 'green', 'blue', 'weight w', ''];
     const rows = path.techniques.map((technique) => {
       const isUsed = technique.name === path.technique;
-      const note = technique.reason ?? (isUsed ? 'drew this path' : '');
+      const reason = technique.reason?.replace(/x_(\d+)/g, (_, k) => vertexName(k));
+      const note = reason ?? (isUsed ? 'drew this path' : '');
       return html('tr', { class: isUsed ? 'used' : technique.possible ? '' : 'impossible' },
         rowHead(technique.merged ? technique.name : `(${technique.name})`),
         cell(technique.density), ...channels(technique.estimate), cell(technique.weight), words(note));

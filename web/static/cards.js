@@ -79,6 +79,11 @@ export class Cards {
     this.#cards.get(name).kind.textContent = parts.join(' · ');
   }
 
+  /** Says that all have begun. */
+  begin() {
+    this.#cards.forEach((card) => { card.work[0].textContent = 'first pass …'; });
+  }
+
   report(name, report) { this.#cards.get(name)?.report(report); }
 
   result(name, result) {

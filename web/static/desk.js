@@ -28,11 +28,11 @@ const SLIDERS = {
   },
   light: {
     title: 'Size of the lights', hint: 'Same power. Small lights are hard to hit.', range: [-1, Math.log10(3), 0.01], ...log,
-    initial: () => 1, own: () => '× 1', text: (value) => `× ${number(value)}`,
+    initial: () => 1, own: () => '× 1', text: (value) => `× ${value}`,
   },
   roughness: {
     title: 'Roughness', hint: 'α of mirrors, metals and glass. Smooth is hard to connect to.', range: [-2, 0, 0.01], ...log,
-    initial: () => AS_IT_IS, own: () => 'as in the scene', text: (value) => `α = ${number(value)}`,
+    initial: () => AS_IT_IS, own: () => 'as in the scene', text: (value) => `α = ${value}`,
   },
   radius: {
     title: 'Merge radius', hint: 'Of photon mapping and the like. Large blurs, small is noisy.', range: [-1, 1, 0.01],
@@ -61,6 +61,9 @@ export class Desk {
     get('size').addEventListener('change', ({ target }) => change({ size: Number(target.value) }));
     get('seed').addEventListener('change', ({ target }) => {
       if (target.value !== '' && target.checkValidity()) change({ seed: Number(target.value) });
+    });
+    get('reference').addEventListener('change', ({ target }) => {
+      change({ reference: target.value === '' ? null : target.value });
     });
     this.boxes = catalogue.integrators.map(({ name, title, description }, i) => {
       const box = html('input', { type: 'checkbox', value: name, onchange: () => this.#choose() });
@@ -109,6 +112,10 @@ export class Desk {
     this.#warn(about?.warnings ?? []);
     this.boxes.forEach((box) => { box.checked = state.integrators.includes(box.value); });
     if (this.boxes.some((box) => box.checked && box.closest('#others'))) get('more').open = true;
+    const able = scene?.sees ?? this.catalogue.integrators.map(({ name }) => name);
+    get('reference').replaceChildren(new Option('as suits the scene', ''),
+      ...able.map((name) => new Option(words(name), name)));
+    get('reference').value = state.reference ?? '';
     get('size').value = state.size;
     get('seed').value = state.seed;
     this.#inputs.forEach(({ input, output, reset }, key) => {

@@ -4,6 +4,10 @@ import { clamp, html, math } from './dom.js';
 
 const MINUS = '\u2212';
 const SUPERSCRIPTS = '⁰¹²³⁴⁵⁶⁷⁸⁹';
+const SUBSCRIPTS = '₀₁₂₃₄₅₆₇₈₉';
+/** A vertex as text: x₃. */
+export const vertexName = (k) => [...String(k)].reduce((text, digit) => text + SUBSCRIPTS[digit], 'x');
+
 /** A power of ten as text: 10⁻³. */
 export const powerOfTen = (exponent) => [...String(Math.abs(exponent))]
   .reduce((text, digit) => text + SUPERSCRIPTS[digit], exponent < 0 ? '10⁻' : '10');

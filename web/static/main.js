@@ -25,6 +25,8 @@ import { showWhole, zoom } from './views.js';
 
 /** The reference of scene files. */
 const FILE_REFERENCE = 'bidirectional';
+/** Own error from which the page warns of the reference. */
+const NOISY = 0.02;
 const TABS = ['race', 'techniques', 'path'];
 const KINDS = [['image', 'Images'], ['error', 'Errors'], ['both', 'Both']];
 
@@ -40,6 +42,7 @@ const open = async () => {
   }, (curves, own) => {
     plot.show(curves, own);
     cards.errors(curves, own);
+    get('noisy').hidden = own < NOISY;
   });
   const pictures = new Pictures(statistics);
   let state = initial();
@@ -50,7 +53,7 @@ const open = async () => {
   let kind = 'image';
 
   const sceneInfo = () => catalogue.scenes.find(({ name }) => name === state.scene);
-  const reference = () => sceneInfo()?.reference ?? FILE_REFERENCE;
+  const reference = () => state.reference ?? sceneInfo()?.reference ?? FILE_REFERENCE;
 
   // The pictures, and the plot.
   const look = readoutOf(statistics, () => about ?? { width: 1, height: 1 });
@@ -62,6 +65,7 @@ const open = async () => {
   const enter = (phase) => {
     showPhase(phase, state.integrators.length);
     watchFrames(phase === 'racing');
+    if (phase === 'racing') cards.begin();
   };
   const race = new Race(module, statistics, {
     phase: enter,
@@ -78,6 +82,7 @@ const open = async () => {
   });
   const empty = () => {
     plot.clear();
+    get('noisy').hidden = true;
     showTime(0, state.time);
     const sees = sceneInfo()?.sees;
     const contestants = state.integrators.map((name) =>
@@ -86,7 +91,8 @@ const open = async () => {
     const own = { name: 'reference', title, style: { colour: 'var(--ink)' }, estimator: `by ${words(reference())}` };
     cards.renew([own, ...contestants], look);
     stage.renew(cards.titles());
-    get('reference-name').textContent = `here ${title}`;
+    const { estimator } = integrators.get(reference()) ?? {};
+    get('reference-name').textContent = `here ${title}, ${estimator}`;
   };
   const start = () => {
     empty();
@@ -99,7 +105,7 @@ const open = async () => {
   let known = { scene: null, race: null };
   const follow = (again) => {
     const scene = JSON.stringify([sceneOf(state, file), file?.number]);
-    const keys = { scene, race: JSON.stringify([scene, state.integrators, state.time, state.radius]) };
+    const keys = { scene, race: JSON.stringify([scene, state.integrators, state.time, state.radius, reference()]) };
     const [isOtherScene, isOtherRace] = [keys.scene !== known.scene, keys.race !== known.race];
     known = keys;
     if (again || (isOtherRace && race.phase !== 'idle')) {
@@ -185,7 +191,7 @@ const open = async () => {
       quiet();
       change({ scene: 'file' });
     } catch ({ message }) {
-      complain(`${chosen.name} cannot be opened: ${message}`);
+      complain(`${chosen.name} cannot be opened as glTF 2.0: ${message.replace(`${chosen.name}: `, '')}`);
     } finally {
       lesson.close();
     }
@@ -201,6 +207,10 @@ const open = async () => {
     }
     wrong.push(...wanted.integrators.filter((name) => !integrators.has(name)));
     wanted.integrators = wanted.integrators.filter((name) => integrators.has(name));
+    if (wanted.reference !== null && !integrators.has(wanted.reference)) {
+      wrong.push(wanted.reference);
+      wanted.reference = null;
+    }
     if (wanted.integrators.length === 0) wanted.integrators = initial().integrators;
     if (wrong.length > 0) complain(`The address asks for what is not here: ${wrong.join(', ')}.`);
     if (wanted.scene !== state.scene) about = null;
@@ -214,5 +224,6 @@ const open = async () => {
 
 open().catch(({ message }) => {
   document.body.dataset.phase = 'broken';
+  get('status').textContent = '';
   complain(message);
 });

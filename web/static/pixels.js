@@ -5,7 +5,7 @@ const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 const luminance = (image, i) => 0.2126 * image[i] + 0.7152 * image[i + 1] + 0.0722 * image[i + 2];
 const meanOf = (image) => image.reduce((sum, x) => sum + x, 0) / image.length;
 
-export const meanLuminance = (image) => {
+const meanLuminance = (image) => {
   let sum = 0;
   for (let i = 0; i < image.length; i += 3) sum += luminance(image, i);
   return 3 * sum / image.length;

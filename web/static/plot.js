@@ -8,7 +8,10 @@ const LEFT = 62;
 const TOP = 14;
 const BOTTOM = 44;
 const LABEL_HEIGHT = 15;
-const CHARACTER = 6.6;
+const CHARACTER = 8;
+const FONT = 12;
+/** Labels have at most this part of the width; longer ones are smaller. */
+const MOST_LABELS = 0.36;
 const DASHES = ['', '8 3', '2 3'];
 
 /** How an integrator is drawn everywhere: a colour, and a dash once colours become alike. */
@@ -92,8 +95,9 @@ export class Plot {
 
   // Where times and errors are.
   #scales(width, height) {
-    const longest = Math.max(...this.#curves.map(([name]) => name.length));
-    const right = width - longest * CHARACTER - 16;
+    const longest = 16 + CHARACTER * Math.max(...this.#curves.map(([name]) => name.length));
+    const labels = Math.min(longest, MOST_LABELS * width);
+    const right = width - labels;
     const points = this.#curves.flatMap(([, points]) => points);
     const times = points.map((point) => point.seconds);
     const errors = points.map((point) => point.error);
@@ -107,6 +111,7 @@ export class Plot {
     const scale = (value, [a, b], [c, d]) => c + Math.log(value / a) / Math.log(b / a) * (d - c);
     return {
       right,
+      text: FONT * labels / longest,
       bottom: height - BOTTOM,
       times: [from, to],
       errors: [bottom, top],
@@ -194,7 +199,7 @@ export class Plot {
   }
 
   #labels() {
-    const { x, y, right, bottom } = this.#drawn;
+    const { x, y, right, bottom, text } = this.#drawn;
     const ends = this.#curves.map(([name, points]) => ({ name, end: points.at(-1) }));
     ends.sort((a, b) => b.end.error - a.end.error);
     const places = spread(ends.map(({ end }) => y(end.error)), LABEL_HEIGHT, TOP + 4, bottom);
@@ -203,7 +208,7 @@ export class Plot {
       const corners = [[x(end.seconds) + 5, y(end.error)], [right + 2, places[i]], [right + 8, places[i]]];
       return [
         svg('polyline', { points: corners.join(' '), class: 'leader', stroke: colour }),
-        svg('text', { x: right + 11, y: places[i] + 4, fill: colour, class: 'name' }, words(name)),
+        svg('text', { x: right + 11, y: places[i] + 4, fill: colour, class: 'name', 'font-size': text }, words(name)),
       ];
     });
   }

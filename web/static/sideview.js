@@ -1,8 +1,12 @@
 // The scene from outside, without perspective: its outline, the lens, and a path in it.
 
 import { clamp } from './dom.js';
+import { vertexName } from './format.js';
+import { cornersOf } from './labels.js';
 
 const MARGIN = 34;
+/** From a vertex to its label, along each axis. */
+const LABEL = 12;
 const subtract = (a, b) => a.map((x, i) => x - b[i]);
 const isFinitePoint = (point) => point?.every(Number.isFinite);
 
@@ -62,7 +66,7 @@ export class SideView {
     this.draw();
   }
 
-  // The map from points in space to the canvas: what is shown fills it.
+  // The map from points in space to the canvas, which scene and lens fill. Lights may be at infinity.
   #projection(width, height) {
     const { around, above } = this.#turn;
     const [sin, cos, up, level] = [Math.sin(around), Math.cos(around), Math.sin(above), Math.cos(above)];
@@ -73,7 +77,7 @@ export class SideView {
     const { min, max, eye } = this.#about;
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((bits) =>
       min.map((low, i) => ((bits >> i) & 1 ? max[i] : low)));
-    const shown = [...corners, eye, ...this.#path.points].filter(isFinitePoint).map(flat);
+    const shown = [...corners, eye].filter(isFinitePoint).map(flat);
     const range = (i) => {
       const values = shown.map((point) => point[i]);
       return [Math.min(...values), Math.max(...values)];
@@ -120,6 +124,8 @@ export class SideView {
       context.strokeText(words, x, y);
       context.fillText(words, x, y);
     };
+    context.textAlign = 'center';
+    context.textBaseline = 'middle';
     context.font = '600 13px system-ui, sans-serif';
     const { points, step } = this.#path;
     const { eye } = this.#about;
@@ -127,7 +133,7 @@ export class SideView {
       const [x, y] = place(eye);
       context.fillStyle = colour('ink');
       context.fillRect(x - 4, y - 4, 8, 8);
-      text('lens', [x + 8, y + 4]);
+      text('lens', [x, y + LABEL]);
     }
     const places = points.map((point) => (isFinitePoint(point) ? place(point) : null));
     places.slice(1).forEach((to, i) => {
@@ -140,6 +146,7 @@ export class SideView {
       context.lineTo(...to);
       context.stroke();
     });
+    const corners = cornersOf(places, LABEL);
     places.forEach((vertex, i) => {
       if (!vertex) return;
       context.fillStyle = colour(i === step ? 'marked' : 'path');
@@ -147,7 +154,7 @@ export class SideView {
       context.arc(...vertex, i === step ? 6 : 4, 0, 2 * Math.PI);
       context.fill();
       context.fillStyle = colour('ink');
-      text(`x${[...String(i)].map((digit) => '₀₁₂₃₄₅₆₇₈₉'[digit]).join('')}`, [vertex[0] + 8, vertex[1] - 8]);
+      text(vertexName(i), vertex.map((place, axis) => place + LABEL * corners[i][axis]));
     });
   }
 }

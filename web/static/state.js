@@ -32,6 +32,8 @@ const FIELDS = {
   light: [1, inRange(0.1, 3)],
   roughness: [null, inRange(0.001, 1)],
   radius: [null, inRange(1e-9, 1e9)],
+  // The integrator of the reference; null is the one that suits the scene.
+  reference: [null, name],
   seed: [1, whole(0, 2 ** 32 - 1)],
   // Stops above or below what the page exposes for.
   stops: [0, inRange(-12, 12)],
@@ -97,6 +99,8 @@ export const write = (state) => {
 
 /** The state with another scene: what was set for the last one is as the new one has it. */
 export const withScene = (state, scene) => {
-  const { depth, light, roughness, radius, off, x, y, bounces, technique } = initial();
-  return { ...state, scene, depth, light, roughness, radius, off, x, y, bounces, technique };
+  const { depth, light, roughness, radius, reference, off, x, y, bounces, technique } = initial();
+  return {
+    ...state, scene, depth, light, roughness, radius, reference, off, x, y, bounces, technique,
+  };
 };

@@ -34,7 +34,7 @@ const pan = (x, y) => {
 };
 
 /** Zooms in on a place of the picture, from 0 to 1, or back out. */
-export const zoomOn = (x, y) => {
+const zoomOn = (x, y) => {
   if (part.zoom > 1) {
     showWhole();
     return;
