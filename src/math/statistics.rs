@@ -17,7 +17,6 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    // ANCHOR: estimate
     /// Adds one number.
     pub fn push(&mut self, x: f64) {
         self.count += 1;
@@ -25,7 +24,6 @@ impl Estimate {
         self.mean += delta / self.count as f64;
         self.squares += delta * (x - self.mean);
     }
-    // ANCHOR_END: estimate
 
     /// Adds all numbers of another sequence (Chan, Golub and LeVeque 1979).
     pub fn merge(&mut self, other: &Self) {
@@ -51,13 +49,13 @@ impl Estimate {
         self.mean
     }
 
+    // ANCHOR: standard-error
     /// Unbiased estimate of the variance of one number; 0 for fewer than two.
     #[must_use]
     pub fn variance(&self) -> f64 {
         if self.count < 2 { 0.0 } else { self.squares / (self.count - 1) as f64 }
     }
 
-    // ANCHOR: standard-error
     /// Standard error of the mean, `√(variance / count)`.
     #[must_use]
     pub fn standard_error(&self) -> f64 {
