@@ -122,7 +122,8 @@ struct Options {
     #[arg(long, requires = "samples", conflicts_with_all = ["shard", "target_error"])]
     merge: bool,
     /// Serve the page on this machine alone while it fills, with a button that ends the study as
-    /// Ctrl-C does; then until the page is closed, or Ctrl-C [default: port 8327 or a free one]
+    /// Ctrl-C does; then until the page is closed, or Ctrl-C [without a value: port 8327, or a free
+    /// one if that is taken]
     #[arg(long, value_name = "HOST:PORT", value_parser = serve::parse_loopback, conflicts_with = "shard")]
     serve: Option<Option<SocketAddr>>,
     /// Directory for the results; a directory is made in it for each scene

@@ -57,7 +57,8 @@ pub fn parse_loopback(text: &str) -> Result<SocketAddr, String> {
         Ok(address) if address.ip().is_loopback() => Ok(address),
         Ok(address) => Err(format!(
             "{} can be reached from other machines; pages are served on this one alone, at \
-             127.0.0.1, [::1] or localhost, and elsewhere through a tunnel such as that of ssh -L",
+             127.0.0.1, [::1] or localhost, and elsewhere through a tunnel with the same port at both \
+             ends, such as that of ssh -L",
             address.ip()
         )),
         Err(_) => Err(format!("{text:?} is not PORT or HOST:PORT, such as 127.0.0.1:{PORT}")),

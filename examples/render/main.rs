@@ -120,7 +120,7 @@ struct Arguments {
     #[arg(long, value_name = "I/N", conflicts_with_all = ["time", "target_error"])]
     shard: Option<Shard>,
     /// Show the image in the viewer tev while it is rendered, and write the preview, too; without a
-    /// viewer, or if it goes away, the rendering goes on
+    /// viewer, or if it goes away, the rendering goes on [without a value: 127.0.0.1:14158]
     #[arg(
         long,
         value_name = "HOST:PORT",
