@@ -13,6 +13,8 @@ import { watch } from './views.js';
 const BOUNCES = 8;
 /** Pieces of an edge in the picture: a straight line is straight there, but may leave the view. */
 const PIECES = 16;
+/** Milliseconds that a search has once another path is asked for: a new worker takes longer. */
+const PATIENCE = 500;
 /** From a vertex to its label, in widths of the picture. */
 const LABEL = 0.05;
 
@@ -35,6 +37,7 @@ export class Board {
   #isBusy = false;
   #asked = null;
   #wish = null;
+  #interrupt = () => {};
   #path = null;
   #edges = [];
   #steps = [];
@@ -133,7 +136,10 @@ export class Board {
     if (key === this.#asked) return;
     this.#asked = key;
     this.#wish = { job, scene, file };
-    if (this.#isBusy) return;
+    if (this.#isBusy) {
+      this.#interrupt();
+      return;
+    }
     this.#isBusy = true;
     while (this.#wish) {
       const wish = this.#wish;
@@ -150,10 +156,19 @@ export class Board {
 
   async #fulfil({ job, scene, file }) {
     await this.#open(scene, file);
+    if (this.#wish) return;
     // How large the film of a file is, its camera says.
     const [x, y] = this.#pixel();
     this.#tell(`Looking for a path through pixel (${x}, ${y}) …`);
-    await this.#present(await this.#lesson.path({ ...job, x, y }));
+    const interrupted = new Promise((resolve) => {
+      this.#interrupt = () => setTimeout(resolve, PATIENCE, null);
+    });
+    const path = await Promise.race([this.#lesson.path({ ...job, x, y }), interrupted]);
+    if (path) {
+      await this.#present(path);
+    } else {
+      this.#opened = null;
+    }
   }
 
   // A worker with a scene.

@@ -23,8 +23,8 @@ import { Statistics } from './statistics.js';
 import { Techniques } from './techniques.js';
 import { showWhole, zoom } from './views.js';
 
-/** The reference of scene files. */
-const FILE_REFERENCE = 'bidirectional';
+/** The reference of scene files, of which nobody knows what is hard in them. */
+const FILE_REFERENCE = 'vcm';
 /** Own error from which the page warns of the reference. */
 const NOISY = 0.02;
 const TABS = ['race', 'techniques', 'path'];
