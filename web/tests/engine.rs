@@ -209,5 +209,5 @@ fn points_are_projected_where_they_are_seen() {
     assert!((raster[0] - 50.0).abs() < 1e-9 && (raster[1] - 50.0).abs() < 1e-9, "{raster:?}");
     assert!(raster[2].is_nan() && raster[3].is_nan(), "{raster:?}");
     let outline = lesson.outline();
-    assert!(outline.len() % 6 == 0 && outline.iter().all(|x| (-1.0..600.0).contains(x)));
+    assert!(outline.len().is_multiple_of(6) && outline.iter().all(|x| (-1.0..600.0).contains(x)));
 }
