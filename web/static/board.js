@@ -2,11 +2,12 @@
 // contribution and every technique that could have drawn it.
 
 import { clamp, debounce, get, html, svg } from './dom.js';
-import { channels, number, vertexName } from './format.js';
+import { number, vertexName } from './format.js';
 import { stepsOf } from './formulas.js';
 import { cornersOf } from './labels.js';
 import { Lesson, sceneOf } from './lesson.js';
 import { SideView } from './sideview.js';
+import { techniquesOf, verticesOf } from './tables.js';
 import { watch } from './views.js';
 
 /** Most bounces to choose from. */
@@ -17,18 +18,6 @@ const PIECES = 16;
 const PATIENCE = 500;
 /** From a vertex to its label, in widths of the picture. */
 const LABEL = 0.05;
-
-const isFar = ({ kind }) => kind.includes('∞');
-
-const table = (title, head, rows, foot = null) => html('section', {},
-  html('h3', {}, title),
-  html('div', { class: 'scroll', tabindex: 0, role: 'group', 'aria-label': title }, html('table', {},
-    html('thead', {}, html('tr', {}, ...head.map((name) => html('th', { scope: 'col' }, name)))),
-    html('tbody', {}, ...rows),
-    foot && html('tfoot', {}, foot))));
-const cell = (value) => html('td', {}, value == null ? '–' : number(value));
-const words = (text) => html('td', { class: 'text' }, text);
-const rowHead = (...content) => html('th', { scope: 'row' }, ...content);
 
 export class Board {
   #lesson = null;
@@ -202,11 +191,12 @@ export class Board {
     }
     this.#path = path;
     const kind = path.bounces === 1 ? 'bounce' : 'bounces';
-    this.#tell(`A path of ${path.bounces} ${kind}, drawn by technique ${path.technique} in sample ${path.sample}.`);
+    this.#tell(`A path of ${path.bounces} ${kind}, drawn by technique ${path.technique} in sample `
+      + `${path.sample}.`);
     this.#edges = await this.#projectEdges(path);
     this.#steps = stepsOf(path);
     get('steps').hidden = false;
-    get('tables').replaceChildren(this.#vertices(path), this.#techniques(path));
+    get('tables').replaceChildren(verticesOf(path), techniquesOf(path));
     this.#go(0);
   }
 
@@ -256,7 +246,8 @@ export class Board {
       this.overlay.replaceChildren(pixel);
       return;
     }
-    const isInside = (point) => point?.every((place, axis) => place >= 0 && place <= [width, height][axis]);
+    const isInside = (point) => point?.every((place, axis) =>
+      place >= 0 && place <= [width, height][axis]);
     const line = (points, kind) => {
       const known = points.filter((point) => point);
       return svg('polyline', { points: known.map((point) => point.join()).join(' '), class: kind });
@@ -281,37 +272,5 @@ export class Board {
       ];
     });
     this.overlay.replaceChildren(...edges, ...dots, pixel);
-  }
-
-  #vertices({ vertices }) {
-    const head = ['', 'kind', 'surface', 'factor', 'red', 'green', 'blue', 'G to the next', 'a', 'b', 'position'];
-    const rows = vertices.map((vertex, k) => html('tr', { 'data-vertex': k },
-      rowHead('x', html('sub', {}, String(k))), words(vertex.kind), words(vertex.surface ?? '–'), words(vertex.factor_name),
-      ...channels(vertex.factor), cell(vertex.g), cell(vertex.towards_light),
-      cell(vertex.towards_camera), words(isFar(vertex) ? 'at infinity' : vertex.position.map(number).join(', '))));
-    const section = table('The vertices, from the lens to the light', head, rows);
-    section.append(html('p', {},
-      'f is the BSDF, G = V |cos θ cos θ′| / r² of the edge to the next vertex. a is the density of the direction in which a walk from the camera goes on, b that of a walk from the light, both per projected solid angle.'));
-    return section;
-  }
-
-  #techniques(path) {
-    const head = ['(s, t)', 'density p', 'f/p red', 'green', 'blue', 'weight w', ''];
-    const rows = path.techniques.map((technique) => {
-      const isUsed = technique.name === path.technique;
-      const reason = technique.reason?.replace(/x_(\d+)/g, (_, k) => vertexName(k));
-      const note = reason ?? (isUsed ? 'drew this path' : '');
-      return html('tr', { class: isUsed ? 'used' : technique.possible ? '' : 'impossible' },
-        rowHead(technique.merged ? technique.name : `(${technique.name})`),
-        cell(technique.density), ...channels(technique.estimate), cell(technique.weight), words(note));
-    });
-    const sum = path.techniques.reduce((total, { weight }) => total + weight, 0);
-    const foot = html('tr', { id: 'weights-sum', 'data-sum': sum },
-      rowHead('Sum'), html('td', { colspan: 4 }), html('td', {}, sum.toFixed(6)), words(''));
-    const section = table('The techniques that could have drawn it', head, rows, foot);
-    const { value_error: value, weight_error: weight } = path.verification;
-    section.append(html('p', {},
-      `A technique (s, t) has s vertices from the light and t from the camera. Its weight is large where its density is: the sum is one. What the integrator had computed differs from the definitions by ${number(value)} (f/p) and ${number(weight)} (w).`));
-    return section;
   }
 }

@@ -23,7 +23,8 @@ class Card {
     this.canvases = canvases;
     this.views = Object.fromEntries(Object.entries(canvases).map(([kind, canvas]) => {
       const label = kind === 'image' ? title : `${title}, relative error`;
-      const view = html('div', { class: 'view', tabindex: 0, role: 'group', 'aria-label': label }, canvas);
+      const view = html('div',
+        { class: 'view', tabindex: 0, role: 'group', 'aria-label': label }, canvas);
       watch(view, { look });
       return [kind, view];
     }));

@@ -27,15 +27,18 @@ const SLIDERS = {
     text: (value) => `${value} bounces`,
   },
   light: {
-    title: 'Size of the lights', hint: 'Same power. Small lights are hard to hit.', range: [-1, Math.log10(3), 0.01], ...log,
+    title: 'Size of the lights', hint: 'Same power. Small lights are hard to hit.',
+    range: [-1, Math.log10(3), 0.01], ...log,
     initial: () => 1, own: () => '× 1', text: (value) => `× ${value}`,
   },
   roughness: {
-    title: 'Roughness', hint: 'α of mirrors, metals and glass. Smooth is hard to connect to.', range: [-2, 0, 0.01], ...log,
+    title: 'Roughness', hint: 'α of mirrors, metals and glass. Smooth is hard to connect to.',
+    range: [-2, 0, 0.01], ...log,
     initial: () => AS_IT_IS, own: () => 'as in the scene', text: (value) => `α = ${value}`,
   },
   radius: {
-    title: 'Merge radius', hint: 'Of photon mapping and the like. Large blurs, small is noisy.', range: [-1, 1, 0.01],
+    title: 'Merge radius', hint: 'Of photon mapping and the like. Large blurs, small is noisy.',
+    range: [-1, 1, 0.01],
     toPlace: (value, about) => Math.log10(value / (about?.radius ?? 1)),
     toValue: (place, about) => Number(((about?.radius ?? 1) * 10 ** place).toPrecision(3)),
     initial: (about) => about?.radius ?? 1,
@@ -92,7 +95,8 @@ export class Desk {
       output.textContent = text(valueNow());
       this.change({ [key]: valueNow() });
     });
-    const reset = html('button', { type: 'button', class: 'reset', 'aria-label': `${title}: as it was` }, '↺');
+    const reset = html('button',
+      { type: 'button', class: 'reset', 'aria-label': `${title}: as it was` }, '↺');
     reset.addEventListener('click', () => this.change({ [key]: key === 'light' ? 1 : null }));
     this.#inputs.set(key, { input, output, reset });
     return html('div', { class: 'slider', 'data-key': key },

@@ -35,7 +35,7 @@ export const load = async () => {
     throw new Error('This browser has no module workers, in which the integrators run.');
   }
   if (typeof OffscreenCanvas !== 'function') {
-    throw new Error('This browser cannot paint in workers (OffscreenCanvas), where the pictures are made.');
+    throw new Error('This browser cannot paint in workers: it has no OffscreenCanvas.');
   }
   let module;
   try {
@@ -43,7 +43,8 @@ export const load = async () => {
   } catch (error) {
     if (!(error instanceof WebAssembly.CompileError)) throw error;
     throw new Error(
-      `This browser cannot compile the engine; it may be too old for SIMD instructions. (${error.message})`,
+      'This browser cannot compile the engine; it may be too old for SIMD instructions. '
+      + `(${error.message})`,
     );
   }
   const lesson = new Lesson();

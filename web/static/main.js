@@ -88,7 +88,8 @@ const open = async () => {
     const contestants = state.integrators.map((name) =>
       ({ ...integrators.get(name), seesAll: sees?.includes(name) }));
     const title = integrators.get(reference())?.title ?? words(reference());
-    const own = { name: 'reference', title, style: { colour: 'var(--ink)' }, estimator: `by ${words(reference())}` };
+    const style = { colour: 'var(--ink)' };
+    const own = { name: 'reference', title, style, estimator: `by ${words(reference())}` };
     cards.renew([own, ...contestants], look);
     stage.renew(cards.titles());
     const { estimator } = integrators.get(reference()) ?? {};
@@ -105,7 +106,8 @@ const open = async () => {
   let known = { scene: null, race: null };
   const follow = (again) => {
     const scene = JSON.stringify([sceneOf(state, file), file?.number]);
-    const keys = { scene, race: JSON.stringify([scene, state.integrators, state.time, state.radius, reference()]) };
+    const { integrators: names, time, radius } = state;
+    const keys = { scene, race: JSON.stringify([scene, names, time, radius, reference()]) };
     const [isOtherScene, isOtherRace] = [keys.scene !== known.scene, keys.race !== known.race];
     known = keys;
     if (again || (isOtherRace && race.phase !== 'idle')) {
@@ -191,7 +193,8 @@ const open = async () => {
       quiet();
       change({ scene: 'file' });
     } catch ({ message }) {
-      complain(`${chosen.name} cannot be opened as glTF 2.0: ${message.replace(`${chosen.name}: `, '')}`);
+      const reason = message.replace(`${chosen.name}: `, '');
+      complain(`${chosen.name} cannot be opened as glTF 2.0: ${reason}`);
     } finally {
       lesson.close();
     }

@@ -205,10 +205,13 @@ export class Plot {
     const places = spread(ends.map(({ end }) => y(end.error)), LABEL_HEIGHT, TOP + 4, bottom);
     return ends.flatMap(({ name, end }, i) => {
       const { colour } = this.styles.get(name);
-      const corners = [[x(end.seconds) + 5, y(end.error)], [right + 2, places[i]], [right + 8, places[i]]];
+      const start = [x(end.seconds) + 5, y(end.error)];
+      const corners = [start, [right + 2, places[i]], [right + 8, places[i]]];
       return [
         svg('polyline', { points: corners.join(' '), class: 'leader', stroke: colour }),
-        svg('text', { x: right + 11, y: places[i] + 4, fill: colour, class: 'name', 'font-size': text }, words(name)),
+        svg('text', {
+          x: right + 11, y: places[i] + 4, fill: colour, class: 'name', 'font-size': text,
+        }, words(name)),
       ];
     });
   }

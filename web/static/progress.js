@@ -9,8 +9,9 @@ const processors = navigator.hardwareConcurrency ?? 1;
 
 const sharesOf = (integrators) => {
   const workers = integrators + REFERENCE;
+  const share = Math.round(100 * processors / workers);
   const each = workers > processors
-    ? `share ${processors} processor${processors === 1 ? '' : 's'}: each has ${Math.round(100 * processors / workers)} % of one.`
+    ? `share ${processors} processor${processors === 1 ? '' : 's'}: each has ${share} % of one.`
     : 'have a processor each.';
   return `${workers} workers, two of them for the reference, ${each}`;
 };

@@ -74,7 +74,8 @@ export class Race {
 
   #reference(lesson, integrator, half, limit = null) {
     const job = { integrator, seconds: limit, samples: null, seed: REFERENCE_SEEDS[half], radius: null };
-    return lesson.render(job, this.statistics.portFor('reference', half)).catch((error) => this.on.fault('reference', error));
+    const port = this.statistics.portFor('reference', half);
+    return lesson.render(job, port).catch((error) => this.on.fault('reference', error));
   }
 
   /** Shows what the scene looks like. */

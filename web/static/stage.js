@@ -12,8 +12,9 @@ export class Stage {
 
   /** `look` gets the place that is pointed at. */
   constructor(pictures, look) {
-    Object.assign(this, { pictures, element: get('stage'), canvas: get('stage').querySelector('canvas') });
-    watch(this.element.querySelector('.view'), { look });
+    const view = get('stage').querySelector('.view');
+    Object.assign(this, { pictures, canvas: view.querySelector('canvas') });
+    watch(view, { look });
     get('flip').addEventListener('click', () => this.flip());
     get('save').addEventListener('click', () => this.#save());
     addEventListener('keydown', (event) => this.#press(event));
@@ -26,7 +27,8 @@ export class Stage {
     const [shown, before] = [fallback(this.#shown, 1), fallback(this.#before, 0)];
     const buttons = titles.map(([name, title], i) => {
       const label = [i < 9 ? html('kbd', {}, String(i + 1)) : null, ` ${words(name)}`];
-      return html('button', { type: 'button', 'data-name': name, title, onclick: () => this.show(name) }, ...label);
+      const onclick = () => this.show(name);
+      return html('button', { type: 'button', 'data-name': name, title, onclick }, ...label);
     });
     get('choices').replaceChildren(...buttons);
     [this.#shown, this.#before] = [shown, before];
