@@ -179,18 +179,8 @@ fn print_vertices(found: &AuditedPath, world: &World) {
     let AuditedPath { record, technique, distance, .. } = found;
     say!("VERTICES, from the lens x_0 to the light x_{}", record.edges());
     say!("  {:<4} {:<10} {:<20} position, and normals", "", "kind", "surface");
-    let k = record.edges();
     for (i, x) in record.points.iter().enumerate() {
-        let kind = match (i, x.place) {
-            (0, Place::Area) => "lens",
-            (0, Place::Dirac) => "pinhole",
-            (0, Place::Infinite) => "lens at ∞",
-            (i, Place::Area) if i == k => "light",
-            (i, Place::Dirac) if i == k => "point light",
-            (i, Place::Infinite) if i == k => "light at ∞",
-            _ if record.dirac[i] => "specular",
-            _ => "surface",
-        };
+        let kind = record.vertex_kind(i);
         let name = if i == 0 { "camera" } else { world.surface_name(x).unwrap_or("-") };
         say!("  x_{i:<2} {kind:<10} {name:<20} {}", vector(x.position));
         if x.place != Place::Dirac {
@@ -219,12 +209,7 @@ fn print_factors(record: &PathRecord) {
     say!("  b_i = p⊥(x_i → x_(i-1))          the same for a light walk\n");
     say!("  {:<4} {:<6} {COLUMNS} {:>10} {:>10} {:>10}", "", "factor", "G_i", "a_i", "b_i");
     for i in 0..=k {
-        let factor = match i {
-            0 => "We",
-            _ if i == k => "Le",
-            _ if record.dirac[i] => "f (δ)",
-            _ => "f",
-        };
+        let factor = record.factor_symbol(i);
         let when =
             |shown: bool, value: f64| if shown { format!("{value:.4e}") } else { "-".to_owned() };
         let g = if i < k { record.geometry_terms[i] } else { 0.0 };

@@ -33,7 +33,7 @@ const MOST_HEADERS: usize = 64;
 const REQUEST_TIME: Duration = Duration::from_secs(5);
 const ANSWER_TIME: Duration = Duration::from_secs(30);
 
-/// What is added to a page: state, progress, a button.
+/// The bar that is added to a page: state, progress, a button.
 const BAR: &str = include_str!("bar.html");
 /// The page of a study that has no results yet.
 const EMPTY: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\">\
@@ -77,7 +77,7 @@ pub struct Server {
 struct Shared {
     /// The names of the server in requests.
     hosts: [String; 2],
-    /// What only pages from here know.
+    /// A secret that only pages from here know.
     token: String,
     studies: Mutex<Studies>,
     is_stopped: AtomicBool,

@@ -77,7 +77,7 @@ impl Packet {
     }
 }
 
-/// What a viewer has shown: the name and the size of its image, how often it changed, and its
+/// The images of a viewer: the name and the size of its image, how often it changed, and its
 /// pixels in the end.
 struct Shown {
     name: String,

@@ -134,6 +134,32 @@ impl PathRecord {
     }
 
     // ANCHOR: throughput
+    /// The word for vertex x_i: lens, pinhole, surface, specular, light and so on.
+    #[must_use]
+    pub fn vertex_kind(&self, i: usize) -> &'static str {
+        match (i, self.points[i].place) {
+            (0, Place::Area) => "lens",
+            (0, Place::Dirac) => "pinhole",
+            (0, Place::Infinite) => "lens at ∞",
+            (i, Place::Area) if i == self.edges() => "light",
+            (i, Place::Dirac) if i == self.edges() => "point light",
+            (i, Place::Infinite) if i == self.edges() => "light at ∞",
+            _ if self.dirac[i] => "specular",
+            _ => "surface",
+        }
+    }
+
+    /// The symbol for the factor at vertex x_i: We, f, f (δ) or Le.
+    #[must_use]
+    pub fn factor_symbol(&self, i: usize) -> &'static str {
+        match i {
+            0 => "We",
+            _ if i == self.edges() => "Le",
+            _ if self.dirac[i] => "f (δ)",
+            _ => "f",
+        }
+    }
+
     /// The throughput `T = Π_{i=1}^{k-1} f(x_i) G(x_i, x_{i+1})`, with what media leave of it.
     #[must_use]
     pub fn throughput(&self) -> Rgb {

@@ -19,7 +19,7 @@ fn thrown(reason: String) -> Error {
     Error::new(&reason)
 }
 
-/// What a callback is told; true if it wants to stop.
+/// Tells a callback; true if it wants to stop.
 fn tell<T: Serialize>(progress: &Function, report: &T, image: &[f32]) -> bool {
     let Ok(report) = write(report) else { return true };
     let image = Float32Array::from(image);

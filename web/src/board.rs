@@ -209,28 +209,14 @@ impl Lesson {
 
     fn vertex(&self, AuditedPath { record, .. }: &AuditedPath, i: usize) -> Vertex {
         let (k, x) = (record.edges(), &record.points[i]);
-        let (is_dirac, position) = (record.dirac[i], self.shown(&record.points, i));
+        let position = self.shown(&record.points, i);
         Vertex {
             position: position.to_array(),
             raster: self.raster(position).map(|raster| raster.to_array()),
             normal: (x.place != Place::Dirac).then(|| x.shading_normal.to_array()),
-            kind: match (i, x.place) {
-                (0, Place::Area) => "lens",
-                (0, Place::Dirac) => "pinhole",
-                (0, Place::Infinite) => "lens at ∞",
-                (i, Place::Area) if i == k => "light",
-                (i, Place::Dirac) if i == k => "point light",
-                (i, Place::Infinite) if i == k => "light at ∞",
-                _ if is_dirac => "specular",
-                _ => "surface",
-            },
+            kind: record.vertex_kind(i),
             surface: if i == 0 { None } else { self.world.surface_name(x).map(str::to_owned) },
-            factor_name: match i {
-                0 => "We",
-                _ if i == k => "Le",
-                _ if is_dirac => "f (δ)",
-                _ => "f",
-            },
+            factor_name: record.factor_symbol(i),
             factor: record.factors[i].0,
             g: (i < k).then(|| record.geometry_terms[i]),
             transmittance: (i < k).then(|| record.transmittances[i].0),

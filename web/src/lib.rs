@@ -16,7 +16,7 @@ mod techniques;
 pub use board::{Board, BoardJob};
 pub use catalogue::{Catalogue, catalogue};
 pub use lesson::{Lesson, SceneJob, Summary};
-pub use race::{Finished, RaceJob, Report};
+pub use race::{Effort, Finished, RaceJob, Report};
 pub use techniques::{Layer, LayerReport, TechniquesJob};
 
 /// The reason for which something could not be done, in words for who sees the page.

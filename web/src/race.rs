@@ -19,6 +19,14 @@ const PERIOD: Duration = Duration::from_millis(200);
 pub struct RaceJob {
     /// The integrator's name.
     pub integrator: String,
+    /// The end, the seed and the radius.
+    #[serde(flatten)]
+    pub effort: Effort,
+}
+
+/// The settings that all jobs have.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct Effort {
     /// Wall-clock time after which it ends.
     pub seconds: Option<f64>,
     /// Samples per pixel after which it ends, if no time is given; without either it goes on until
@@ -27,7 +35,7 @@ pub struct RaceJob {
     /// The seed.
     #[serde(default)]
     pub seed: u64,
-    /// The radius within which subpaths merge in the first pass.
+    /// The radius within which subpaths merge in the first pass; `None` for the usual one.
     pub radius: Option<f64>,
 }
 
@@ -63,7 +71,7 @@ pub struct Finished {
     pub estimator: &'static str,
     /// The paths that the image lacks, in words.
     pub missing: Vec<String>,
-    /// What was not needed, each with the reason.
+    /// The techniques that were not needed, each with the reason.
     pub left_out: Vec<String>,
     /// True if it was stopped.
     pub stopped: bool,
@@ -71,13 +79,15 @@ pub struct Finished {
     pub fingerprint: String,
 }
 
-/// The end of a job without time or samples.
-pub(crate) fn budget(seconds: Option<f64>, samples: Option<u32>) -> Fallible<Budget> {
-    match (seconds, samples) {
-        (Some(seconds), _) => Duration::try_from_secs_f64(seconds)
-            .map(Budget::Time)
-            .map_err(|error| format!("{seconds} s is no time to render: {error}")),
-        (None, samples) => Ok(Budget::Samples(samples.unwrap_or(u32::MAX))),
+impl Effort {
+    /// The end.
+    pub(crate) fn budget(&self) -> Fallible<Budget> {
+        match (self.seconds, self.samples) {
+            (Some(seconds), _) => Duration::try_from_secs_f64(seconds)
+                .map(Budget::Time)
+                .map_err(|error| format!("{seconds} s is no time to render: {error}")),
+            (None, samples) => Ok(Budget::Samples(samples.unwrap_or(u32::MAX))),
+        }
     }
 }
 
@@ -94,10 +104,10 @@ impl Lesson {
     ) -> Fallible<Finished> {
         let entry = INTEGRATORS.iter().find(|entry| entry.name == job.integrator);
         let entry = entry.ok_or_else(|| format!("there is no integrator {:?}", job.integrator))?;
-        let integrator = (entry.build)(self.depths(), job.radius);
+        let integrator = (entry.build)(self.depths(), job.effort.radius);
         let settings = Settings {
-            budget: budget(job.seconds, job.samples)?,
-            seed: job.seed,
+            budget: job.effort.budget()?,
+            seed: job.effort.seed,
             filter: self.filter,
             ..Settings::default()
         };

@@ -2,7 +2,7 @@
 
 use crate::catalogue::merging;
 use crate::lesson::Lesson;
-use crate::race::{Report, budget};
+use crate::race::{Effort, Report};
 use crate::{Fallible, floats};
 use glam::UVec2;
 use pathspace::film::{Contribution, FilmSample, Image, Sample, Technique};
@@ -37,15 +37,9 @@ pub struct TechniquesJob {
     /// True to multiply what a technique contributes by its weight.
     #[serde(default)]
     pub weighted: bool,
-    /// Wall-clock time after which it ends.
-    pub seconds: Option<f64>,
-    /// Samples per pixel after which it ends, if no time is given.
-    pub samples: Option<u32>,
-    /// The seed.
-    #[serde(default)]
-    pub seed: u64,
-    /// The radius within which subpaths merge in the first pass.
-    pub radius: Option<f64>,
+    /// The end, the seed and the radius.
+    #[serde(flatten)]
+    pub effort: Effort,
 }
 
 /// A technique's part of the image.
@@ -164,7 +158,7 @@ impl Lesson {
                 ..Bidirectional::default()
             },
             merging: match job.merges {
-                true => merging(job.radius),
+                true => merging(job.effort.radius),
                 false => Merging { light_walks: Some(0), ..Merging::default() },
             },
             ..VertexConnectionMerging::default()
@@ -173,12 +167,12 @@ impl Lesson {
         // Merges are shown where they are not needed, too.
         let needs = if job.merges { Needs::ALL } else { self.world.needs() };
         let stage = Stage::new(&self.world, &*self.camera);
-        let stage = Stage { needs, kernel, seed: job.seed, ..stage };
+        let stage = Stage { needs, kernel, seed: job.effort.seed, ..stage };
         let start = Instant::now();
         let integrator: &dyn AnyIntegrator<World, AnySampler> = &integrator;
         let mut run = integrator.start(stage, &Caller).map_err(|error| error.to_string())?;
-        let budget = budget(job.seconds, job.samples)?;
-        let source = SamplerKind::default().source(job.seed, 64);
+        let budget = job.effort.budget()?;
+        let source = SamplerKind::default().source(job.effort.seed, 64);
 
         let (region, size) = (stage.film, stage.film.window_size());
         let black = || Image::from_fn(size.x, size.y, |_, _| Rgb::BLACK);
