@@ -26,7 +26,7 @@ mod tests {
     fn directions_of_every_length_become_unit_vectors() {
         let direction = DVec3::new(2.0, -3.0, 6.0) / 7.0;
         for exponent in -1060..1020 {
-            let scaled = direction * 2f64.powi(exponent);
+            let scaled = direction * libm::exp2(f64::from(exponent));
             let unit = unit(scaled).expect("neither zero nor infinite");
             assert!(unit.is_normalized(), "2^{exponent}: {unit}");
             let digits = f64::EPSILON.max(2f64.powi(-1072 - exponent));
