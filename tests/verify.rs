@@ -44,7 +44,7 @@ fn audit(
     paths: usize,
     mut look: impl FnMut(&PathRecord, bool, Technique),
 ) -> Audit {
-    let (mut sampler, mut displacements, mut scratch) =
+    let (mut sampler, mut random, mut scratch) =
         (Random::new(seed), Random::new(!seed), Scratch::default());
     let mut audit = Audit::default();
     let set = integrator.techniques.pruned(&scene.world.needs());
@@ -71,10 +71,15 @@ fn audit(
                 assert!(contribution.weight > 0.0 && contribution.weight <= 1.0, "{}", what());
                 // Also false for what is not a number.
                 if !(verified.value_error <= rounding && verified.weight_error <= rounding) {
-                    let (value, weight) =
-                        worlds::sensitivity(path, &weighting, 64, &mut displacements);
-                    assert!(verified.value_error <= value + rounding, "{} {value:e}", what());
-                    assert!(verified.weight_error <= weight + rounding, "{} {weight:e}", what());
+                    // Some displacements tell for most paths how far rounding goes, for a grazing
+                    // end it takes many.
+                    let is_rounding = [64, 4096].into_iter().any(|displacements| {
+                        let (value, weight) =
+                            worlds::sensitivity(path, &weighting, displacements, &mut random);
+                        verified.value_error <= value + rounding
+                            && verified.weight_error <= weight + rounding
+                    });
+                    assert!(is_rounding, "{}", what());
                 }
                 audit.paths += 1;
                 audit.value = audit.value.max(verified.value_error);
