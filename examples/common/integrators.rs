@@ -83,7 +83,7 @@ struct Chains {
     /// metropolis, metropolis-path-tracing and multiplexed [default: one per pixel, at least 4096]
     #[arg(long, value_parser = parse_count::<u32, 1, MANY>)]
     candidates: Option<u32>,
-    /// Passes after which chains begin anew; for the same [default: 16]
+    /// Passes after which chains begin anew; for the same [default: 256]
     #[arg(long, value_name = "PASSES", value_parser = parse_count::<u32, 1, MANY>)]
     restart: Option<u32>,
     /// Probability of a large step, which draws all random numbers anew; for the same [default: 0.3]
