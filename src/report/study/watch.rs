@@ -5,7 +5,7 @@ use crate::film::Image;
 use crate::render::Progress;
 use crate::report::result::SNAPSHOTS;
 use crate::report::stats::{Batch, Cost, Layout};
-use cpu_time::ProcessTime;
+use std::time::Duration;
 
 /// Batches that each run is cut into for the test of bias, where its passes are independent and
 /// alike.
@@ -24,7 +24,7 @@ pub(super) struct Watch {
     cut: (u32, Vec<f64>),
     /// Processor seconds, and the processor time when the clock was started, if the system tells.
     cpu: f64,
-    started: Option<ProcessTime>,
+    started: Option<Duration>,
 }
 
 /// An image on the way, after a part of the budget.
@@ -38,6 +38,17 @@ pub(super) struct Shot {
     pub image: Image,
 }
 
+/// The processor time of this process so far; WebAssembly does not tell.
+#[cfg(not(target_family = "wasm"))]
+fn processor_time() -> Option<Duration> {
+    cpu_time::ProcessTime::try_now().ok().map(|time| time.as_duration())
+}
+
+#[cfg(target_family = "wasm")]
+fn processor_time() -> Option<Duration> {
+    None
+}
+
 impl Watch {
     pub fn new(layout: Layout, samples: u32, has_batches: bool, takes_snapshots: bool) -> Self {
         Self {
@@ -49,17 +60,17 @@ impl Watch {
             snapshots: Vec::new(),
             cut: (0, vec![0.0; layout.blocks()]),
             cpu: 0.0,
-            started: ProcessTime::try_now().ok(),
+            started: processor_time(),
         }
     }
 
     pub fn start_clock(&mut self) {
-        self.started = ProcessTime::try_now().ok();
+        self.started = processor_time();
     }
 
     pub fn stop_clock(&mut self) {
-        if let Some((now, before)) = ProcessTime::try_now().ok().zip(self.started) {
-            self.cpu += now.duration_since(before).as_secs_f64();
+        if let Some((now, before)) = processor_time().zip(self.started) {
+            self.cpu += now.saturating_sub(before).as_secs_f64();
         }
     }
 
