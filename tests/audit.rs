@@ -116,8 +116,8 @@ fn numbers_are_those_of_the_integrator_and_the_definitions() -> Result {
     Ok(())
 }
 
-/// What is shown is what the integrator adds to its image for the same numbers, and no candidate is
-/// brighter.
+/// The path that is shown is one that the integrator adds to its image for the same numbers, and no
+/// candidate is brighter.
 #[test]
 fn the_path_is_one_that_the_integrator_draws() -> Result {
     let scene = gallery::build("cornell-box", SIZE)?;

@@ -35,7 +35,7 @@ fn chapters() -> BTreeMap<String, String> {
     names.into_iter().map(text).collect()
 }
 
-/// What is between two marks, each time.
+/// The texts between two marks.
 fn between<'t>(text: &'t str, open: &'t str, close: &'t str) -> impl Iterator<Item = &'t str> {
     text.split(open).skip(1).filter_map(move |rest| Some(rest.split_once(close)?.0))
 }

@@ -148,7 +148,7 @@ pub use view::View;
 use crate::film::FilmRegion;
 use crate::geometry::{Bounds, Place, SurfacePoint};
 use crate::light_tree::LightBounds;
-use crate::math::{PerArea, PerProjected, Rgb};
+use crate::math::{PerArea, PerProjected, Rgb, unit};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
@@ -360,7 +360,7 @@ pub trait Camera: Endpoint {
         let lens = self.sample_from(&receiver, 0.5, DVec2::splat(0.5))?.point;
         let direction = match lens.place {
             Place::Infinite => lens.geometric_normal,
-            _ => (position - lens.position).try_normalize()?,
+            _ => unit(position - lens.position)?,
         };
         self.raster(&lens, direction)
     }

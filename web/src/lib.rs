@@ -21,8 +21,3 @@ pub use techniques::{Layer, LayerReport, TechniquesJob};
 
 /// The reason for which something could not be done, in words for who sees the page.
 pub type Fallible<T> = Result<T, String>;
-
-/// The numbers of an image, as the page takes them.
-fn floats(image: &pathspace::film::Image) -> impl Iterator<Item = f32> {
-    image.pixels().iter().flat_map(|pixel| pixel.0).map(|component| component as f32)
-}

@@ -1,8 +1,8 @@
 //! The rendering of a scene by one integrator, as it proceeds.
 
+use crate::Fallible;
 use crate::catalogue::{INTEGRATORS, word};
 use crate::lesson::Lesson;
-use crate::{Fallible, floats};
 use pathspace::math::Fingerprint;
 use pathspace::path::Counters;
 use pathspace::render::{Budget, Progress, Settings};
@@ -117,9 +117,8 @@ impl Lesson {
                 return ControlFlow::Continue(());
             }
             shown = Some(Instant::now());
-            let image: Vec<f32> = floats(&now.image()).collect();
             let report = Report::new(now.passes, now.wall, now.counters);
-            if progress(&report, &image) {
+            if progress(&report, &now.image().to_f32()) {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
@@ -129,7 +128,7 @@ impl Lesson {
             .render_with_progress(&self.world, &*self.camera, &settings, &mut show)
             .map_err(|error| error.to_string())?;
         let report = Report::new(rendering.samples_per_pixel, rendering.wall, &rendering.counters);
-        progress(&report, &floats(&rendering.image).collect::<Vec<_>>());
+        progress(&report, &rendering.image.to_f32());
         Ok(Finished {
             report,
             preparation: rendering.preparation.as_secs_f64(),

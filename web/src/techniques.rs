@@ -1,9 +1,9 @@
 //! The pyramid of techniques (Veach 1997, figure 10.3), as it is drawn.
 
+use crate::Fallible;
 use crate::catalogue::merging;
 use crate::lesson::Lesson;
 use crate::race::{Effort, Report};
-use crate::{Fallible, floats};
 use glam::UVec2;
 use pathspace::film::{Contribution, FilmSample, Image, Sample, Technique};
 use pathspace::integrator::{
@@ -124,7 +124,7 @@ impl Layers {
     fn floats(&self, passes: u32) -> Vec<f32> {
         let scale = 1.0 / passes as f32;
         let all = std::iter::once(&self.sum).chain(&self.images);
-        all.flat_map(floats).map(|sum| sum * scale).collect()
+        all.flat_map(Image::to_f32).map(|sum| sum * scale).collect()
     }
 }
 

@@ -4,7 +4,7 @@ import { html } from './dom.js';
 import { count, number, words } from './format.js';
 import { watch } from './views.js';
 
-/** What an integrator cannot draw, and what it need not, from its result or from the catalogue. */
+/** The paths that an integrator cannot draw or need not, from its result or the catalogue. */
 const lackOf = (result, seesAll) => {
   if (!result && seesAll === undefined) return [];
   if (!result) return [seesAll ? 'sees every path' : 'misses paths of this scene'];
@@ -112,7 +112,7 @@ export class Cards {
   /** Titles by name, for what else shows the same pictures. */
   titles() { return [...this.contestants.values()].map(({ name, title }) => [name, title]); }
 
-  /** What the cards say, for a sheet of their pictures. */
+  /** The texts of the cards, for a sheet of their pictures. */
   texts() {
     return [...this.#cards.values()].map(({ name, title, figure }) =>
       ({ name, title, error: figure.querySelector('figcaption p').textContent }));

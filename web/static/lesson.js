@@ -1,6 +1,6 @@
 // The page's side of a worker with a lesson.
 
-/** What a lesson is of. `file` is a Blob, if the scene is one. */
+/** The scene of a lesson. `file` is a Blob, if the scene is one. */
 export const sceneOf = (state, file) => ({
   scene: state.scene,
   ...(file && { name: file.name }),
@@ -52,7 +52,7 @@ export class Lesson {
     });
   }
 
-  /** What the engine has: scenes and integrators. */
+  /** The scenes and integrators of the engine. */
   catalogue(module) { return this.#call('catalogue', { module }); }
   /** Builds the scene, and describes it. */
   open(module, scene, file) { return this.#call('open', { module, scene, file }); }

@@ -48,7 +48,7 @@ const open = async () => {
   let state = initial();
   /** The scene file, if there is one: {name, blob, number}. */
   let file = null;
-  /** What a lesson says about the scene, once it is built. */
+  /** The description of the scene by a lesson, once it is built. */
   let about = null;
   let kind = 'image';
 

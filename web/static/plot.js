@@ -14,7 +14,7 @@ const FONT = 12;
 const MOST_LABELS = 0.36;
 const DASHES = ['', '8 3', '2 3'];
 
-/** How an integrator is drawn everywhere: a colour, and a dash once colours become alike. */
+/** The style of an integrator everywhere: a colour, and a dash once colours become alike. */
 export const styleOf = (index) => ({
   colour: `var(--curve-${index % 8})`,
   dash: DASHES[Math.floor(index / 6) % DASHES.length],
